@@ -1,0 +1,159 @@
+"""Configurations: presets, TOML files, overrides, and errors that name the key."""
+
+import json
+import tomllib
+from collections.abc import Mapping
+from difflib import get_close_matches
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Strict, ValidationError
+
+from evslip.errors import ConfigError
+from evslip.schema import SampleSpec, Within
+from evslip.values import Names, Number
+
+PRESETS = ("demo", "simple", "complex")
+
+
+class Config(SampleSpec[Number, Names]):
+    """What a data set is drawn from: every field a constant or a distribution."""
+
+    seed: Annotated[int, Strict(), Within(0, 2**63 - 1)] = 0
+    """Everything derives from (seed, split, index). 0 is a seed like any other."""
+    sampling: Literal["grid", "random"] = "random"
+    """Grid: lists are combined exhaustively, the first key slowest. Random: drawn. Ranges are drawn in both."""
+    test_share: Annotated[float, Strict(), Within(0.0, 0.9)] = 0.2
+    """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
+
+
+def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None = None) -> Config:
+    """A preset by name or a TOML file by path, with dotted overrides such as {"object.mass_kg": 0.05}.
+
+    A file may begin with `preset = "complex"` and state only what differs. Without it, it builds on "simple".
+    Raises ConfigError naming the key.
+    """
+    tree = _read(source)
+    for key, value in (overrides or {}).items():
+        _assign(tree, key, value)
+    return config_from_tree(tree, str(source))
+
+
+def config_from_tree(tree: Mapping[str, Any], source: str) -> Config:
+    """A Config from nested plain values; `source` names them in errors."""
+    try:
+        return Config.model_validate(tree)
+    except ValidationError as error:
+        raise ConfigError(f"{source}: {explain(error, Config)}") from None
+
+
+def parse_override(text: str) -> tuple[str, Any]:
+    """KEY=VALUE from a command line, the value in TOML (bare words are strings)."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise ConfigError(f"override {text!r}: expected KEY=VALUE, such as object.mass_kg=0.05")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def dump_config(config: Config) -> str:
+    """The whole configuration as a TOML text that load_config reads back to an equal one."""
+    tree = config.model_dump(mode="json", exclude_none=True)
+    lines = [f"{key} = {_toml(value)}" for key, value in tree.items() if not isinstance(value, dict)]
+    for name, section in tree.items():
+        if isinstance(section, dict):
+            lines += ["", f"[{name}]"] + [f"{key} = {_toml(value)}" for key, value in section.items()]
+    return "\n".join(lines) + "\n"
+
+
+def explain(error: ValidationError, model: type) -> str:
+    """The first thing that is wrong, in one line that begins with the dotted key."""
+    problem = error.errors(include_url=False)[0]
+    path = [str(part) for part in problem["loc"]]
+    message, given = problem["msg"].removeprefix("Value error, "), problem.get("input")
+    if problem["type"] == "within":
+        field, _, message = message.partition("|")
+        return f"{'.'.join([*path, field])}: {message}"
+    key = ".".join(path)
+    if problem["type"] == "extra_forbidden":
+        siblings = _fields(model, path[:-1])
+        close = get_close_matches(path[-1], siblings, 1, 0.5)
+        hint = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(siblings)}"
+        return f"{key}: unknown key; {hint}"
+    if problem["type"] == "missing":
+        return f"{key}: this key is missing"
+    if problem["type"] == "model_type":
+        return f"{key}: {_short(given)} is wrong: expected a section of keys"
+    if isinstance(given, dict) and problem["type"] != "value_error":
+        return f"{key}: {message}"
+    return f"{key}: {_short(given)} is wrong: {message}"
+
+
+def _fields(model: Any, path: list[str]) -> list[str]:
+    for part in path:
+        model = model.model_fields[part].annotation
+    return list(model.model_fields)
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _read(source: str | Path) -> dict[str, Any]:
+    if str(source) in PRESETS:
+        return _load(resources.files("evslip").joinpath("presets", f"{source}.toml").read_text(), str(source))
+    path = Path(source)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        names = ", ".join(PRESETS)
+        raise ConfigError(f"{source}: neither a preset ({names}) nor a TOML file that exists") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{source}: cannot be read as a TOML file: {error}") from None
+    return _load(text, str(source))
+
+
+def _load(text: str, source: str) -> dict[str, Any]:
+    try:
+        tree = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{source}: not valid TOML: {error}") from None
+    base = tree.pop("preset", None if source == "simple" else "simple")
+    if base is None:
+        return tree
+    if base not in PRESETS:
+        raise ConfigError(f"{source}: preset: {base!r} is unknown; expected one of {', '.join(PRESETS)}")
+    return _merge(_read(base), tree)
+
+
+def _merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in over.items():
+        nested = isinstance(value, dict) and isinstance(base.get(key), dict) and not set(base[key]) <= {"min", "max"}
+        merged[key] = _merge(base[key], value) if nested else value
+    return merged
+
+
+def _assign(tree: dict[str, Any], key: str, value: Any) -> None:
+    *sections, name = key.split(".")
+    for part in sections:
+        tree = tree.setdefault(part, {})
+        if not isinstance(tree, dict):
+            raise ConfigError(f"{key}: unknown key; {part} is not a section")
+    tree[name] = value
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + " }"
+    return repr(value)

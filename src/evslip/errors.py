@@ -1,0 +1,32 @@
+"""The errors a user can meet. Each message is one line: what was wrong, where, and what would be right."""
+
+
+class EvslipError(Exception):
+    """Base of every error evslip raises on purpose; the command line prints its one line and exits with code 2."""
+
+
+class ConfigError(EvslipError):
+    """A configuration key is unknown, of the wrong type, out of range, or asks for what the robot cannot do."""
+
+
+class DataError(EvslipError):
+    """A file or folder is missing, empty, truncated, damaged, or not what it claims to be."""
+
+
+class StorageError(EvslipError):
+    """The disk refused: full, read-only, or not permitted."""
+
+
+class MissingExtraError(EvslipError):
+    """An optional package is not installed; the message names the command that installs it."""
+
+
+class GraspFailed(EvslipError):
+    """The physics let the grasp fail. Not a user error: recorded as a rejection at its index, never redrawn.
+
+    `kind` is a short stable name: "never_held", "dropped_early", "tipped", "unstable".
+    """
+
+    def __init__(self, kind: str, message: str):
+        super().__init__(message)
+        self.kind = kind

@@ -1,0 +1,187 @@
+"""Every parameter of a sample, with its unit and its limits.
+
+The same fields serve twice: in a `Config` a field may hold a distribution, in `Params` it holds the value drawn.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Strict, model_validator
+from pydantic_core import PydanticCustomError
+
+from evslip.values import extremes
+
+N = TypeVar("N")
+"""Number in Params, distribution in a Config."""
+S = TypeVar("S")
+"""Name in Params, name or choices in a Config."""
+
+
+@dataclass(frozen=True)
+class Within:
+    """Physical limits of a field; checked at both ends of a distribution."""
+
+    low: float
+    high: float
+
+
+class Section(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    @model_validator(mode="after")
+    def _check_limits(self) -> "Section":
+        for name, field in type(self).model_fields.items():
+            for limit in field.metadata:
+                value: Any = getattr(self, name)
+                if isinstance(limit, Within) and value is not None:
+                    low, high = extremes(value)
+                    if low < limit.low or high > limit.high:
+                        bad = low if low < limit.low else high
+                        raise PydanticCustomError(
+                            "within", f"{name}|{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
+                        )
+        return self
+
+
+class ObjectSpec(Section, Generic[N, S]):
+    """The cuboid. At the start its sides are parallel to the table's axes; its depth is the gripped side."""
+
+    width_m: Annotated[N, Within(0.01, 0.2)]
+    """Size along world x, in the image plane of the side camera."""
+    depth_m: Annotated[N, Within(0.005, 0.075)]
+    """Size along world y, between the pads; the hand opens to 0.08 m."""
+    height_m: Annotated[N, Within(0.02, 0.25)]
+    """Size along world z."""
+    mass_kg: Annotated[N, Within(0.001, 2.0)]
+    """Mass, evenly distributed."""
+    x_m: Annotated[N, Within(-1.0, 1.0)]
+    """Centre on the table, along the robot's forward axis."""
+    y_m: Annotated[N, Within(-1.0, 1.0)]
+    """Centre on the table, to the robot's left."""
+    texture: S
+    """Name of a texture of the pool, or path of an image."""
+
+
+class GripSpec(Section, Generic[N, S]):
+    """Where and how hard the hand grips."""
+
+    offset: Annotated[N, Within(-1.0, 1.0)]
+    """Gripping point along the width, as a share of 0.9 x half width; 0 is the middle."""
+    depth_m: Annotated[N, Within(-0.0075, 0.05)]
+    """Tool centre below the top edge; negative is above it, where the pads still overlap the object."""
+    force_n: Annotated[N, Within(0.1, 70.0)]
+    """Normal force of each pad."""
+    friction: Annotated[N, Within(0.05, 2.0)]
+    """Coulomb friction coefficient between pad and object."""
+
+
+class SurfaceSpec(Section, Generic[N, S]):
+    """The table: a plane at z = 0."""
+
+    texture: S
+    """Name of a texture of the pool, or path of an image."""
+    tile_m: Annotated[N, Within(0.01, 10.0)]
+    """Side of one repetition of the texture."""
+
+
+class BackgroundSpec(Section, Generic[N, S]):
+    """The sphere around the scene: background and ambient light."""
+
+    texture: S
+    """Name of a texture of the pool, or path of an image."""
+    luminance_cd_m2: Annotated[N, Within(0.0, 1e7)]
+    """Luminance where the texture is white."""
+    radius_m: Annotated[N, Within(5.0, 1000.0)]
+    """Radius, about the world's origin."""
+    tile_deg: Annotated[N, Within(1.0, 360.0)]
+    """Angle that one repetition of the texture covers, seen from the centre."""
+
+
+class LightSpec(Section, Generic[N, S]):
+    """A luminous sphere above the table: casts the shadows."""
+
+    luminance_cd_m2: Annotated[N, Within(0.0, 1e10)]
+    """Luminance of its surface."""
+    radius_m: Annotated[N, Within(0.001, 10.0)]
+    """Its own radius: larger is brighter, with softer shadows."""
+    distance_m: Annotated[N, Within(1.0, 1000.0)]
+    """From the world's origin to its centre."""
+    azimuth_deg: Annotated[N, Within(-360.0, 360.0)]
+    """About world z, from the x axis."""
+    polar_deg: Annotated[N, Within(0.0, 90.0)]
+    """From the zenith: 0 overhead, 90 at the horizon."""
+
+
+class MotionSpec(Section, Generic[N, S]):
+    """The pick-and-place: approach, grasp, lift, tilt while moving sideways, back, place, release."""
+
+    duration_s: Annotated[N, Within(3.0, 60.0)]
+    """Whole length; the way-points scale with it."""
+    lift_m: Annotated[N, Within(0.0, 0.5)]
+    """Height of the lift."""
+    move_x_m: Annotated[N, Within(-1.0, 1.0)]
+    """Way to the goal along world x."""
+    move_y_m: Annotated[N, Within(-1.0, 1.0)]
+    """Way to the goal along world y."""
+    tilt_deg: Annotated[N, Within(-60.0, 60.0)]
+    """Largest lateral tilt, about the closing axis."""
+
+
+class CameraSpec(Section, Generic[N, S]):
+    """The event camera, fixed to the hand."""
+
+    mount: Literal["side", "front"] = "side"
+    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it."""
+    width: Annotated[int, Strict(), Within(16, 4096)] = 346
+    """Columns."""
+    height: Annotated[int, Strict(), Within(16, 4096)] = 260
+    """Rows."""
+    fov_deg: Annotated[N, Within(5.0, 120.0)]
+    """Horizontal field of view."""
+    exposure: Literal["sample", "absolute"] = "sample"
+    """Sample: the median luminance of the first held frame becomes 0.25 of white, as an aperture set once would.
+    Absolute: white is white_cd_m2."""
+    white_cd_m2: Annotated[N, Within(1e-6, 1e10)]
+    """Luminance of white when the exposure is absolute."""
+
+
+class SensorSpec(Section, Generic[N, S]):
+    """The event pixels: a preset, and what differs from it."""
+
+    preset: str = "davis346"
+    """Name of an EventCamera preset."""
+    theta: Annotated[N | None, Within(0.01, 5.0)] = None
+    """Contrast threshold of both polarities, in ln units."""
+    sigma: Annotated[N | None, Within(0.0, 1.0)] = None
+    """Standard deviation of the threshold over the pixels, in ln units."""
+    cutoff_hz: Annotated[N | None, Within(0.0, 1e6)] = None
+    """Low-pass corner at white; 0 is none."""
+    leak_rate_hz: Annotated[N | None, Within(0.0, 1e3)] = None
+    """Leak events a second and pixel."""
+    shot_rate_hz: Annotated[N | None, Within(0.0, 1e3)] = None
+    """Shot-noise events a second and pixel in the dark."""
+    refractory_us: Annotated[N | None, Within(0.0, 1e6)] = None
+    """Dead time after an event."""
+
+
+class RenderSpec(Section, Generic[N, S]):
+    """When frames are drawn."""
+
+    max_motion_px: Annotated[float, Strict(), Within(0.01, 16.0)] = 0.5
+    """Farthest that any point may move in the image between two frames."""
+    min_rate_hz: Annotated[float, Strict(), Within(1.0, 10000.0)] = 60.0
+    """Lowest frame rate, when nothing moves."""
+
+
+class SampleSpec(Section, Generic[N, S]):
+    """All of one sample."""
+
+    object: ObjectSpec[N, S]
+    grip: GripSpec[N, S]
+    surface: SurfaceSpec[N, S]
+    background: BackgroundSpec[N, S]
+    light: LightSpec[N, S]
+    motion: MotionSpec[N, S]
+    camera: CameraSpec[N, S]
+    sensor: SensorSpec[N, S]
+    render: RenderSpec[N, S]

@@ -1,0 +1,31 @@
+"""What the physics hands on: poses, joints and forces at 1 kHz."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.params import Params
+
+
+class Trajectory(NamedTuple):
+    """One pick-and-place, sampled at 1 kHz. World frame: metres, z up, table top at z = 0."""
+
+    params: Params
+    """The concrete parameters it was simulated from; they and the poses are all that rendering needs."""
+    t_us: np.ndarray
+    """Sample times in microseconds, int64 of shape (n,)."""
+    gripper_pose: np.ndarray
+    """Hand frame (panda_hand) in the world: position, then quaternion wxyz; float64 of shape (n, 7)."""
+    object_pose: np.ndarray
+    """Object frame (centre of the cuboid) in the world, as gripper_pose; of shape (n, 7)."""
+    joints: np.ndarray
+    """Arm joint angles in radians (7), then the travel of the left and right finger in metres; of shape (n, 9)."""
+    pad_force_n: np.ndarray
+    """Normal force on the left and right pad in newtons; of shape (n, 2)."""
+    floor_force_n: np.ndarray
+    """Normal force between object and surface in newtons; of shape (n,)."""
+
+    @property
+    def finger_gap_m(self) -> np.ndarray:
+        """Distance between the two pads' faces in metres; of shape (n,)."""
+        return self.joints[:, 7] + self.joints[:, 8]

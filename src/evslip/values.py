@@ -1,0 +1,90 @@
+"""A constant or a distribution in the same config field (after Drake's schema/stochastic.h)."""
+
+import math
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, PlainSerializer, PlainValidator
+
+LATTICE_BITS = 32
+"""A range is drawn on a lattice of 2**33 points: even ones for training, odd ones for test."""
+
+
+class Range(BaseModel):
+    """A uniform distribution over [min, max]."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    min: float
+    max: float
+
+    def draw(self, rng: np.random.Generator, odd: bool) -> float:
+        """One value; draws with odd=True and odd=False can never be equal."""
+        step = 2 * int(rng.integers(0, 2**LATTICE_BITS)) + odd
+        return self.min + (self.max - self.min) * (step / 2 ** (LATTICE_BITS + 1))
+
+
+Atom = float | Range
+Distribution = float | Range | tuple[Atom, ...]
+
+
+def _number(raw: Any) -> float:
+    if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
+        raise ValueError("expected a finite number")
+    return float(raw)
+
+
+def _atom(raw: Any) -> Atom:
+    if isinstance(raw, Range):
+        return raw
+    if not isinstance(raw, dict):
+        return _number(raw)
+    if set(raw) != {"min", "max"}:
+        raise ValueError("a range needs exactly the keys min and max")
+    low, high = _number(raw["min"]), _number(raw["max"])
+    if not low < high:
+        raise ValueError(f"a range needs min < max, not {low:g} and {high:g}")
+    return Range(min=low, max=high)
+
+
+def parse(raw: Any) -> Distribution:
+    """A number, {min = a, max = b}, or a list of these."""
+    if isinstance(raw, list | tuple):
+        if not raw:
+            raise ValueError("a list of choices needs at least one entry")
+        return tuple(_atom(entry) for entry in raw)
+    try:
+        return _atom(raw)
+    except ValueError as error:
+        if isinstance(raw, dict | Range):
+            raise
+        raise ValueError(f"{error}, {{min = ..., max = ...}} or a list of these") from None
+
+
+def parse_names(raw: Any) -> str | tuple[str, ...]:
+    """A name or a list of names to choose from."""
+    if isinstance(raw, str):
+        return raw
+    if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
+        return tuple(raw)
+    raise ValueError("expected a name or a list of names")
+
+
+def extremes(value: Distribution | float) -> tuple[float, float]:
+    """The smallest and the largest number that a field can become."""
+    if isinstance(value, tuple):
+        pairs = [extremes(atom) for atom in value]
+        return min(low for low, _ in pairs), max(high for _, high in pairs)
+    if isinstance(value, Range):
+        return value.min, value.max
+    return value, value
+
+
+def _plain(value: Distribution) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(atom) for atom in value]
+    return value.model_dump() if isinstance(value, Range) else value
+
+
+Number = Annotated[Distribution, PlainValidator(parse), PlainSerializer(_plain)]
+Names = Annotated[str | tuple[str, ...], PlainValidator(parse_names)]
+Constant = Annotated[float, PlainValidator(_number)]
