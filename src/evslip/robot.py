@@ -1,0 +1,96 @@
+"""The Franka Panda of the package example-robot-data: inertias, limits and meshes from its URDF."""
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from evslip.errors import MissingExtraError
+
+HOME_RAD = np.array([0.0, -0.25, 0.0, -2.35, 0.0, 2.1, 0.785])
+"""Rest pose of the arm: elbow up, hand pointing down."""
+TCP_M = np.array([0.0, 0.0, 0.1034])
+"""Tool centre, the middle between the pads, in the hand frame."""
+HAND = "panda_hand"
+ARM_JOINTS = tuple(f"panda_joint{i}" for i in range(1, 8))
+FINGER_JOINTS = ("panda_finger_joint1", "panda_finger_joint2")
+FINGERS = ("panda_leftfinger", "panda_rightfinger")
+
+_DESCRIPTION = "share/example-robot-data/robots/panda_description"
+
+
+@dataclass(frozen=True)
+class Servo:
+    """A position servo: torque = stiffness * (command - position) - damping * velocity, limited."""
+
+    stiffness: float
+    damping: float
+    limit: float
+
+
+# Stiff enough that the arm follows within micrometres once the command leads by damping / stiffness * velocity.
+ARM_SERVOS = (*[Servo(4500, 450, 87)] * 2, *[Servo(3500, 350, 87)] * 2, *[Servo(2000, 200, 12)] * 3)
+ARM_ARMATURE = 0.1
+FINGER_STIFFNESS, FINGER_DAMPING = 4000.0, 60.0
+
+
+def description_folder() -> Path:
+    """Folder of the Panda's URDF and meshes. Raises MissingExtraError."""
+    try:
+        root = Path(str(metadata.distribution("example-robot-data").locate_file("")))
+    except metadata.PackageNotFoundError:
+        raise MissingExtraError("the Panda model is missing; pip install example-robot-data") from None
+    candidates = [root / "cmeel.prefix" / _DESCRIPTION, *(parent / _DESCRIPTION for parent in root.parents)]
+    for folder in candidates:
+        if (folder / "urdf" / "panda.urdf").is_file():
+            return folder
+    raise MissingExtraError(f"example-robot-data is installed, but {_DESCRIPTION} is not in it; reinstall it")
+
+
+@cache
+def _bare_urdf() -> str:
+    """The URDF without geometry, which MuJoCo loads without looking for mesh files."""
+    tree = ET.parse(description_folder() / "urdf" / "panda.urdf")
+    root = tree.getroot()
+    for link in root.iter("link"):
+        for part in [*link.findall("visual"), *link.findall("collision")]:
+            link.remove(part)
+    extension = ET.SubElement(root, "mujoco")
+    ET.SubElement(extension, "compiler", fusestatic="false", autolimits="true")
+    return ET.tostring(root, encoding="unicode")
+
+
+def panda(grip_force_n: float) -> Any:
+    """A mujoco.MjSpec of the arm and hand without any geometry, weightless, with servos on every joint.
+
+    Each finger pushes with at most `grip_force_n`, so a finger told to close into an object presses with exactly that.
+    """
+    spec = mujoco.MjSpec.from_string(_bare_urdf())
+    for body in spec.bodies[1:]:
+        body.gravcomp = 1
+    for name, servo in zip(ARM_JOINTS, ARM_SERVOS, strict=True):
+        spec.joint(name).armature = ARM_ARMATURE
+        _add_servo(spec, name, servo)
+    for name in FINGER_JOINTS:
+        joint = spec.joint(name)
+        joint.damping[0] = 20.0
+        joint.armature = 0.1
+        joint.range = [-0.002, 0.04]
+        _add_servo(spec, name, Servo(FINGER_STIFFNESS, FINGER_DAMPING, grip_force_n))
+    return spec
+
+
+def _add_servo(spec: Any, joint: str, servo: Servo) -> None:
+    actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    actuator.gainprm[0] = servo.stiffness
+    actuator.biasprm[:3] = [0, -servo.stiffness, -servo.damping]
+    actuator.forcelimited = 1
+    actuator.forcerange = [-servo.limit, servo.limit]
+    actuator.ctrllimited = 0

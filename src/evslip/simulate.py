@@ -1,0 +1,32 @@
+"""Parameters to trajectory: plan the motion, run the physics."""
+
+import mujoco
+import mujoco.rollout
+import numpy as np
+
+from evslip import scene
+from evslip.errors import GraspFailed
+from evslip.motion import plan
+from evslip.params import Params
+from evslip.trajectory import Trajectory
+
+
+def simulate(params: Params) -> Trajectory:
+    """Run the pick-and-place of one sample at 1 kHz; bit-identical for equal parameters on one machine.
+
+    Raises ConfigError for a motion out of reach and GraspFailed when the physics diverges.
+    """
+    model = scene.build(params)
+    planned = plan(params, model)
+    data = mujoco.MjData(model)
+    data.qpos[: planned.command.shape[1]] = np.r_[planned.arm_rad[0], planned.command[0, 7:]]
+    mujoco.mj_forward(model, data)
+    full = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.empty(mujoco.mj_stateSize(model, full))
+    mujoco.mj_getState(model, data, state, full)
+    states, sensors = mujoco.rollout.rollout(model, data, state, planned.command[None])
+    if not np.isfinite(states).all() or data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
+        raise GraspFailed("unstable", "the simulation diverged: the contact forces are too large for the object's mass")
+    gripper, obj, joints, pads, floor = scene.split_sensors(sensors[0])
+    t_us = np.arange(len(gripper), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
+    return Trajectory(params, t_us, gripper, obj, joints, pads, floor)
