@@ -37,15 +37,12 @@ def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None
     tree = _read(source)
     for key, value in (overrides or {}).items():
         _assign(tree, key, value)
-    return config_from_tree(tree, str(source))
+    return _validated(tree, str(source))
 
 
-def config_from_tree(tree: Mapping[str, Any], source: str) -> Config:
-    """A Config from nested plain values; `source` names them in errors."""
-    try:
-        return Config.model_validate(tree)
-    except ValidationError as error:
-        raise ConfigError(f"{source}: {explain(error, Config)}") from None
+def config_from_text(text: str, source: str = "config.toml") -> Config:
+    """Inverse of dump_config; `source` names the text in errors."""
+    return _validated(_load(text, source), source)
 
 
 def parse_override(text: str) -> tuple[str, Any]:
@@ -67,6 +64,13 @@ def dump_config(config: Config) -> str:
         if isinstance(section, dict):
             lines += ["", f"[{name}]"] + [f"{key} = {_toml(value)}" for key, value in section.items()]
     return "\n".join(lines) + "\n"
+
+
+def _validated(tree: Mapping[str, Any], source: str) -> Config:
+    try:
+        return Config.model_validate(tree)
+    except ValidationError as error:
+        raise ConfigError(f"{source}: {explain(error, Config)}") from None
 
 
 def explain(error: ValidationError, model: type) -> str:

@@ -1,0 +1,147 @@
+"""From an index to a record, and from a configuration to a data set."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from evslip import dataset
+from evslip.config import Config, config_from_text, dump_config, load_config
+from evslip.errors import ConfigError, GraspFailed
+from evslip.events import camera_for
+from evslip.frame import Frame
+from evslip.params import Params, draw
+from evslip.record import Record, encode
+from evslip.render import render
+from evslip.runners import runner
+from evslip.simulate import simulate
+from evslip.truth import measure
+
+STAGES = ("physics", "frames and events", "file")
+
+
+@dataclass
+class Stopwatch:
+    """Seconds spent in each stage."""
+
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] += time.perf_counter() - start
+
+
+class Job(NamedTuple):
+    """One sample to make; small and plain, so that any runner can ship it."""
+
+    root: str
+    config_toml: str
+    split: str
+    index: int
+
+
+class Made(NamedTuple):
+    """What became of a job."""
+
+    entry: dict
+    """The journal line: name, kind, sha256, bytes, events."""
+    seconds: dict[str, float]
+    """By stage."""
+
+
+class Summary(NamedTuple):
+    """What a run of `generate` did."""
+
+    made: list[Made]
+    skipped: int
+    """Samples that an earlier run had finished."""
+    seconds: float
+
+
+def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
+    """The whole record of one sample; a pure function of its parameters.
+
+    A grasp that fails in physics gives a record of kind "rejected" that says why.
+    """
+    watch = watch or Stopwatch()
+    try:
+        with watch.stage("physics"):
+            trajectory = simulate(params)
+            truth = measure(trajectory)
+    except GraspFailed as failure:
+        return Record.rejected(params, failure)
+    with watch.stage("frames and events"):
+        frames = _Counter(render(trajectory, start_us=truth.span_us[0], end_us=truth.span_us[1]))
+        events = camera_for(params).run(frames)
+    return Record.simulated(params, trajectory, truth, events, frames=frames.count)
+
+
+def make_sample(job: Job) -> Made:
+    """Make one sample and put it into its data set."""
+    watch = Stopwatch()
+    try:
+        record = make_record(draw(config_from_text(job.config_toml), job.index, job.split), watch)
+    except ConfigError as error:
+        raise ConfigError(f"sample {job.split}/{job.index}: {error}") from None
+    with watch.stage("file"):
+        entry = dataset.add(Path(job.root), record, encode(record))
+    return Made(entry, watch.seconds)
+
+
+def generate(
+    config: Config | str | Path,
+    out: str | Path,
+    count: int,
+    *,
+    split: str = "train",
+    workers: int | None = None,
+    runner_name: str = "local",
+    progress: Callable[[Made], None] | None = None,
+) -> Summary:
+    """Fill a data set with the samples 0 to count - 1 of a split.
+
+    Samples that are there already are left alone, so running it again resumes. The records' bytes do not depend on
+    `workers` or the runner. Raises ConfigError (also when the folder holds a data set of another configuration) and
+    StorageError.
+    """
+    start = time.perf_counter()
+    if not isinstance(config, Config):
+        config = load_config(config)
+    if count < 1:
+        raise ConfigError(f"count: {count} is out of range, expected 1 or more")
+    workers = len(os.sched_getaffinity(0)) if workers is None else workers
+    if workers < 1:
+        raise ConfigError(f"workers: {workers} is out of range, expected 1 or more")
+    run = runner(runner_name)
+    draw(config, count - 1, split)  # a configuration that cannot be drawn from shall leave no folder behind
+    root, text = Path(out).absolute(), dump_config(config)
+    dataset.create(root, text)
+    dataset.plan(root, split, count)
+    finished = dataset.finished(root)
+    jobs = [Job(str(root), text, split, i) for i in range(count) if (split, i) not in finished]
+    made = []
+    for result in run(make_sample, jobs, min(workers, max(1, len(jobs)))):
+        made.append(result)
+        if progress:
+            progress(result)
+    return Summary(made, count - len(jobs), time.perf_counter() - start)
+
+
+class _Counter:
+    """Counts what passes through an iterator."""
+
+    def __init__(self, items: Iterator[Frame]):
+        self._items = items
+        self.count = 0
+
+    def __iter__(self) -> Iterator[Frame]:
+        for item in self._items:
+            self.count += 1
+            yield item
