@@ -16,7 +16,9 @@ from evslip.errors import EvslipError
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
-DESCRIPTION = "Event-camera data for slip detection: generate, label, train, measure. `evslip VERB --help` explains a verb."
+DESCRIPTION = (
+    "Event-camera data for slip detection: generate, label, train, measure. `evslip VERB --help` explains a verb."
+)
 console = Console(highlight=False, soft_wrap=True)
 
 
@@ -85,9 +87,8 @@ def generate(
         )
     entries = [made.entry for made in summary.made]
     rejected = sum(entry["kind"] == "rejected" for entry in entries)
-    console.print(
-        f"{len(entries)} samples made ({rejected} rejected), {summary.skipped} there already, in {summary.seconds:.1f} s"
-    )
+    made = f"{len(entries)} samples made ({rejected} rejected)"
+    console.print(f"{made}, {summary.skipped} there already, in {summary.seconds:.1f} s")
     if entries:
         seconds = {stage: sum(made.seconds[stage] for made in summary.made) / len(entries) for stage in STAGES}
         each = ", ".join(f"{stage} {value:.2f} s" for stage, value in seconds.items())
@@ -341,7 +342,14 @@ def describe(stream: Any, size: tuple[int, int]) -> str:
 @contextmanager
 def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
     """A bar with the time left; yields what advances it by one."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, TextColumn("left"), TimeRemainingColumn(), console=console) as bar:

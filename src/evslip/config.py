@@ -36,7 +36,7 @@ def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None
     """
     tree = _read(source)
     for key, value in (overrides or {}).items():
-        _assign(tree, key, value)
+        _assign(tree, key, value, str(source))
     return _validated(tree, str(source))
 
 
@@ -142,12 +142,12 @@ def _merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _assign(tree: dict[str, Any], key: str, value: Any) -> None:
+def _assign(tree: dict[str, Any], key: str, value: Any, source: str) -> None:
     *sections, name = key.split(".")
     for part in sections:
         tree = tree.setdefault(part, {})
         if not isinstance(tree, dict):
-            raise ConfigError(f"{key}: unknown key; {part} is not a section")
+            raise ConfigError(f"{source}: {key}: unknown key; {part} is not a section")
     tree[name] = value
 
 

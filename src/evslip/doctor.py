@@ -35,9 +35,7 @@ def examine(count: int) -> list[str]:
     lines.append(_robot())
     free, need = shutil.disk_usage(Path.cwd()).free, count * SAMPLE_BYTES
     verdict = "enough" if free > 1.1 * need else "NOT ENOUGH"
-    lines.append(
-        f"disk: {count} samples need about {need / 1e9:.1f} GB, {free / 1e9:.1f} GB are free here: {verdict}"
-    )
+    lines.append(f"disk: {count} samples need about {need / 1e9:.1f} GB, {free / 1e9:.1f} GB are free here: {verdict}")
     return lines
 
 

@@ -38,7 +38,8 @@ class Stopwatch:
             self.seconds[name] += time.perf_counter() - start
 
 
-class Job(NamedTuple):
+@dataclass(frozen=True)
+class Job:
     """One sample to make; small and plain, so that any runner can ship it."""
 
     root: str

@@ -139,8 +139,9 @@ def _unreachable(params: Params, position: np.ndarray, t_s: float) -> str:
     x, y, z = position
     return (
         f"object.x_m {obj.x_m:g}, object.y_m {obj.y_m:g} with motion.move_x_m {move.move_x_m:g}, motion.move_y_m "
-        f"{move.move_y_m:g}: the Panda cannot reach ({x:.3f}, {y:.3f}, {z:.3f}) m, where its hand must be at {t_s:.2f} s; "
-        f"keep the whole path 0.3 to 0.7 m from the robot's base"
+        f"{move.move_y_m:g}: the Panda cannot reach ({x:.3f}, {y:.3f}, {z:.3f}) m, where its hand must be "
+        f"at {t_s:.2f} s; "
+        "keep the whole path 0.3 to 0.7 m from the robot's base"
     )
 
 

@@ -97,4 +97,6 @@ def _share(config: Config, key: str, choices: Sequence[Any], split: str) -> Sequ
 
 
 def _texture_pool(config: Config) -> set[str]:
-    return {name for _, field, value in _leaves(config) if field == "texture" and isinstance(value, tuple) for name in value}
+    return {
+        name for _, field, value in _leaves(config) if field == "texture" and isinstance(value, tuple) for name in value
+    }

@@ -145,7 +145,7 @@ def brick(rng: np.random.Generator, number: int) -> np.ndarray:
 def weave(rng: np.random.Generator, number: int) -> np.ndarray:
     """Cloth and wicker: threads that go over and under each other."""
     warp, weft = _CLOTHS[number]
-    threads = (64, 32, 48, 16, 64, 24)[number]
+    threads = (64, 32, 48, 16, 60, 24)[number]
     over = (1, 1, 2, 1, 3, 2)[number]
     x, y = _U * threads, _V * threads
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -156,7 +156,10 @@ def weave(rng: np.random.Generator, number: int) -> np.ndarray:
     fluff = fractal(rng, 128, 128, 2, 0.8)
     stain = fractal(rng, 4, 4, 4)
     image = np.where(top[..., None], np.asarray(warp), np.asarray(weft))
-    return image * ((0.3 + 0.7 * profile * along) * (0.7 + 0.3 * tone + 0.5 * (fluff - 0.5) + 0.4 * (stain - 0.5)))[..., None]
+    return (
+        image
+        * ((0.3 + 0.7 * profile * along) * (0.7 + 0.3 * tone + 0.5 * (fluff - 0.5) + 0.4 * (stain - 0.5)))[..., None]
+    )
 
 
 def cardboard(rng: np.random.Generator, number: int) -> np.ndarray:
@@ -196,7 +199,7 @@ def tile(rng: np.random.Generator, number: int) -> np.ndarray:
         x, y = x + y, x - y
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
     odd = ((i + j) % 2).astype(float)
-    tone = rng.random((2 * count, 2 * count))[j % (2 * count) if number % 3 != 2 else j % count, i % count]
+    tone = rng.random((count, count))[j % count, i % count]
     share = odd if number % 2 == 0 else step(0.3, 0.7, tone)
     glaze = fractal(rng, 8, 8, 5, 0.6)
     edge = np.minimum(np.abs(x - np.floor(x + 0.5)), np.abs(y - np.floor(y + 0.5)))

@@ -37,9 +37,8 @@ class Section(BaseModel):
                     low, high = extremes(value)
                     if low < limit.low or high > limit.high:
                         bad = low if low < limit.low else high
-                        raise PydanticCustomError(
-                            "within", f"{name}|{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
-                        )
+                        expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
+                        raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
         return self
 
 

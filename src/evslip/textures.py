@@ -64,7 +64,9 @@ def _photograph(name: str) -> np.ndarray:
     try:
         with Image.open(path) as picture:
             if max(picture.size) > MAX_SIDE_PX:
-                raise ConfigError(f"texture: {name}: {picture.size} pixels is too large, expected at most {MAX_SIDE_PX}")
+                raise ConfigError(
+                    f"texture: {name}: {picture.size} pixels is too large, expected at most {MAX_SIDE_PX}"
+                )
             picture.draft("RGB", (2 * patterns.SIZE, 2 * patterns.SIZE))
             pixels = picture.convert("RGB").resize((patterns.SIZE, patterns.SIZE), Image.Resampling.BOX, reducing_gap=2)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:

@@ -83,7 +83,9 @@ def _recorded(trajectory: Trajectory) -> tuple[int, int]:
     closed = _first_run(settled[:opening], round(SETTLED_S / (t_s[1] - t_s[0])))
     if closed is None:
         peak = trajectory.pad_force_n[:opening].min(axis=1).max()
-        raise GraspFailed("never_closed", f"the pads never carried {force:g} N at rest; the weaker one reached {peak:.2g} N")
+        raise GraspFailed(
+            "never_closed", f"the pads never carried {force:g} N at rest; the weaker one reached {peak:.2g} N"
+        )
     return closed, opening
 
 
@@ -94,12 +96,12 @@ def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, 
     lost = _first_run(empty, round(LOST_S * 1e6 / step_us))
     end = opening if lost is None else closed + lost
     lowering = min(end, phase_times(trajectory.params)["placement"][0] // step_us)
-    touching = trajectory.floor_force_n > 0
+    touching = np.asarray(trajectory.floor_force_n > 0)
     lifting_touches = np.flatnonzero(touching[closed:lowering])
     first = closed + (int(lifting_touches[-1]) + 1 if len(lifting_touches) else 0)
     landed = _first_run(touching[first:end], 1)
     last = end if landed is None else first + landed
-    if last <= first:
+    if (last - first) * step_us < SETTLED_S * 1e6:
         raise GraspFailed("never_lifted", "the object stayed on the surface: the grip cannot carry it")
     return first, last
 

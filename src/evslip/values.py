@@ -79,12 +79,12 @@ def extremes(value: Distribution | float) -> tuple[float, float]:
     return value, value
 
 
-def _plain(value: Distribution) -> Any:
+def _plain(value: Distribution | str | tuple[str, ...]) -> Any:
     if isinstance(value, tuple):
         return [_plain(atom) for atom in value]
     return value.model_dump() if isinstance(value, Range) else value
 
 
 Number = Annotated[Distribution, PlainValidator(parse), PlainSerializer(_plain)]
-Names = Annotated[str | tuple[str, ...], PlainValidator(parse_names)]
+Names = Annotated[str | tuple[str, ...], PlainValidator(parse_names), PlainSerializer(_plain)]
 Constant = Annotated[float, PlainValidator(_number)]

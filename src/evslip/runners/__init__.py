@@ -11,9 +11,7 @@ Result = TypeVar("Result")
 
 
 class Runner(Protocol):
-    def __call__(
-        self, work: Callable[[Task], Result], tasks: Iterable[Task], workers: int
-    ) -> Iterator[Result]:
+    def __call__(self, work: Callable[[Task], Result], tasks: Iterable[Task], workers: int) -> Iterator[Result]:
         """Yield work(task) for every task, in any order; an exception of one task ends the run."""
         ...
 

@@ -1,0 +1,92 @@
+"""Events in the HDF5 layout of DSEC (https://dsec.ifi.uzh.ch/data-format/), with labels beside them if there are any.
+
+events/x, events/y   uint16
+events/t             uint32 microseconds after t_offset (int64 if they last over 71 minutes)
+events/p             uint8, 1 is ON
+events/body, cause   uint8, evslip's labels; absent where nothing is known
+ms_to_idx            uint64, the first event at or after each millisecond after t_offset
+t_offset             int64 microseconds
+"""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from evslip import atomic, hdf5
+from evslip.codecs.inputs import check_events, check_size, extent
+from evslip.errors import DataError
+from evslip.events.stream import Events
+
+READS_SIZE = True
+
+
+def read(path: Path) -> tuple[Events, tuple[int, int]]:
+    """The events and the sensor's (width, height); for files that do not state it, the extent of the events."""
+    with hdf5.opened(path) as file:
+        events = get_events(file)
+        if "width" in file.attrs and "height" in file.attrs:
+            size = hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int)
+        else:
+            size = extent(events)
+        size = check_size(*size, path)
+    check_events(events, size, path)
+    return events, size
+
+
+def write(path: Path, events: Events, size: tuple[int, int]) -> None:
+    """Write atomically. Raises StorageError."""
+    check_events(events, size, path)
+
+    def fill(file: h5py.File) -> None:
+        file.attrs["width"], file.attrs["height"] = size
+        put_events(file, events)
+
+    atomic.write_bytes(path, hdf5.image(fill))
+
+
+def put_events(file: h5py.File, events: Events) -> None:
+    """Add a sorted stream to a file."""
+    t_us = events.t_us
+    # Times that fit as they are stay as they are, so that DSEC's millisecond index counts from the start of the record.
+    offset = 0 if not events.count or (t_us[0] >= 0 and t_us[-1] < 2**32) else int(t_us[0])
+    fits = not events.count or int(t_us[-1]) - offset < 2**32
+    times = (t_us - offset).astype(np.uint32) if fits else t_us - offset
+    group = file.create_group("events")
+    for name, values in {"x": events.x, "y": events.y, "t": times, "p": events.p.astype(np.uint8)}.items():
+        hdf5.put(group, name, values)
+    for name, labels in {"body": events.body, "cause": events.cause}.items():
+        if labels is not None:
+            hdf5.put(group, name, labels)
+    if fits:
+        last_ms = int(times[-1]) // 1000 if events.count else -1
+        hdf5.put(file, "ms_to_idx", np.searchsorted(times, np.arange(last_ms + 2) * 1000).astype(np.uint64))
+    file.create_dataset("t_offset", data=np.int64(offset))
+
+
+def get_events(file: h5py.File) -> Events:
+    """The stream of a file, its dtypes brought to those of Events; the caller checks order and extent."""
+    group = file.get("events") if "events" in file else None
+    if not isinstance(group, h5py.Group):
+        raise DataError(
+            f"{file.filename}: no group events; expected the DSEC layout events/x, events/y, events/t, events/p"
+        )
+    t = hdf5.get(group, "t", "iu", (None,))
+    offset = int(hdf5.get(file, "t_offset", "iu", ())) if "t_offset" in file else 0
+    if len(t) and not (-(2**62) < offset < 2**62 and int(t.min()) > -(2**62) and int(t.max()) < 2**62):
+        raise DataError(f"{file.filename}: events/t: times beyond 2**62 us")
+    columns = {name: hdf5.get(group, name, "biu", t.shape) for name in ("x", "y", "p")}
+    for name, (low, high) in {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1)}.items():
+        values = columns[name]
+        if len(t) and (int(values.min()) < low or int(values.max()) > high):
+            raise DataError(
+                f"{file.filename}: events/{name}: {values.min()} to {values.max()}, expected {low} to {high}"
+            )
+    labels = [hdf5.get(group, name, "u", t.shape) if name in group else None for name in ("body", "cause")]
+    return Events(
+        t.astype(np.int64) + offset,
+        columns["x"].astype(np.uint16),
+        columns["y"].astype(np.uint16),
+        columns["p"] > 0,
+        *labels,
+    )

@@ -1,0 +1,83 @@
+"""What every reader checks: that there is a file, and that its events can be events."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evslip.errors import DataError
+from evslip.events.stream import CAUSES, Events
+from evslip.frame import BODIES, NO_BODY
+
+_DTYPES = {"t_us": np.int64, "x": np.uint16, "y": np.uint16, "p": np.bool_, "body": np.uint8, "cause": np.uint8}
+
+
+def require_file(path: str | Path) -> Path:
+    """The path, if it is a non-empty file that may be read. Raises DataError."""
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+    except FileNotFoundError:
+        raise DataError(f"{path}: no such file") from None
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be opened: {getattr(error, 'strerror', None) or error}") from None
+    if path.is_dir():
+        raise DataError(f"{path}: is a folder, a file was expected")
+    if not os.access(path, os.R_OK):
+        raise DataError(f"{path}: permission denied")
+    if size == 0:
+        raise DataError(f"{path}: the file is empty")
+    return path
+
+
+def check_events(events: Events, size: tuple[int, int] | None, where: object) -> None:
+    """Raise DataError, naming `where`, unless the arrays agree with what Events promises.
+
+    `size` is the sensor's (width, height); None skips the check of the coordinates.
+    """
+    for name, dtype in _DTYPES.items():
+        column = getattr(events, name)
+        if column is None and name in ("body", "cause"):
+            continue
+        if column.dtype != dtype or column.shape != (len(events.t_us),):
+            raise DataError(
+                f"{where}: events/{name}: {column.dtype} of shape {column.shape}, "
+                f"expected {np.dtype(dtype)} of shape ({len(events.t_us)},)"
+            )
+    if not events.count:
+        return
+    # Compared, not subtracted: times of a damaged file may be farther apart than an int64 can hold.
+    backward = np.flatnonzero(events.t_us[1:] < events.t_us[:-1])
+    if backward.size:
+        i = int(backward[0]) + 1
+        raise DataError(
+            f"{where}: events/t: event {i} at {events.t_us[i]} us comes after one at {events.t_us[i - 1]} us; "
+            "times must never decrease"
+        )
+    for name, limit in zip("xy", size or (), strict=False):
+        _below(getattr(events, name), limit, f"{where}: events/{name}", f"the sensor's size is {size}")
+    if events.body is not None:
+        _below(np.where(events.body == NO_BODY, 0, events.body), len(BODIES), f"{where}: events/body", "")
+    if events.cause is not None:
+        _below(events.cause, len(CAUSES), f"{where}: events/cause", "")
+
+
+def check_size(width: Any, height: Any, where: object) -> tuple[int, int]:
+    """(width, height) as ints that a sensor can have. Raises DataError."""
+    if not (1 <= int(width) <= 65536 and 1 <= int(height) <= 65536):
+        raise DataError(f"{where}: the sensor's size is {width} x {height}, expected 1 to 65536 columns and rows")
+    return int(width), int(height)
+
+
+def extent(events: Events) -> tuple[int, int]:
+    """The smallest (width, height) that holds all events; (1, 1) for none."""
+    if not events.count:
+        return 1, 1
+    return int(events.x.max()) + 1, int(events.y.max()) + 1
+
+
+def _below(values: np.ndarray, limit: int, where: str, note: str) -> None:
+    highest = int(values.max())
+    if highest >= limit:
+        raise DataError(f"{where}: {highest} is out of range, expected 0 to {limit - 1}{note and '; ' + note}")

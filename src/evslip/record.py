@@ -1,0 +1,204 @@
+"""One sample's file: everything known about one pick-and-place or one recording, written once."""
+
+import importlib.metadata
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import h5py
+import numpy as np
+
+import evslip
+from evslip import atomic, hdf5
+from evslip.codecs.hdf5 import get_events, put_events
+from evslip.codecs.inputs import check_events, check_size
+from evslip.errors import DataError
+from evslip.events.stream import Events, empty_events
+from evslip.params import Params
+from evslip.seeds import SPLITS
+from evslip.trajectory import Trajectory
+from evslip.truth import Truth
+
+FORMAT, VERSION = "evslip", 1
+Kind = Literal["simulated", "rejected", "recording"]
+
+_TRAJECTORY = {"gripper_pose": (7,), "object_pose": (7,), "joints": (9,), "pad_force_n": (2,), "floor_force_n": ()}
+_TRUTH = {"theta_deg": (), "rotation": (4,), "position_m": (3,)}
+"""Trailing shapes of the float arrays; float32 or float64, kept as they come."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Record:
+    """A sample. Simulated ones have parameters, trajectory and truth; recordings have events alone."""
+
+    kind: Kind
+    name: str
+    """The split and the index, such as train/0000007, or the stem of a recording's file."""
+    size: tuple[int, int]
+    """The sensor's (width, height)."""
+    events: Events
+    split: str | None = None
+    index: int | None = None
+    params: Params | None = None
+    trajectory: Trajectory | None = None
+    truth: Truth | None = None
+    rejection: tuple[str, str] | None = None
+    """Kind and message of the GraspFailed, if that is what became of the sample."""
+    stats: dict[str, int] = field(default_factory=dict)
+    """Counts that say how it was made, such as frames rendered. Equal for equal seeds: no times, no host names."""
+    provenance: dict[str, str] = field(default_factory=dict)
+    """Versions of evslip and of the libraries that determine the bytes."""
+
+
+def provenance(*packages: str) -> dict[str, str]:
+    """Versions of evslip, numpy, HDF5 and the named packages, without importing them."""
+    versions = {name: importlib.metadata.version(name) for name in ("numpy", *packages)}
+    return {"evslip": evslip.__version__, "hdf5": h5py.version.hdf5_version, **versions}
+
+
+def encode(record: Record) -> bytes:
+    """The record's file; equal records give equal bytes. Raises DataError if its parts contradict one another."""
+    _check(record, record.name)
+    return hdf5.image(lambda file: _fill(file, record))
+
+
+def write(path: Path, record: Record) -> None:
+    """Write a record's file, whole or not at all. Raises DataError, StorageError."""
+    atomic.write_bytes(path, encode(record))
+
+
+def read(path: str | Path, events: bool = True) -> Record:
+    """Read and check a record. With events=False the stream is left on disk and the record's is empty.
+
+    Raises DataError if the file is truncated, damaged, from a newer version, or not a record.
+    """
+    with hdf5.opened(path) as file:
+        record = _record(file, events)
+    _check(record, path)
+    return record
+
+
+def _fill(file: h5py.File, record: Record) -> None:
+    file.attrs.update({"format": FORMAT, "version": VERSION, "kind": record.kind, "name": record.name})
+    file.attrs["width"], file.attrs["height"] = record.size
+    file.attrs["stats"] = json.dumps(record.stats, sort_keys=True)
+    file.attrs["provenance"] = json.dumps(record.provenance, sort_keys=True)
+    if record.split is not None:
+        file.attrs["split"] = record.split
+    if record.index is not None:
+        file.attrs["index"] = record.index
+    if record.params is not None:
+        file.attrs["params"] = record.params.model_dump_json()
+    if record.rejection is not None:
+        file.attrs["rejection_kind"], file.attrs["rejection"] = record.rejection
+    put_events(file, record.events)
+    if record.trajectory is not None:
+        _fill_group(file.create_group("trajectory"), record.trajectory, ("t_us", *_TRAJECTORY))
+    if record.truth is not None:
+        group = file.create_group("truth")
+        _fill_group(group, record.truth, ("t_us", *_TRUTH, "held"))
+        group.attrs["span_us"] = np.array(record.truth.span_us, np.int64)
+        if record.truth.onset_us is not None:
+            group.attrs["onset_us"] = record.truth.onset_us
+
+
+def _fill_group(group: h5py.Group, values: Trajectory | Truth, names: tuple[str, ...]) -> None:
+    for name in names:
+        array = getattr(values, name)
+        hdf5.put(group, name, array.astype(np.uint8) if array.dtype == bool else array)
+
+
+def _record(file: h5py.File, events: bool) -> Record:
+    if file.attrs.get("format") != FORMAT:
+        raise DataError(f"{file.filename}: an HDF5 file, but not a record of evslip (no attribute format = {FORMAT!r})")
+    version = hdf5.attribute(file, "version", int)
+    if version != VERSION:
+        raise DataError(f"{file.filename}: version {version} of the format; this evslip reads version {VERSION}")
+    params = Params.from_json(hdf5.attribute(file, "params", str)) if "params" in file.attrs else None
+    rejection = None
+    if "rejection_kind" in file.attrs:
+        rejection = hdf5.attribute(file, "rejection_kind", str), hdf5.attribute(file, "rejection", str)
+    return Record(
+        kind=hdf5.attribute(file, "kind", str),
+        name=hdf5.attribute(file, "name", str),
+        size=(hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int)),
+        events=get_events(file) if events else empty_events(),
+        split=hdf5.attribute(file, "split", str) if "split" in file.attrs else None,
+        index=hdf5.attribute(file, "index", int) if "index" in file.attrs else None,
+        params=params,
+        trajectory=_trajectory(file["trajectory"], params) if "trajectory" in file else None,
+        truth=_truth(file["truth"]) if "truth" in file else None,
+        rejection=rejection,
+        stats=_table(file, "stats"),
+        provenance=_table(file, "provenance"),
+    )
+
+
+def _trajectory(group: Any, params: Params | None) -> Trajectory:
+    if params is None:
+        raise DataError(f"{group.file.filename}: has a trajectory but no parameters")
+    t_us = hdf5.get(group, "t_us", "i", (None,))
+    return Trajectory(params, t_us, *(hdf5.get(group, n, "f", (len(t_us), *s)) for n, s in _TRAJECTORY.items()))
+
+
+def _truth(group: Any) -> Truth:
+    t_us = hdf5.get(group, "t_us", "i", (None,))
+    floats = (hdf5.get(group, name, "f", (len(t_us), *shape)) for name, shape in _TRUTH.items())
+    held = hdf5.get(group, "held", "u", t_us.shape) > 0
+    start, end = (int(t) for t in group.attrs["span_us"])
+    onset = hdf5.attribute(group, "onset_us", int) if "onset_us" in group.attrs else None
+    return Truth(t_us, *floats, held, (start, end), onset)
+
+
+def _table(file: h5py.File, name: str) -> dict[str, Any]:
+    table = json.loads(hdf5.attribute(file, name, str))
+    if not isinstance(table, dict):
+        raise DataError(f"{file.filename}: attribute {name}: expected a JSON object")
+    return table
+
+
+def _check(record: Record, where: object) -> None:
+    """Raise DataError unless the record's parts fit together."""
+    if record.kind not in get_args(Kind):
+        raise DataError(f"{where}: kind {record.kind!r} is unknown; expected one of {', '.join(get_args(Kind))}")
+    check_size(*record.size, where)
+    check_events(record.events, record.size, where)
+    if (record.kind == "rejected") != (record.rejection is not None):
+        raise DataError(f"{where}: kind is {record.kind} but rejection is {record.rejection}")
+    if record.kind == "recording":
+        return
+    params, parts = record.params, (record.trajectory, record.truth)
+    if params is None or (record.kind == "simulated" and None in parts):
+        raise DataError(
+            f"{where}: a {record.kind} record needs its parameters, and a simulated one trajectory and truth"
+        )
+    if record.split not in SPLITS or (record.split, record.index) != (params.split, params.index):
+        raise DataError(
+            f"{where}: is {record.split}/{record.index}, but its parameters are those of {params.split}/{params.index}"
+        )
+    if record.size != (params.camera.width, params.camera.height):
+        raise DataError(f"{where}: size {record.size} is not that of its camera")
+    if record.trajectory is not None:
+        if record.trajectory.params != params:
+            raise DataError(f"{where}: the trajectory has other parameters than the record")
+        _check_arrays(record.trajectory, _TRAJECTORY, f"{where}: trajectory")
+    if record.truth is not None:
+        _check_arrays(record.truth, {**_TRUTH, "held": ()}, f"{where}: truth")
+        if record.trajectory is None or not np.array_equal(record.truth.t_us, record.trajectory.t_us):
+            raise DataError(f"{where}: the truth's times are not the trajectory's")
+
+
+def _check_arrays(values: Trajectory | Truth, shapes: dict[str, tuple[int, ...]], where: str) -> None:
+    times = values.t_us
+    if times.dtype != np.int64 or times.ndim != 1 or not len(times) or (times[1:] <= times[:-1]).any():
+        raise DataError(f"{where}/t_us: expected int64 of shape (n,), n > 0, each greater than the one before")
+    for name, trailing in shapes.items():
+        array = getattr(values, name)
+        if array.dtype.kind not in ("b" if name == "held" else "f") or array.shape != (len(times), *trailing):
+            raise DataError(
+                f"{where}/{name}: {array.dtype} of shape {array.shape}, expected shape {(len(times), *trailing)}"
+            )
+        if array.dtype.kind == "f" and not math.isfinite(float(np.abs(array).max(initial=0.0))):
+            raise DataError(f"{where}/{name}: holds a value that is not finite")

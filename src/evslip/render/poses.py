@@ -1,0 +1,53 @@
+"""Poses between the samples of a trajectory."""
+
+import numpy as np
+
+from evslip.camera import Camera
+from evslip.trajectory import Trajectory
+
+
+def interpolate(times_us: np.ndarray, poses: np.ndarray, at_us: np.ndarray) -> np.ndarray:
+    """Poses (n, 7) at times (m,) inside the range of `times_us`: positions linear, rotations by slerp; (m, 7)."""
+    after = np.clip(np.searchsorted(times_us, at_us, side="right"), 1, len(times_us) - 1)
+    before = after - 1
+    share = ((at_us - times_us[before]) / (times_us[after] - times_us[before]))[:, None]
+    first, second = poses[before], poses[after]
+    q0, q1 = first[:, 3:], second[:, 3:]
+    cosine = np.sum(q0 * q1, 1, keepdims=True)
+    q1 = np.where(cosine < 0, -q1, q1)
+    # From the chord: acos loses all precision for the tiny angles between samples one millisecond apart.
+    angle = 2 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(q1 - q0, axis=1, keepdims=True)))
+    still = angle < 1e-9
+    sine = np.sin(np.where(still, 1.0, angle))
+    w0 = np.where(still, 1 - share, np.sin((1 - share) * angle) / sine)
+    w1 = np.where(still, share, np.sin(share * angle) / sine)
+    rotation = w0 * q0 + w1 * q1
+    rotation /= np.linalg.norm(rotation, axis=1, keepdims=True)
+    return np.concatenate([first[:, :3] + share * (second[:, :3] - first[:, :3]), rotation], 1)
+
+
+def matrices(quaternions: np.ndarray) -> np.ndarray:
+    """Rotation matrices (..., 3, 3) of unit quaternions wxyz (..., 4)."""
+    w, x, y, z = np.moveaxis(quaternions, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+class Poses:
+    """Camera, object and fingers at chosen times, in the world frame."""
+
+    def __init__(self, traj: Trajectory, camera: Camera, at_us: np.ndarray):
+        hand = interpolate(traj.t_us, traj.gripper_pose, at_us)
+        body = interpolate(traj.t_us, traj.object_pose, at_us)
+        turn = matrices(hand[:, 3:])
+        self.camera_position = hand[:, :3] + turn @ camera.position
+        self.camera_rotation = np.ascontiguousarray(turn @ camera.rotation)
+        """Columns right, up, backward; of shape (m, 3, 3)."""
+        self.object_position = np.ascontiguousarray(body[:, :3])
+        self.object_rotation = np.ascontiguousarray(matrices(body[:, 3:]))
+        self.travel_m = np.stack([np.interp(at_us, traj.t_us, traj.joints[:, 7 + side]) for side in (0, 1)], 1)
+        """Of the left and the right finger; of shape (m, 2)."""

@@ -1,0 +1,86 @@
+"""When to draw a frame: often enough that nothing moves far in the image, and no oftener."""
+
+import itertools
+
+import numpy as np
+
+from evslip.camera import Camera, hand_camera
+from evslip.errors import ConfigError
+from evslip.render.poses import Poses
+from evslip.trajectory import Trajectory
+
+GRID = 7
+"""Motion of the scene behind the object is measured at GRID x GRID places of the image."""
+NEAR_M = 0.02
+"""Object corners closer to the camera plane than this are not followed."""
+
+
+def frame_times(
+    traj: Trajectory, start_us: int, end_us: int, *, camera: Camera | None = None, max_motion_px: float | None = None
+) -> np.ndarray:
+    """Times in microseconds, int64, strictly increasing from `start_us` to `end_us`.
+
+    Between two of them no corner of the object and no place of surface or background moves farther in the image than
+    `max_motion_px` (default: the parameters' render.max_motion_px, at the camera's resolution), and no more time passes
+    than one period of render.min_rate_hz. Raises ConfigError.
+    """
+    check_span(traj, start_us, end_us)
+    params = traj.params
+    camera = camera or hand_camera(params)
+    inside = traj.t_us[(traj.t_us > start_us) & (traj.t_us < end_us)]
+    knots = np.concatenate([[start_us], inside, [end_us]]).astype(np.int64)
+    motion = image_motion(Poses(traj, camera, knots), camera, params)
+    limit = max_motion_px or params.render.max_motion_px
+    frames = np.maximum(motion / limit, np.diff(knots) * 1e-6 * params.render.min_rate_hz)
+    progress = np.concatenate([[0.0], np.cumsum(frames)])
+    count = max(1, int(np.ceil(progress[-1] - 1e-9)))
+    times = np.interp(np.linspace(0.0, progress[-1], count + 1), progress, knots.astype(np.float64))
+    return np.unique(np.round(times).astype(np.int64))
+
+
+def check_span(traj: Trajectory, start_us: int, end_us: int) -> None:
+    """Raise ConfigError unless the span is a piece of the trajectory."""
+    first, last = int(traj.t_us[0]), int(traj.t_us[-1])
+    if not first <= start_us < end_us <= last:
+        raise ConfigError(f"span: {start_us} to {end_us} us is not inside the trajectory's {first} to {last} us")
+
+
+def image_motion(poses: Poses, camera: Camera, params) -> np.ndarray:
+    """Farthest movement in pixels of any visible point between consecutive poses; of shape (m - 1,)."""
+    return np.maximum(_object_motion(poses, camera, params), _scene_motion(poses, camera, params.background.radius_m))
+
+
+def _object_motion(poses: Poses, camera: Camera, params) -> np.ndarray:
+    shape = params.object
+    half = np.array([shape.width_m, shape.depth_m, shape.height_m]) / 2
+    corners = np.array(list(itertools.product((-1, 1), repeat=3))) * half
+    world = poses.object_position[:, None] + corners @ poses.object_rotation.transpose(0, 2, 1)
+    image = camera.project(_into(poses.camera_position[:, None], poses.camera_rotation, world))
+    ahead = image[..., 2] > NEAR_M
+    moved = np.hypot(*np.moveaxis(np.diff(image[..., :2], axis=0), -1, 0))
+    moved = np.where(ahead[1:] & ahead[:-1], moved, 0.0).max(1)
+    low = np.where(ahead[..., None], image[..., :2], np.inf).min(1)
+    high = np.where(ahead[..., None], image[..., :2], -np.inf).max(1)
+    visible = np.all((low < (camera.width, camera.height)) & (high > 0), 1)
+    return np.where(visible[1:] | visible[:-1], moved, 0.0)
+
+
+def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
+    x, y = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
+    pixels = np.stack([x.ravel(), y.ravel()], 1)
+    rays = np.stack([pixels[:, 0] - camera.width / 2, camera.height / 2 - pixels[:, 1]], 1) / camera.focal_px
+    rays = np.concatenate([rays, np.full((len(rays), 1), -1.0)], 1)
+    origin = poses.camera_position[:-1, None]
+    rays = rays @ poses.camera_rotation[:-1].transpose(0, 2, 1)
+    a, b = np.sum(rays * rays, -1), np.sum(origin * rays, -1)
+    distance = (np.sqrt(b * b - a * (np.sum(origin * origin, -1) - radius_m**2)) - b) / a
+    down = rays[..., 2] < 0
+    to_surface = np.where(down, -origin[..., 2] / np.where(down, rays[..., 2], -1.0), np.inf)
+    hits = origin + np.minimum(distance, to_surface)[..., None] * rays
+    moved = camera.project(_into(poses.camera_position[1:, None], poses.camera_rotation[1:], hits))[..., :2] - pixels
+    return np.hypot(moved[..., 0], moved[..., 1]).max(1)
+
+
+def _into(position: np.ndarray, rotation: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """World points (m, k, 3) in the axes of frames (m, 1, 3), (m, 3, 3)."""
+    return (points - position) @ rotation

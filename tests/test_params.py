@@ -1,0 +1,95 @@
+import itertools
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evslip.config import load_config
+from evslip.errors import ConfigError
+from evslip.params import Params, draw, grid_size
+from evslip.schema import SampleSpec
+from evslip.values import Range, extremes
+
+
+def leaves(params):
+    return {f"{s}.{n}": v for s in SampleSpec.model_fields for n, v in getattr(params, s)}
+
+
+def test_a_draw_depends_on_configuration_split_and_index_alone():
+    config = load_config("complex")
+    assert draw(config, 7) == draw(load_config("complex"), 7)
+    assert draw(config, 7) != draw(config, 8)
+    assert draw(config, 7) != draw(config, 7, "test")
+    assert draw(config, 7) != draw(load_config("complex", {"seed": 1}), 7)
+
+
+def test_changing_one_distribution_leaves_the_other_values_alone():
+    before = leaves(draw(load_config("complex"), 3))
+    after = leaves(draw(load_config("complex", {"object.width_m": {"min": 0.02, "max": 0.03}}), 3))
+    assert {key for key in before if before[key] != after[key]} == {"object.width_m"}
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=25)
+def test_draws_stay_within_their_ranges(index):
+    config = load_config("complex")
+    params = draw(config, index)
+    for key, value in leaves(params).items():
+        section, name = key.split(".")
+        spec = getattr(getattr(config, section), name)
+        if isinstance(spec, Range):
+            low, high = extremes(spec)
+            assert low <= value <= high
+
+
+def test_train_and_test_share_no_drawn_value():
+    config = load_config("complex", {"grip.force_n": [0.8, 0.9, 1.0, 1.1, 1.2]})
+    drawn = {split: [leaves(draw(config, i, split)) for i in range(150)] for split in ("train", "test")}
+    varied = [key for key in drawn["train"][0] if len({d[key] for d in drawn["train"]}) > 1]
+    assert "object.mass_kg" in varied
+    assert "grip.force_n" in varied
+    for key in varied:
+        assert not {d[key] for d in drawn["train"]} & {d[key] for d in drawn["test"]}, key
+
+
+def test_a_test_texture_occurs_nowhere_in_training():
+    config = load_config("complex")
+    seen = {}
+    for split in ("train", "test"):
+        drawn = [draw(config, i, split) for i in range(200)]
+        seen[split] = {part.texture for p in drawn for part in (p.object, p.surface, p.background)}
+    assert not seen["train"] & seen["test"]
+    assert len(seen["test"]) >= 5
+
+
+def test_a_grid_visits_every_combination_once():
+    config = load_config("simple")
+    assert grid_size(config) == 192
+    keys = [k for k, v in leaves(config).items() if isinstance(v, tuple)]
+    seen = {tuple(leaves(draw(config, i))[k] for k in keys) for i in range(192)}
+    lists = [leaves(config)[k] for k in keys]
+    assert seen == set(itertools.product(*lists))
+
+
+def test_half_of_the_demo_is_heavy():
+    config = load_config("demo")
+    for split in ("train", "test"):
+        heavy = [draw(config, i, split).object.mass_kg > 0.05 for i in range(8)]
+        assert heavy == [False, True] * 4
+
+
+def test_what_cannot_be_drawn_is_refused():
+    simple, complex_ = load_config("simple"), load_config("complex")
+    with pytest.raises(ConfigError, match="test_share"):
+        draw(simple, 0, "test")
+    with pytest.raises(ConfigError, match="split"):
+        draw(complex_, 0, "validation")
+    with pytest.raises(ConfigError, match="index"):
+        draw(complex_, -1)
+    with pytest.raises(ConfigError, match=r"grip\.force_n: too few"):
+        draw(load_config("complex", {"grip.force_n": [1.0]}), 0)
+
+
+def test_params_survive_json():
+    params = draw(load_config("complex"), 5)
+    assert Params.from_json(params.model_dump_json()) == params

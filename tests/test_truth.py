@@ -1,0 +1,98 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import evslip
+from evslip.motion import phase_times
+from evslip.robot import TCP_M
+from evslip.trajectory import Trajectory
+from evslip.truth import angular_difference, measure
+
+N = 7500
+PARAMS = evslip.draw(evslip.load_config("demo"), 0)
+
+
+def scripted(turn_deg: np.ndarray, slide_m: np.ndarray, seed: int = 0) -> Trajectory:
+    """An object that turns about the closing axis through the tool centre and slides along it in a moving hand."""
+    rng = np.random.default_rng(seed)
+    t_us = np.arange(N) * 1000
+    phase = t_us[:, None] / 1e6 * rng.uniform(0.2, 0.6, 3)
+    hand = Rotation.from_euler("xyz", 0.3 * np.sin(phase))
+    where = np.cos(phase)
+    relative = Rotation.from_euler("y", turn_deg[:, None], degrees=True) * Rotation.from_euler("x", 3.0)
+    in_hand = TCP_M + np.array([0, 0, 1]) * slide_m[:, None] + relative.apply([0.01, 0.0, 0.04])
+    poses = [
+        np.hstack([where, hand.as_quat(scalar_first=True)]),
+        np.hstack([where + hand.apply(in_hand), (hand * relative).as_quat(scalar_first=True)]),
+    ]
+    phases = phase_times(PARAMS)
+    gripped = (t_us >= phases["initial"][1] - 200_000) & (t_us < phases["release"][0])
+    standing = (t_us < phases["lift"][0]) | (t_us >= phases["release"][0] - 300_000)
+    joints = np.zeros((N, 9))
+    force = np.repeat(gripped[:, None] * PARAMS.grip.force_n, 2, axis=1)
+    return Trajectory(PARAMS, t_us, *poses, joints, force, standing * 0.1)
+
+
+def ramp(start: int, end: int, height: float) -> np.ndarray:
+    return np.clip((np.arange(N) - start) / (end - start), 0, 1) * height
+
+
+@given(st.integers(0, 1000), st.floats(0.01, 170))
+@settings(max_examples=20, deadline=None)
+def test_theta_is_the_papers_formula(seed, height):
+    trajectory = scripted(ramp(2000, 3000, height), np.zeros(N), seed)
+    gripper, cube = (
+        Rotation.from_quat(pose[:, 3:], scalar_first=True).as_matrix()
+        for pose in (trajectory.gripper_pose, trajectory.object_pose)
+    )
+    moved_gripper, moved_cube = (m @ m[0].T for m in (gripper, cube))
+    trace = np.einsum("nij,nij->n", moved_gripper, moved_cube)
+    expected = np.degrees(np.abs(np.arccos(np.clip((trace - 1) / 2, -1, 1))))
+    theta = angular_difference(trajectory)
+    assert np.abs(theta - expected).max() < 1e-4
+    assert theta[-1] == pytest.approx(height, abs=1e-6)
+
+
+def test_a_still_object_has_neither_theta_nor_onset_however_the_hand_moves():
+    truth = measure(scripted(np.zeros(N), np.zeros(N)))
+    assert truth.onset_us is None
+    assert truth.theta_deg.max() < 1e-5
+    assert np.ptp(truth.position_m, axis=0).max() < 1e-12
+    assert truth.position_m[0] == pytest.approx(TCP_M)
+
+
+def test_the_held_span_lies_between_lift_off_and_touch_down():
+    truth = measure(scripted(np.zeros(N), np.zeros(N)))
+    phases = phase_times(PARAMS)
+    held = truth.t_us[truth.held]
+    assert held[0] == phases["lift"][0]
+    assert held[-1] == phases["release"][0] - 300_000 - 1000
+    assert truth.span_us == (phases["initial"][1] - 200_000, phases["release"][0])
+
+
+def test_onset_is_the_first_tenth_of_a_degree_of_a_rotation_that_reaches_one():
+    truth = measure(scripted(ramp(3000, 4000, 2.0), np.zeros(N)))
+    assert truth.onset_us == pytest.approx(3_050_000, abs=2000)
+
+
+def test_onset_of_a_slide_is_its_first_tenth_of_a_millimetre():
+    truth = measure(scripted(np.zeros(N), ramp(3000, 4000, 0.004)))
+    assert truth.onset_us == pytest.approx(3_025_000, abs=2000)
+
+
+def test_a_movement_that_stays_small_is_no_slip():
+    assert measure(scripted(ramp(3000, 4000, 0.9), ramp(3000, 4000, 0.0019))).onset_us is None
+
+
+def test_rotating_about_the_grip_moves_the_gripped_point_by_nothing():
+    truth = measure(scripted(ramp(3000, 4000, 30.0), np.zeros(N)))
+    assert np.ptp(truth.position_m, axis=0).max() < 1e-12
+
+
+def test_a_lost_grip_ends_the_held_span():
+    trajectory = scripted(np.zeros(N), np.zeros(N))
+    trajectory.pad_force_n[4000:] = 0
+    held = measure(trajectory).held
+    assert np.flatnonzero(held)[-1] == 3999
