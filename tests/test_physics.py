@@ -6,9 +6,11 @@ import pytest
 import evslip
 from evslip import grip, scene
 from evslip.errors import ConfigError, GraspFailed
-from evslip.motion import minimum_jerk, phase_times, plan, tool_path
+from evslip.grip import TCP_M
+from evslip.motion import minimum_jerk, plan, tool_path
 from evslip.params import Params
-from evslip.robot import ARM_JOINTS, TCP_M
+from evslip.phases import phase_times
+from evslip.robot import ARM_JOINTS
 from evslip.simulate import simulate
 from evslip.truth import measure
 

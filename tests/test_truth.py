@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import evslip
-from evslip.motion import phase_times
-from evslip.robot import TCP_M
+from evslip.grip import TCP_M
+from evslip.phases import phase_times
 from evslip.trajectory import Trajectory
 from evslip.truth import angular_difference, measure
 

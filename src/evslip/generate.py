@@ -6,15 +6,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from evslip import dataset
 from evslip.config import Config, config_from_text, dump_config, load_config
 from evslip.errors import ConfigError, GraspFailed
 from evslip.events import camera_for
+from evslip.events.stream import empty_events
 from evslip.frame import Frame
 from evslip.params import Params, draw
-from evslip.record import Record, encode
+from evslip.record import Record, encode, provenance
 from evslip.render import render
 from evslip.runners import runner
 from evslip.simulate import simulate
@@ -77,11 +78,22 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
             trajectory = simulate(params)
             truth = measure(trajectory)
     except GraspFailed as failure:
-        return Record.rejected(params, failure)
+        return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
     with watch.stage("frames and events"):
         frames = _Counter(render(trajectory, start_us=truth.span_us[0], end_us=truth.span_us[1]))
         events = camera_for(params).run(frames)
-    return Record.simulated(params, trajectory, truth, events, frames=frames.count)
+    return _record(
+        params, kind="simulated", events=events, trajectory=trajectory, truth=truth, stats={"frames": frames.count}
+    )
+
+
+def _record(params: Params, **parts: Any) -> Record:
+    name = f"{params.split}/{params.index:07d}"
+    size = (params.camera.width, params.camera.height)
+    versions = provenance("mujoco", "numba", "scipy", "example-robot-data")
+    return Record(
+        name=name, split=params.split, index=params.index, size=size, params=params, provenance=versions, **parts
+    )
 
 
 def make_sample(job: Job) -> Made:

@@ -4,6 +4,8 @@ import numpy as np
 
 from evslip.params import Params
 
+TCP_M = np.array([0.0, 0.0, 0.1034])
+"""Tool centre, the middle between the pads, in the frame of the hand (panda_hand)."""
 PAD_HALF_M = 0.0085
 """Half side of the Panda's square finger pad."""
 FITTED = 0.541

@@ -7,23 +7,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from evslip.errors import ConfigError
-from evslip.grip import tcp_offset_m
+from evslip.grip import TCP_M, tcp_offset_m
 from evslip.params import Params
-from evslip.robot import ARM_JOINTS, ARM_SERVOS, HAND, HOME_RAD, TCP_M
+from evslip.phases import NOMINAL_S, PHASES
+from evslip.robot import ARM_JOINTS, ARM_SERVOS, HAND, HOME_RAD
 from evslip.scene import TIMESTEP_S
-
-NOMINAL_S = 7.5
-"""Duration for which the times below are given; they scale with params.motion.duration_s."""
-PHASES = {
-    "approach": (0.0, 0.5),
-    "initial": (0.5, 0.95),
-    "lift": (0.95, 1.95),
-    "tilt": (1.95, 3.75),
-    "back": (3.75, 5.3),
-    "placement": (5.3, 6.7),
-    "release": (6.7, 7.5),
-}
-"""Start and end of each phase; the recorded ones are initial to placement."""
 
 CLEARANCE_M = 0.0005
 """The object is set down from, or pressed by, at most this much."""
@@ -43,12 +31,6 @@ class Plan(NamedTuple):
     """Desired joint angles, of shape (n, 7)."""
     command: np.ndarray
     """What the nine servos are told: the arm's angles led by their lag, then the two fingers; of shape (n, 9)."""
-
-
-def phase_times(params: Params) -> dict[str, tuple[int, int]]:
-    """Start and end of each phase in microseconds."""
-    scale = params.motion.duration_s / NOMINAL_S * 1e6
-    return {name: (round(start * scale), round(end * scale)) for name, (start, end) in PHASES.items()}
 
 
 def minimum_jerk(x: np.ndarray) -> np.ndarray:

@@ -14,8 +14,6 @@ from evslip.errors import MissingExtraError
 
 HOME_RAD = np.array([0.0, -0.25, 0.0, -2.35, 0.0, 2.1, 0.785])
 """Rest pose of the arm: elbow up, hand pointing down."""
-TCP_M = np.array([0.0, 0.0, 0.1034])
-"""Tool centre, the middle between the pads, in the hand frame."""
 HAND = "panda_hand"
 ARM_JOINTS = tuple(f"panda_joint{i}" for i in range(1, 8))
 FINGER_JOINTS = ("panda_finger_joint1", "panda_finger_joint2")

@@ -5,9 +5,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from evslip.grip import contact_points
+from evslip.grip import TCP_M, contact_points
 from evslip.params import Params
-from evslip.robot import FINGERS, HAND, TCP_M, panda
+from evslip.robot import FINGERS, HAND, panda
 
 TIMESTEP_S = 0.001
 OBJECT, SURFACE = "object", "surface"

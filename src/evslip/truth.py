@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.errors import GraspFailed
-from evslip.motion import phase_times
-from evslip.robot import TCP_M
+from evslip.grip import TCP_M
+from evslip.phases import phase_times
 from evslip.trajectory import Trajectory
 
 SETTLED_SHARE = 0.9
@@ -96,7 +96,7 @@ def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, 
     lost = _first_run(empty, round(LOST_S * 1e6 / step_us))
     end = opening if lost is None else closed + lost
     lowering = min(end, phase_times(trajectory.params)["placement"][0] // step_us)
-    touching = np.asarray(trajectory.floor_force_n > 0)
+    touching = (trajectory.floor_force_n > 0).reshape(-1)
     lifting_touches = np.flatnonzero(touching[closed:lowering])
     first = closed + (int(lifting_touches[-1]) + 1 if len(lifting_touches) else 0)
     landed = _first_run(touching[first:end], 1)

@@ -85,8 +85,8 @@ def sample(S, n, cells, fetched, levels, scale_u, offset_u, scale_v, offset_v, w
                 else:
                     x = min(max(u * columns - HALF, ZERO), columns - ONE)
                     y = min(max(v * rows - HALF, ZERO), rows - ONE)
-                column = f32(np.int32(x))
-                row = f32(np.int32(y))
+                column = min(f32(np.int32(x)), columns - ONE)  # x may have been rounded up to `columns`
+                row = min(f32(np.int32(y)), rows - ONE)
                 width = S[TEXELS + i] * inverse
                 rising = ONE if finest else TWO * width - ONE
                 falling = ONE if coarsest else TWO - width
