@@ -40,14 +40,18 @@ def show(preset: Positional[str], *, set: Overrides = (), index: int | None = No
     """Print a configuration in full, or the parameters drawn for one index.
 
     Args:
-        preset: Name of a preset (demo, simple, complex) or a TOML file.
+        preset: Name of a preset (demo, simple, complex), a TOML file, or "parameters" for a table of all keys.
         set: Override, such as object.mass_kg=0.05; may be given several times.
         index: Show what is drawn for this sample instead.
         split: Split of that sample.
     """
     from evslip.config import dump_config, load_config
     from evslip.params import draw
+    from evslip.reference import parameters_table
 
+    if preset == "parameters":
+        print(parameters_table(), end="")
+        return
     config = load_config(preset, overrides(set))
     if index is None:
         print(dump_config(config), end="")

@@ -103,5 +103,5 @@ _KINDS = {"b": "bool", "i": "int", "u": "uint", "f": "float"}
 def _dataset(parent: h5py.Group, name: str) -> h5py.Dataset:
     found = parent.get(name) if name in parent else None
     if not isinstance(found, h5py.Dataset) or found.shape is None:
-        raise DataError(f"{parent.file.filename}: {parent.name.rstrip('/')}/{name} is missing")
+        raise DataError(f"{parent.file.filename}: {name} is missing from {parent.name}")
     return found

@@ -140,16 +140,18 @@ def _trajectory(group: Any, params: Params | None) -> Trajectory:
     if params is None:
         raise DataError(f"{group.file.filename}: has a trajectory but no parameters")
     t_us = hdf5.get(group, "t_us", "i", (None,))
-    return Trajectory(params, t_us, *(hdf5.get(group, n, "f", (len(t_us), *s)) for n, s in _TRAJECTORY.items()))
+    return Trajectory._make(
+        [params, t_us, *(hdf5.get(group, name, "f", (len(t_us), *s)) for name, s in _TRAJECTORY.items())]
+    )
 
 
 def _truth(group: Any) -> Truth:
     t_us = hdf5.get(group, "t_us", "i", (None,))
-    floats = (hdf5.get(group, name, "f", (len(t_us), *shape)) for name, shape in _TRUTH.items())
+    floats = [hdf5.get(group, name, "f", (len(t_us), *shape)) for name, shape in _TRUTH.items()]
     held = hdf5.get(group, "held", "u", t_us.shape) > 0
     start, end = (int(t) for t in group.attrs["span_us"])
     onset = hdf5.attribute(group, "onset_us", int) if "onset_us" in group.attrs else None
-    return Truth(t_us, *floats, held, (start, end), onset)
+    return Truth._make([t_us, *floats, held, (start, end), onset])
 
 
 def _table(file: h5py.File, name: str) -> dict[str, Any]:

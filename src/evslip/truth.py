@@ -78,7 +78,7 @@ def _recorded(trajectory: Trajectory) -> tuple[int, int]:
     t_s = trajectory.t_us / 1e6
     force = trajectory.params.grip.force_n
     speed = np.abs(np.gradient(trajectory.joints[:, 7:], t_s, axis=0))
-    settled = ((trajectory.pad_force_n >= SETTLED_SHARE * force) & (speed < SETTLED_SPEED_M_S)).all(axis=1)
+    settled = np.all((trajectory.pad_force_n >= SETTLED_SHARE * force) & (speed < SETTLED_SPEED_M_S), axis=1)
     opening = int(np.searchsorted(trajectory.t_us, phase_times(trajectory.params)["release"][0]))
     closed = _first_run(settled[:opening], round(SETTLED_S / (t_s[1] - t_s[0])))
     if closed is None:
@@ -92,11 +92,11 @@ def _recorded(trajectory: Trajectory) -> tuple[int, int]:
 def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, int]:
     """From the last touch of the surface while lifting to the first while placing, or to the loss of the grip."""
     step_us = int(trajectory.t_us[1] - trajectory.t_us[0])
-    empty = (trajectory.pad_force_n[closed:opening] <= 0).any(axis=1)
+    empty = np.any(trajectory.pad_force_n[closed:opening] <= 0, axis=1)
     lost = _first_run(empty, round(LOST_S * 1e6 / step_us))
     end = opening if lost is None else closed + lost
     lowering = min(end, phase_times(trajectory.params)["placement"][0] // step_us)
-    touching = (trajectory.floor_force_n > 0).reshape(-1)
+    touching = np.array(trajectory.floor_force_n > 0)
     lifting_touches = np.flatnonzero(touching[closed:lowering])
     first = closed + (int(lifting_touches[-1]) + 1 if len(lifting_touches) else 0)
     landed = _first_run(touching[first:end], 1)
