@@ -155,7 +155,7 @@ def windows(
         seed: Seed of that removal.
     """
     from evslip.dataset import open_dataset
-    from evslip.windows import WindowSettings
+    from evslip.window_set import WindowSettings
 
     settings = WindowSettings(
         length_s=length_s, hop_s=hop_s, slip_deg=slip_deg, hold_deg=hold_deg, balance=balance, seed=seed
@@ -189,7 +189,7 @@ def train(
     """
     from evslip.learn import TrainSettings
     from evslip.learn import train as run
-    from evslip.windows import load_windows
+    from evslip.window_set import load_windows
 
     chosen = {"epochs": epochs, "batch": batch, "lr": lr}
     settings = TrainSettings(model=model, seed=seed, **{k: v for k, v in chosen.items() if v is not None})
@@ -206,7 +206,7 @@ def evaluate(model: Positional[Path], windows: Positional[Path], *, out: Path | 
         out: JSON file for the figures; default: evaluation.json in the model's folder.
     """
     from evslip.learn import evaluate as run
-    from evslip.windows import load_windows
+    from evslip.window_set import load_windows
 
     metrics = run(model, load_windows(windows))
     metrics.save(out or model / "evaluation.json")

@@ -12,7 +12,7 @@ from evslip.config import load_config
 from evslip.dataset import Dataset, open_dataset
 from evslip.errors import ConfigError
 from evslip.generate import generate
-from evslip.windows import WindowSettings
+from evslip.window_set import WindowSettings
 
 TEST_SHARE = 1 / 3
 

@@ -20,7 +20,7 @@ _V, _U = np.meshgrid(_AXIS, _AXIS, indexing="ij")
 
 
 def make(family: str, number: int) -> np.ndarray:
-    """Linear RGB of one texture, float32 of shape (SIZE, SIZE, 3), every value a multiple of 1/65535 in [0.01, 0.95]."""
+    """Linear RGB of one texture, float32 of shape (SIZE, SIZE, 3); multiples of 1/65535 in [0.01, 0.95]."""
     image = FAMILIES[family](generator(0, "train", number, f"texture {family}"), number)
     return (np.floor(np.clip(image, 0.01, 0.95) * 65535.0 + 0.5) / 65535.0).astype(np.float32)
 

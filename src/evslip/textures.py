@@ -1,7 +1,6 @@
 """Textures by name: a seeded procedural pool, and the user's own photographs."""
 
 import glob
-import os
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path
@@ -32,12 +31,12 @@ def expand(value: object) -> object:
     names = tuple(name for name in pool() if fnmatchcase(name, value))
     if names:
         return names
-    found = glob.glob(os.path.expanduser(value), recursive=True)  # noqa: PTH207 (Path.glob takes no absolute pattern)
+    found = glob.glob(str(Path(value).expanduser()), recursive=True)  # noqa: PTH207 (Path.glob takes no absolute pattern)
     files = tuple(sorted(path for path in found if path.lower().endswith(IMAGE_SUFFIXES)))
     if not files:
         families = ", ".join(patterns.FAMILIES)
         raise ConfigError(
-            f"texture: {value!r} matches no texture of the pool ({families}, each -0 to -{PER_FAMILY - 1}) and no image file"
+            f"texture: {value!r} matches no image file and none of the pool: {families}, each -0 to -{PER_FAMILY - 1}"
         )
     return files
 

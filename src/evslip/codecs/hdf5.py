@@ -18,8 +18,6 @@ from evslip.codecs.inputs import check_events, check_size, extent
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
-READS_SIZE = True
-
 
 def read(path: Path) -> tuple[Events, tuple[int, int]]:
     """The events and the sensor's (width, height); for files that do not state it, the extent of the events."""

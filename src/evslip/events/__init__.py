@@ -1,0 +1,43 @@
+"""Event cameras: streams of events, and the simulation of the pixels that make them."""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from evslip.events.stream import CAUSES, Events, concatenate, empty_events
+
+if TYPE_CHECKING:
+    from evslip.events.batch import EventCameras
+    from evslip.events.calibrate import measure_noise
+    from evslip.events.camera import EventCamera, camera_for
+    from evslip.events.presets import PRESETS, PixelModel
+    from evslip.events.sources import frames_from
+
+_LAZY = {
+    "EventCamera": "camera",
+    "EventCameras": "batch",
+    "PRESETS": "presets",
+    "PixelModel": "presets",
+    "camera_for": "camera",
+    "frames_from": "sources",
+    "measure_noise": "calibrate",
+}
+__all__ = [
+    "CAUSES",
+    "PRESETS",
+    "EventCamera",
+    "EventCameras",
+    "Events",
+    "PixelModel",
+    "camera_for",
+    "concatenate",
+    "empty_events",
+    "frames_from",
+    "measure_noise",
+]
+
+
+def __getattr__(name: str) -> Any:
+    # Looked up on first use: those who only read events need no compiler.
+    if name in _LAZY:
+        return getattr(importlib.import_module(f"evslip.events.{_LAZY[name]}"), name)
+    raise AttributeError(f"module 'evslip.events' has no attribute {name!r}")

@@ -26,13 +26,13 @@ class Events(NamedTuple):
     """Index into CAUSES, uint8 of shape (n,)."""
 
     @property
-    def count(self) -> int:
+    def count(self) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Number of events (len() of a named tuple is its number of fields)."""
         return len(self.t_us)
 
     def select(self, which: slice | np.ndarray) -> "Events":
         """The events that a slice, a mask or an index array picks, labels included."""
-        return Events(*(None if field is None else field[which] for field in self))
+        return Events._make(None if field is None else field[which] for field in self)
 
     def between(self, start_us: int, end_us: int) -> "Events":
         """Events with start_us <= t < end_us, as views."""
@@ -53,4 +53,4 @@ def concatenate(parts: list[Events]) -> Events:
     if not parts:
         return empty_events()
     columns = zip(*parts, strict=True)
-    return Events(*(None if any(c is None for c in column) else np.concatenate(column) for column in columns))
+    return Events._make(None if any(c is None for c in column) else np.concatenate(column) for column in columns)

@@ -1,0 +1,30 @@
+"""Detectors: networks, training, evaluation, streaming. Needs the extra `learn`; never imports the physics."""
+
+from evslip.errors import MissingExtraError
+
+try:
+    import safetensors as _safetensors  # noqa: F401
+    import torch as _torch  # noqa: F401
+except ImportError:
+    raise MissingExtraError("detectors need PyTorch; pip install -c constraints.txt 'evslip[learn]'") from None
+
+from evslip.learn.checkpoint import load_model
+from evslip.learn.evaluate import evaluate
+from evslip.learn.metrics import Metrics
+from evslip.learn.registry import NETWORKS, build_model
+from evslip.learn.stream import Detection, Detector, detect
+from evslip.learn.train import TrainResult, TrainSettings, train
+
+__all__ = [
+    "NETWORKS",
+    "Detection",
+    "Detector",
+    "Metrics",
+    "TrainResult",
+    "TrainSettings",
+    "build_model",
+    "detect",
+    "evaluate",
+    "load_model",
+    "train",
+]

@@ -1,0 +1,102 @@
+"""From a trajectory to luminance: frames for the event camera, pictures for the eye."""
+
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from evslip.camera import Camera, hand_camera
+from evslip.errors import ConfigError
+from evslip.frame import Frame
+from evslip.render.poses import Poses
+from evslip.render.schedule import check_span, frame_times
+from evslip.textures import linear_to_srgb
+from evslip.trajectory import Trajectory
+
+__all__ = ["RENDERERS", "frame_times", "render", "render_color"]
+
+RENDERERS = {"raycast": "evslip.render.raycast:Raycaster"}
+"""Name -> module:class. A renderer is made from (params, camera, held finger travel, channel) and draws poses."""
+MIDDLE_GREY = 0.25
+"""What the median of the first held frame becomes when the exposure is set per sample."""
+
+
+def render(
+    traj: Trajectory,
+    *,
+    start_us: int | None = None,
+    end_us: int | None = None,
+    size: tuple[int, int] | None = None,
+    times_us: np.ndarray | None = None,
+    renderer: str = "raycast",
+) -> Iterator[Frame]:
+    """Frames of a trajectory from the hand camera, luminance relative to white.
+
+    By default the recorded span (`evslip.truth.measure(traj).span_us`) at times from `frame_times`; `times_us` (sorted
+    integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its own. Raises ConfigError.
+    """
+    camera = hand_camera(traj.params, size)
+    span = recorded_span(traj)
+    if times_us is None:
+        start, end = span[0] if start_us is None else start_us, span[1] if end_us is None else end_us
+        times_us = frame_times(traj, start, end, camera=camera)
+    times_us = np.asarray(times_us, np.int64)
+    check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
+    artist = _make(renderer, traj, camera, span)
+    return _draw(artist, traj, camera, times_us, exposure_scale(artist, traj, camera, span[0]))
+
+
+def render_color(
+    traj: Trajectory, t_us: int, *, size: tuple[int, int] | None = None, view: str = "hand", renderer: str = "raycast"
+) -> np.ndarray:
+    """A picture of one instant, sRGB uint8 of shape (height, width, 3), exposed as the luminance frames are.
+
+    What is brighter than white is clipped. Raises ConfigError.
+    """
+    if view != "hand":
+        raise ConfigError(f"view: {view!r} is unknown; expected hand")
+    camera = hand_camera(traj.params, size)
+    span = recorded_span(traj)
+    check_span(traj, t_us, t_us + 1) if t_us < int(traj.t_us[-1]) else check_span(traj, t_us - 1, t_us)
+    scale = exposure_scale(_make(renderer, traj, camera, span), traj, camera, span[0])
+    poses = Poses(traj, camera, np.array([t_us]))
+    channels = [_make(renderer, traj, camera, span, channel).draw(poses, 0, scale)[0] for channel in range(3)]
+    return np.round(linear_to_srgb(np.stack(channels, -1)) * 255).astype(np.uint8)
+
+
+def recorded_span(traj: Trajectory) -> tuple[int, int]:
+    """The time that is recorded, in microseconds."""
+    from evslip.truth import measure
+
+    return measure(traj).span_us
+
+
+def exposure_scale(artist: Any, traj: Trajectory, camera: Camera, first_us: int) -> float:
+    """What multiplies luminance in cd/m2 to make it relative to white. Raises ConfigError for a scene without light."""
+    settings = traj.params.camera
+    if settings.exposure == "absolute":
+        return 1.0 / settings.white_cd_m2
+    median = float(np.median(artist.draw(Poses(traj, camera, np.array([first_us])), 0)[0]))
+    if not median > 0:
+        raise ConfigError(
+            "camera.exposure: the first frame is black, so no exposure fits it; "
+            'give background.luminance_cd_m2 or light.luminance_cd_m2, or set camera.exposure = "absolute"'
+        )
+    return MIDDLE_GREY / median
+
+
+def _make(name: str, traj: Trajectory, camera: Camera, span: tuple[int, int], *channel: int) -> Any:
+    if name not in RENDERERS:
+        raise ConfigError(f"renderer: {name!r} is unknown; expected one of {', '.join(RENDERERS)}")
+    module, _, attribute = RENDERERS[name].partition(":")
+    kind: Callable[..., Any] = getattr(import_module(module), attribute)
+    inside = (traj.t_us >= span[0]) & (traj.t_us <= span[1])
+    return kind(traj.params, camera, float(np.median(traj.joints[inside, 7:9].mean(1))), *channel)
+
+
+def _draw(artist: Any, traj: Trajectory, camera: Camera, times_us: np.ndarray, scale: float) -> Iterator[Frame]:
+    poses = Poses(traj, camera, times_us)
+    for index, t_us in enumerate(times_us):
+        luminance, bodies = artist.draw(poses, index, scale)
+        yield Frame(int(t_us), luminance, bodies)

@@ -4,9 +4,7 @@ import math
 
 import numpy as np
 
-from evslip.render.lanes import (
-    GROUND, LANES, ONE, RAY_X, RAY_Y, RESULT, TILE_H, TILE_W, ZERO, f32, kernel,
-)  # fmt: skip
+from evslip.render.lanes import GROUND, LANES, ONE, RAY_X, RAY_Y, RESULT, TILE_H, TILE_W, ZERO, f32, kernel
 from evslip.render.plane import PLANE, describe, meet_plane, reflect, reflect_below_horizon
 from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_blur, place_lamp
 from evslip.render.sphere import draw_lamp, glow, meet_sphere, unroll
@@ -19,102 +17,210 @@ ENDLESS = f32(1e30)
 
 @kernel
 def backdrop(
-    out, bodies, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, gloss,
-    surface_cells, surface_levels, tile_m, surface_ambient,
+    out, bodies, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
+    surface_cells, surface_levels, tile_m, surface_ambient, gloss,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
     caster_turns, caster_places, caster_halves, hidden, total, touched, full,
 ):  # fmt: skip
     """Shade every pixel that the gripper (hidden, bool per pixel) and the object (total, touched, full of `cover_box`)
-    leave visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the pixel's
-    own middle there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
+    leave visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the
+    pixel's own middle there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
     height, width = out.shape
     pixel = f32(1.0 / focal)
-    power = f32(lamp_luminance * lamp_radius**2)
-    radius = f32(lamp_radius)
-    camera32, turn32 = camera.astype(np.float32), turn.astype(np.float32)
     count = caster_places.shape[0]
     lamps = np.empty((count, 3), np.float32)
     place_lamp(caster_turns, caster_places, lamp, lamps)
     # The plane's origin lies below the camera on a whole repetition of the texture, so that float32 suffices.
     origin = np.array([math.floor(camera[0] / tile_m) * tile_m, math.floor(camera[1] / tile_m) * tile_m, 0.0])
     axes = np.eye(3)
-    plane64 = np.zeros(PLANE)
-    describe(plane64, origin, axes[0], axes[1], axes[2], turn, camera, lamp)
-    plane = plane64.astype(np.float32)
+    plane = np.zeros(PLANE)
+    describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp)
+    plane32, camera32, turn32 = plane.astype(np.float32), camera.astype(np.float32), turn.astype(np.float32)
     turns, moves = np.empty((count, 3, 3), np.float32), np.empty((count, 3), np.float32)
-    reach = np.empty(count)
+    sizes = np.empty(count)
     for k in range(count):
         change_frame(axes, origin, caster_turns[k], caster_places[k], turns[k], moves[k])
-        reach[k] = math.sqrt(caster_halves[k, 0] ** 2 + caster_halves[k, 1] ** 2 + caster_halves[k, 2] ** 2)
-    blurs = np.zeros((count, 3), np.float32)
-    active = np.zeros(count, np.bool_)
-    to_lamp = np.empty(3, np.float32)
-    lamp_distance = math.sqrt((lamp[0] - camera[0]) ** 2 + (lamp[1] - camera[1]) ** 2 + (lamp[2] - camera[2]) ** 2)
-    for k in range(3):
-        to_lamp[k] = f32(
-            (turn[0, k] * (lamp[0] - camera[0]) + turn[1, k] * (lamp[1] - camera[1]) + turn[2, k] * (lamp[2] - camera[2]))
-            / lamp_distance
-        )
-    lamp_angle = f32(math.asin(min(1.0, lamp_radius / lamp_distance)))
-    lamp_ahead = to_lamp[2] < -0.3
-    tiles_x = (width + TILE_W - 1) // TILE_W
-    for tile in range(tiles_x * ((height + TILE_H - 1) // TILE_H)):
-        x0, y0 = (tile % tiles_x) * TILE_W, (tile // tiles_x) * TILE_H
-        x1, y1 = min(x0 + TILE_W, width), min(y0 + TILE_H, height)
-        _aim(x0, y0, x1, y1, out, camera, turn, focal, lamp, lamp_radius, sphere_radius, origin,
-             caster_places, reach, turns, lamps, active, blurs)  # fmt: skip
-        lamp_here = False
-        if lamp_ahead:
-            lamp_x, lamp_y = width * 0.5 - focal * to_lamp[0] / to_lamp[2], height * 0.5 + focal * to_lamp[1] / to_lamp[2]
-            margin = 1.3 * focal * math.tan(lamp_angle) / to_lamp[2] ** 2 + 2
-            lamp_here = x0 - margin < lamp_x < x1 + margin and y0 - margin < lamp_y < y1 + margin
-        for part in range(TILE_H + 1):
-            # Whole rows first, then the pixels of the tile that the object covers partly.
-            n = 0
-            row, column = y0 + part, x0
-            if part < TILE_H:
-                if row >= y1:
+        sizes[k] = math.sqrt(caster_halves[k, 0] ** 2 + caster_halves[k, 1] ** 2 + caster_halves[k, 2] ** 2)
+    active, blurs = np.zeros(count, np.bool_), np.zeros((count, 3), np.float32)
+    towards, angle = _bearing(camera, turn, lamp, lamp_radius)
+
+    surface = (
+        surface_cells, surface_levels, f32(1.0 / tile_m), f32(surface_ambient), f32(gloss),
+        f32(lamp_luminance * lamp_radius**2), f32(lamp_radius), plane32,
+    )  # fmt: skip
+    sphere = (
+        sphere_cells, sphere_levels, f32(repetitions), f32(sphere_radius), f32(sphere_luminance),
+        camera32, turn32, towards, angle, f32(lamp_luminance),
+    )  # fmt: skip
+    shadows = (active, turns, moves, lamps, caster_halves.astype(np.float32), blurs)
+    where = np.empty(LANES, np.int64)
+    flat = out.reshape(-1)
+    for y0 in range(0, height, TILE_H):
+        y1 = min(y0 + TILE_H, height)
+        for x0 in range(0, width, TILE_W):
+            x1 = min(x0 + TILE_W, width)
+            _choose_casters(
+                x0, y0, x1, y1, height, width, camera, turn, focal, lamp, lamp_radius, sphere_radius, plane,
+                caster_places, sizes, shadows,
+            )  # fmt: skip
+            lamp_here = _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
+            for row in range(y0, y1):
+                if (full[row, 0] <= x0 and full[row, 1] >= x1) or _all_hidden(hidden, row, x0, x1):
                     continue
-                if full[row, 0] <= x0 and full[row, 1] >= x1:
-                    for x in range(x0, x1):
-                        out[row, x] = ZERO
-                    continue
-                veiled = True
-                for x in range(x0, x1):
-                    veiled = veiled and hidden[row, x]
-                if veiled:
-                    continue
-                ray_y = (f32(height * 0.5) - f32(row) - f32(0.5)) * pixel
-                n = x1 - x0
-                for i in range(n):
+                for i in range(x1 - x0):
                     S[RAY_X + i] = (f32(x0 + i) + f32(0.5) - f32(width * 0.5)) * pixel
-                    S[RAY_Y + i] = ray_y
-            else:
-                row = y0
-            edge_row, edge_column = row, column
-            while True:
-                if part == TILE_H:
-                    n, row, column, edge_row, edge_column = _edges(
-                        S, edge_row, edge_column, x0, x1, y1, total, touched, full, pixel, fetched
-                    )
-                    if n == 0:
-                        break
-                meet_sphere(S, n, turn32, camera32, f32(sphere_radius), pixel)
-                lowest, highest = ENDLESS, -ENDLESS
+                    S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - f32(0.5)) * pixel
+                _shade(S, x1 - x0, fetched, pixel, surface, sphere, shadows, lamp_here)
+                for i in range(x1 - x0):
+                    out[row, x0 + i] = S[RESULT + i]
+                    bodies[row, x0 + i] = 1 if S[GROUND + i] >= f32(0.5) else 0
+            n = 0
+            for row in range(y0, y1):
+                for column in range(max(x0, touched[row, 0]), min(x1, touched[row, 1])):
+                    if full[row, 0] <= column < full[row, 1] or hidden[row, column]:
+                        continue
+                    shift_x, shift_y = uncovered_middle(total, row, column)
+                    S[RAY_X + n] = (f32(column) + f32(0.5) + shift_x - f32(width * 0.5)) * pixel
+                    S[RAY_Y + n] = (f32(height * 0.5) - f32(row) - f32(0.5) - shift_y) * pixel
+                    where[n] = row * width + column
+                    n += 1
+                    if n == LANES:
+                        _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here)
+                        for i in range(n):
+                            flat[where[i]] = S[RESULT + i]
+                        n = 0
+            if n > 0:
+                _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here)
                 for i in range(n):
-                    lowest = min(lowest, S[GROUND + i])
-                    highest = max(highest, S[GROUND + i])
-                if part < TILE_H:
-                    for i in range(n):
-                        bodies[row, x0 + i] = 1 if S[GROUND + i] >= f32(0.5) else 0
-                if part == TILE_H:
-                    pass
-                if lowest < ONE:
-                    unroll(S, n, f32(repetitions), f32(sphere_radius), pixel, sphere_levels[0, 1])
-                    _sample_edges(S, n, sphere_cells, fetched, sphere_levels)
-                    glow(S, n, f32(sphere_luminance))
-                    if lamp_here:
-                        draw_lamp(S, n, to_lamp, lamp_angle, pixel, f32(lamp_luminance))
-                break
-    return
+                    flat[where[i]] = S[RESULT + i]
+
+
+@kernel
+def uncovered_middle(total, row, column):
+    """Offset in pixels from a partly covered pixel's middle to about the middle of what is left uncovered.
+
+    total: coverage per pixel. Exact for a straight edge along rows or columns: the uncovered rest of such a pixel is a
+    strip whose middle lies half the coverage away; the direction is the coverage's gradient.
+    """
+    height, width = total.shape
+    up, down = max(row - 1, 0), min(row + 1, height - 1)
+    left, right = max(column - 1, 0), min(column + 1, width - 1)
+    x = f32(2) * (total[row, right] - total[row, left])
+    x += total[up, right] - total[up, left] + total[down, right] - total[down, left]
+    y = f32(2) * (total[down, column] - total[up, column])
+    y += total[down, left] - total[up, left] + total[down, right] - total[up, right]
+    scale = f32(-0.5) * total[row, column] / (max(abs(x), abs(y)) + f32(1e-6))
+    return scale * x, scale * y
+
+
+@kernel
+def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
+    """RESULT and GROUND for n rays."""
+    sphere_cells, sphere_levels, repetitions, radius, luminance, camera, turn, towards, angle, lamp_luminance = sphere
+    meet_sphere(S, n, turn, camera, radius, pixel)
+    lowest, highest = ENDLESS, -ENDLESS
+    for i in range(n):
+        lowest = min(lowest, S[GROUND + i])
+        highest = max(highest, S[GROUND + i])
+    if lowest < ONE:
+        unroll(S, n, repetitions, radius, pixel, sphere_levels[0, 1])
+        sample(S, n, sphere_cells, fetched, sphere_levels, ONE, ZERO, ONE, ZERO, True, 1, 1)
+        glow(S, n, luminance)
+        if lamp_here:
+            draw_lamp(S, n, towards, angle, pixel, lamp_luminance)
+    if highest > ZERO:
+        cells, levels, per_m, ambient, gloss, power, lamp_radius, plane = surface
+        meet_plane(
+            S, n, plane, pixel, power, lamp_radius, gloss, per_m * levels[0, 1], PROBES, 1, ENDLESS, ENDLESS
+        )  # fmt: skip
+        active, turns, moves, lamps, halves, blurs = shadows
+        if active.any():
+            begin_group(S, n)
+            for k in range(active.size):
+                if active[k]:
+                    hide(S, n, turns[k], moves[k], lamps[k], halves[k], lamp_radius, blurs[k])
+                if k == 0:  # the object's shadow and the gripper's overlap; the gripper's parts are one body
+                    end_group(S, n)
+                    begin_group(S, n)
+            end_group(S, n)
+        sample(S, n, cells, fetched, levels, per_m, ZERO, -per_m, ZERO, True, PROBES, 1)
+        if lowest >= ONE:
+            reflect(S, n, ambient)
+        else:
+            reflect_below_horizon(S, n, ambient)
+
+
+@kernel
+def _choose_casters(
+    x0, y0, x1, y1, height, width, camera, turn, focal, lamp, lamp_radius, sphere_radius, plane, places, sizes, shadows
+):  # fmt: skip
+    """Which casters can shadow the surface in a tile, and how a pixel there blurs each one's shadow."""
+    active, turns, _, lamps, _, blurs = shadows
+    active[:] = False
+    points = np.empty((5, 3))
+    ray = np.empty(3)
+    below = 0
+    for m in range(5):
+        x = 0.5 * (x0 + x1) if m == 4 else float(x1 if m % 2 else x0)
+        y = 0.5 * (y0 + y1) if m == 4 else float(y1 if m >= 2 else y0)
+        ray_x, ray_y = (x - width * 0.5) / focal, (height * 0.5 - y) / focal
+        for j in range(3):
+            ray[j] = turn[j, 0] * ray_x + turn[j, 1] * ray_y - turn[j, 2]
+        # As far as the sphere's radius; beyond it there is no surface.
+        drop = max(-ray[2], camera[2] / sphere_radius)
+        below += ray[2] < -camera[2] / sphere_radius
+        for j in range(2):
+            points[m, j] = camera[j] + camera[2] / drop * ray[j]
+        points[m, 2] = 0.0
+    if below == 0:
+        return
+    middle, spread = points[4], 0.0
+    for m in range(4):
+        spread = max(spread, math.sqrt((points[m, 0] - middle[0]) ** 2 + (points[m, 1] - middle[1]) ** 2))
+    ray_x, ray_y = (0.5 * (x0 + x1) - width * 0.5) / focal, (height * 0.5 - 0.5 * (y0 + y1)) / focal
+    facing = min(plane[0] * ray_x + plane[1] * ray_y - plane[2], -1e-4)
+    distance = plane[9] / facing
+    right, down = np.zeros(3), np.zeros(3)
+    for j in range(2):
+        along = turn[j, 0] * ray_x + turn[j, 1] * ray_y - turn[j, 2]
+        right[j] = distance / focal * (turn[j, 0] - along * plane[0] / facing)
+        down[j] = -distance / focal * (turn[j, 1] - along * plane[1] / facing)
+    for k in range(active.size):
+        if may_shadow(middle, spread * 1.1 + 0.01, places[k], sizes[k], lamp, lamp_radius):
+            active[k] = True
+            pixel_blur(turns[k], lamps[k], right, down, blurs[k])
+
+
+@kernel
+def _bearing(camera, turn, lamp, lamp_radius):
+    """Unit vector to the lamp in camera axes, and the lamp's angular radius."""
+    towards, length = np.zeros(3, np.float32), 0.0
+    for j in range(3):
+        length += (lamp[j] - camera[j]) ** 2
+    length = math.sqrt(length)
+    for k in range(3):
+        total = 0.0
+        for j in range(3):
+            total += turn[j, k] * (lamp[j] - camera[j])
+        towards[k] = f32(total / length)
+    return towards, f32(math.asin(min(1.0, lamp_radius / length)))
+
+
+@kernel
+def _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal):
+    """Whether the lamp's disc may be seen in a tile."""
+    ahead = -float(towards[2])
+    if ahead < 0.3:
+        return False
+    margin = 1.2 * focal * math.tan(angle) / ahead**2 + 2.0
+    x, y = width * 0.5 + focal * towards[0] / ahead, height * 0.5 - focal * towards[1] / ahead
+    return x0 - margin < x < x1 + margin and y0 - margin < y < y1 + margin
+
+
+@kernel
+def _all_hidden(hidden, row, x0, x1):
+    for column in range(x0, x1):  # noqa: SIM110 (a plain loop compiles to less)
+        if not hidden[row, column]:
+            return False
+    return True

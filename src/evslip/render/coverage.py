@@ -39,8 +39,8 @@ def clip(x, y, n, at, sign, x2, y2):
 def cover(x, y, n, area, spans, x2, y2):
     """Share of each pixel that a convex polygon covers, by accumulating signed areas along its edges.
 
-    x, y: corners in pixels, arrays longer than n, overwritten. area (height, width + 2): coverage where `spans` (height,
-    2), first and past-the-last column, says so; elsewhere left as it was. Returns the range of rows.
+    x, y: corners in pixels, arrays longer than n, overwritten. area (height, width + 2): coverage where `spans`
+    (height, 2), first and past-the-last column, says so; elsewhere left as it was. Returns the range of rows.
     """
     height, width = area.shape[0], area.shape[1] - 2
     n = clip(x, y, n, 0.0, 1.0, x2, y2)
@@ -130,9 +130,9 @@ def cover_box(
     """Silhouette of a box, face by face.
 
     camera (3,), turn (3, 3): the camera; place, axes, half: the box. Filled in for each of the (at most three) visible
-    faces: area (3, height, width + 2) and spans (3, height, 2) as in `cover`, rows (3, 2), faces (3,): axis number, plus
-    3 on its negative side. Then total (height, width): their sum, touched and full (height, 2): the columns where it is
-    above 0 and where it is 1. Returns the number of visible faces.
+    faces: area (3, height, width + 2) and spans (3, height, 2) as in `cover`, rows (3, 2), faces (3,): axis number,
+    plus 3 on its negative side. Then total (height, width): their sum, touched and full (height, 2): the columns where
+    it is above 0 and where it is 1. Returns the number of visible faces.
     """
     height, width = total.shape
     x, y = np.empty(MAX_CORNERS), np.empty(MAX_CORNERS)

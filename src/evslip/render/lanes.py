@@ -6,7 +6,8 @@ also fetched texels would not vectorise, so fetching is a loop of its own.
 """
 
 import numpy as np
-from numba import njit
+
+from evslip.compiled import compiled
 
 LANES = 64
 """Length of a slot; the most pixels that a pass handles."""
@@ -18,16 +19,17 @@ TILE_W, TILE_H = 32, 8
     U, V, W,  # receiver point, in the frame of its pass
     MAJOR_U, MAJOR_V, MINOR,  # footprint of one probe: its long axis, and the ratio short : long
     TEXELS,  # width of a probe in texels of the finest level
-    LIT, GLOSS, SEEN, SEEN_NOW,  # lamp's diffuse and specular part; share of the lamp not hidden, so far and by one group
+    LIT, GLOSS, SEEN, SEEN_NOW,  # lamp's diffuse and specular part; share of the lamp seen, so far and past one group
     TEX, WHERE, FRAC_X, FRAC_Y, WEIGHT,  # texture value; cell, place in it and weight of one probe
     GROUND,  # share of the pixel below the horizon
     RESULT,
 ) = (slot * LANES for slot in range(20))  # fmt: skip
 SCRATCH = 20 * LANES
 
-FAST = {"nnan", "ninf", "nsz", "arcp", "contract", "afn", "reassoc"}
-kernel = njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-"""Compile on first call, keep the machine code on disk, run without the interpreter's lock."""
+kernel = compiled(fastmath={"nnan", "ninf", "nsz"}, error_model="numpy")
+"""The compiler may assume ordinary numbers, which lets minima become vector instructions. It may not reorder or fuse
+operations: how it would do so depends on where a function is inlined, and frames would differ in their last bits between
+a process that compiles and one that loads the code from disk."""
 
 f32 = np.float32
 ZERO, HALF, ONE, TWO = f32(0), f32(0.5), f32(1), f32(2)

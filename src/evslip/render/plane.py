@@ -3,8 +3,26 @@
 import math
 
 from evslip.render.lanes import (
-    GLOSS, GROUND, HALF, LIT, MAJOR_U, MAJOR_V, MINOR, ONE, RAY_X, RAY_Y, RESULT, SEEN, TEX, TEXELS, ZERO, U, V, W,
-    f32, kernel,
+    GLOSS,
+    GROUND,
+    HALF,
+    LIT,
+    MAJOR_U,
+    MAJOR_V,
+    MINOR,
+    ONE,
+    RAY_X,
+    RAY_Y,
+    RESULT,
+    SEEN,
+    TEX,
+    TEXELS,
+    ZERO,
+    U,
+    V,
+    W,
+    f32,
+    kernel,
 )  # fmt: skip
 from evslip.render.shadow import risen
 

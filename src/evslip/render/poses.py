@@ -49,5 +49,5 @@ class Poses:
         """Columns right, up, backward; of shape (m, 3, 3)."""
         self.object_position = np.ascontiguousarray(body[:, :3])
         self.object_rotation = np.ascontiguousarray(matrices(body[:, 3:]))
-        self.travel_m = np.stack([np.interp(at_us, traj.t_us, traj.joints[:, 7 + side]) for side in (0, 1)], 1)
-        """Of the left and the right finger; of shape (m, 2)."""
+        self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
+        """Mean of the two fingers, which mirror each other; of shape (m,)."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from evslip.camera import Camera, hand_camera
 from evslip.errors import ConfigError
+from evslip.params import Params
 from evslip.render.poses import Poses
 from evslip.trajectory import Trajectory
 
@@ -45,12 +46,12 @@ def check_span(traj: Trajectory, start_us: int, end_us: int) -> None:
         raise ConfigError(f"span: {start_us} to {end_us} us is not inside the trajectory's {first} to {last} us")
 
 
-def image_motion(poses: Poses, camera: Camera, params) -> np.ndarray:
+def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     """Farthest movement in pixels of any visible point between consecutive poses; of shape (m - 1,)."""
     return np.maximum(_object_motion(poses, camera, params), _scene_motion(poses, camera, params.background.radius_m))
 
 
-def _object_motion(poses: Poses, camera: Camera, params) -> np.ndarray:
+def _object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     shape = params.object
     half = np.array([shape.width_m, shape.depth_m, shape.height_m]) / 2
     corners = np.array(list(itertools.product((-1, 1), repeat=3))) * half
@@ -62,7 +63,7 @@ def _object_motion(poses: Poses, camera: Camera, params) -> np.ndarray:
     low = np.where(ahead[..., None], image[..., :2], np.inf).min(1)
     high = np.where(ahead[..., None], image[..., :2], -np.inf).max(1)
     visible = np.all((low < (camera.width, camera.height)) & (high > 0), 1)
-    return np.where(visible[1:] | visible[:-1], moved, 0.0)
+    return np.where(np.logical_or(visible[1:], visible[:-1]), moved, 0.0)
 
 
 def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
@@ -74,8 +75,8 @@ def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
     rays = rays @ poses.camera_rotation[:-1].transpose(0, 2, 1)
     a, b = np.sum(rays * rays, -1), np.sum(origin * rays, -1)
     distance = (np.sqrt(b * b - a * (np.sum(origin * origin, -1) - radius_m**2)) - b) / a
-    down = rays[..., 2] < 0
-    to_surface = np.where(down, -origin[..., 2] / np.where(down, rays[..., 2], -1.0), np.inf)
+    drop = np.minimum(rays[..., 2], -1e-9)
+    to_surface = np.where(drop > -1e-9, np.inf, -origin[..., 2] / drop)
     hits = origin + np.minimum(distance, to_surface)[..., None] * rays
     moved = camera.project(_into(poses.camera_position[1:, None], poses.camera_rotation[1:], hits))[..., :2] - pixels
     return np.hypot(moved[..., 0], moved[..., 1]).max(1)

@@ -30,21 +30,19 @@ def risen(height):
 def wedge(py, pz, ly, lz, hy, hz, lamp_radius, blur):
     """Share of the lamp's disc inside the wedge that the rectangle |y| <= hy, |z| <= hz subtends from (py, pz).
 
-    The two tangent lines cut the disc; `blur` widens their penumbrae to the pixel's own width, in the units of the cross
-    products below, so that no shadow edge is sharper than a pixel.
+    The two tangent lines cut the disc; `blur` widens their penumbrae to the pixel's own width, in the units of the
+    cross products below, so that no shadow edge is sharper than a pixel.
     """
-    corner_y = hy if py > ZERO else -hy
-    corner_z = hz if pz > ZERO else -hz
-    beside_y = abs(py) > hy
-    beside_z = abs(pz) > hz
-    ay = (hy if py > ZERO else -hy) if beside_z else corner_y
-    by = -ay if beside_z else corner_y
-    bz = (hz if pz > ZERO else -hz) if beside_y else corner_z
-    az = -bz if beside_y else corner_z
-    ay -= py
-    by -= py
-    az -= pz
-    bz -= pz
+    # Mirrored so that the point lies at positive y and z; then the corners seen at the rims are always the same two.
+    ly = ly if py > ZERO else -ly
+    lz = lz if pz > ZERO else -lz
+    py, pz = abs(py), abs(pz)
+    beside_y = py > hy
+    beside_z = pz > hz
+    ay = hy - py
+    az = (-hz if beside_y else hz) - pz
+    by = (-hy if beside_z else hy) - py
+    bz = hz - pz
     dy = ly - py
     dz = lz - pz
     first = (dy * az - dz * ay) / (lamp_radius * math.sqrt(ay * ay + az * az) + blur)

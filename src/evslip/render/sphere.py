@@ -3,7 +3,23 @@
 import math
 
 from evslip.render.lanes import (
-    GROUND, HALF, MAJOR_U, MAJOR_V, MINOR, ONE, RAY_X, RAY_Y, RESULT, TEX, TEXELS, ZERO, U, V, W, f32, kernel,
+    GROUND,
+    HALF,
+    MAJOR_U,
+    MAJOR_V,
+    MINOR,
+    ONE,
+    RAY_X,
+    RAY_Y,
+    RESULT,
+    TEX,
+    TEXELS,
+    ZERO,
+    U,
+    V,
+    W,
+    f32,
+    kernel,
 )  # fmt: skip
 
 INVERSE_TURN = f32(0.15915494)

@@ -3,16 +3,32 @@
 import numpy as np
 
 from evslip.render.lanes import (
-    FRAC_X, FRAC_Y, HALF, MAJOR_U, MAJOR_V, MINOR, ONE, TEX, TEXELS, TWO, WEIGHT, WHERE, ZERO, U, V, f32, kernel,
+    FRAC_X,
+    FRAC_Y,
+    HALF,
+    MAJOR_U,
+    MAJOR_V,
+    MINOR,
+    ONE,
+    TEX,
+    TEXELS,
+    TWO,
+    WEIGHT,
+    WHERE,
+    ZERO,
+    U,
+    V,
+    f32,
+    kernel,
 )  # fmt: skip
 
 
 def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
     """Pyramid of an image (rows, columns) with values in [0, 1] and sides that are powers of two.
 
-    Returns the cells of all levels, uint64: four neighbouring texels of 16 bits each, so that one load serves a bilinear
-    lookup; and for each level (first cell, columns, rows) as float32 of shape (levels, 3). Beyond the edge the texture
-    repeats, or with wrap=False its border continues.
+    Returns the cells of all levels, uint64: four neighbouring texels of 16 bits each, so that one load serves a
+    bilinear lookup; and for each level (first cell, columns, rows) as float32 of shape (levels, 3). Beyond the edge the
+    texture repeats, or with wrap=False its border continues.
     """
     cells, levels, start = [], [], 0
     while True:

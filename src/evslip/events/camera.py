@@ -1,0 +1,211 @@
+"""The event camera: frames in, events out."""
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any, Literal
+
+import numpy as np
+
+from evslip import seeds
+from evslip.errors import ConfigError
+from evslip.events import kernel
+from evslip.events.accurate import AccuratePixels
+from evslip.events.film import Film
+from evslip.events.intake import checked_image, checked_mask, checked_time
+from evslip.events.optics import INTENSITIES, Intensity
+from evslip.events.presets import NOT_IN_V2E, resolve
+from evslip.events.sensor import Sensor
+from evslip.events.stream import Events, concatenate, empty_events
+from evslip.events.v2e import V2EPixels
+from evslip.frame import NO_BODY, Frame
+from evslip.params import Params
+
+CHUNK_FRAMES, CHUNK_BYTES = 16, 1 << 24
+"""`run` works on so many frames at once, or on as many as fit into so many bytes."""
+
+Mode = Literal["accurate", "v2e"]
+MODES = ("accurate", "v2e")
+Timed = tuple[float, np.ndarray] | tuple[float, np.ndarray, np.ndarray | None] | Frame
+
+
+class EventCamera:
+    """Simulates the pixels of an event camera.
+
+    `step` takes one frame and returns the events since the frame before; `run` takes a whole sequence. Between frames
+    the logarithm of intensity is taken as linear in time, so frames should be close enough that edges move by less than
+    about a pixel from one to the next. The output depends on the frames, the parameters and the seed: not on threads,
+    nor on how frames are grouped into calls.
+
+    preset: a name of `presets.PRESETS`.
+    size: (width, height) in pixels.
+    seed: 0 to 2**64 - 1; 0 is a seed like any other.
+    mode: "accurate": the rules of `pixel`; "v2e": those of v2e, see `v2e`.
+    intensity: "linear": images are linear luminance with white = 1, floats that may exceed 1. "uint8": images of 0 to
+        255 in uint8 or floats, mapped to log intensity by v2e's lin-log curve. "srgb": the same images, first decoded
+        to linear luminance.
+    threads: in accurate mode, rows are shared among so many threads.
+    parameters: any field of `presets.PixelModel`, in place of the preset's.
+
+    Raises ConfigError for a wrong argument.
+    """
+
+    def __init__(
+        self,
+        preset: str = "davis346",
+        *,
+        size: tuple[int, int] = (346, 260),
+        seed: int = 0,
+        mode: Mode = "accurate",
+        intensity: Intensity = "linear",
+        threads: int = 1,
+        **parameters: Any,
+    ):
+        _one_of("mode", mode, MODES)
+        _one_of("intensity", intensity, INTENSITIES)
+        _whole("seed", seed, 0, 2**64 - 1)
+        _whole("threads", threads, 1, 1024)
+        if not isinstance(size, tuple | list) or len(size) != 2:
+            raise ConfigError(f"camera size: {size!r} is wrong, expected (width, height)")
+        for name, length in zip(("width", "height"), size, strict=True):
+            _whole(name, length, 1, 65535)
+        width, height = size
+        self.shape = (int(height), int(width))
+        self.mode: Mode = mode
+        self.intensity: Intensity = intensity
+        self.seed = int(seed)
+        self.threads = int(threads)
+        self.model = resolve(preset, parameters, self.shape)
+        self._sensor: Sensor
+        if mode == "v2e":
+            asked = [name for name in NOT_IN_V2E if name in parameters]
+            if asked:
+                raise ConfigError(f"camera parameter {asked[0]}: mode 'v2e' has none; it belongs to mode 'accurate'")
+            self._sensor = V2EPixels(self.model, self.shape, self.seed, intensity)
+        else:
+            self._sensor = AccuratePixels(self.model, self.shape, self.seed, intensity, self.threads)
+        self._film = Film(self.shape, np.dtype(np.uint8), 0)
+
+    @property
+    def theta_on(self) -> np.ndarray:
+        """ON threshold of each pixel in ln units, of shape (height, width)."""
+        return self._sensor.theta_on.copy()
+
+    @property
+    def theta_off(self) -> np.ndarray:
+        """OFF threshold of each pixel in ln units, of shape (height, width)."""
+        return self._sensor.theta_off.copy()
+
+    def reset(self) -> None:
+        """Forget all frames; the next one is a first frame again, and the same frames give the same events."""
+        self._film.clear()
+
+    def state(self) -> dict[str, Any]:
+        """All that the camera is and remembers, as plain values and arrays; see `from_state`."""
+        film = self._film
+        return {
+            "model": asdict(self.model),
+            "size": (self.shape[1], self.shape[0]),
+            "seed": self.seed,
+            "mode": self.mode,
+            "intensity": self.intensity,
+            "last_us": film.last_us,
+            "last_bodies": film.masks[0].copy() if film.labelled else None,
+            "memory": self._sensor.memory(),
+        }
+
+    @classmethod
+    def from_state(cls, state: dict[str, Any], threads: int = 1) -> "EventCamera":
+        """A camera that continues exactly where the one stood whose `state()` this is."""
+        names = ("size", "seed", "mode", "intensity")
+        model = {k: v for k, v in state["model"].items() if state["mode"] != "v2e" or k not in NOT_IN_V2E}
+        camera = cls("clean", threads=threads, **{name: state[name] for name in names}, **model)
+        if state["last_us"] is not None:
+            camera._film.begin(state["last_us"], state["last_bodies"])
+            camera._sensor.restore(state["memory"])
+        return camera
+
+    def step(self, t_us: float, image: np.ndarray, bodies: np.ndarray | None = None) -> Events:
+        """The events between the frame before and this one; none for the first frame, which the pixels settle on.
+
+        t_us: time in microseconds, later than the last; fractions are welcome.
+        image: of shape (height, width), in the camera's intensity scale.
+        bodies: index into evslip.frame.BODIES of what each pixel sees, uint8 of shape (height, width). An event takes
+            the label of the frame nearer in time.
+        Raises DataError for input that cannot be meant; the camera is then as it was before the call.
+        """
+        parts = self._take(t_us, image, bodies, 1)
+        return parts[-1] if parts else self._develop()
+
+    def run(self, frames: Iterable[Timed]) -> Events:
+        """The events of a sequence of (t_us, image), (t_us, image, bodies) or Frame, as from `step` one by one.
+
+        Works through the sequence as it comes and keeps only events; the arrays may be reused once the next frame is
+        asked for. Continues where the last call ended. When a frame raises, the camera stands after the one before it.
+        """
+        parts: list[Events] = []
+        try:
+            for t_us, image, *bodies in frames:
+                parts += self._take(t_us, image, bodies[0] if bodies else None, CHUNK_FRAMES)
+        finally:
+            parts.append(self._develop())
+        if any(part.body is not None for part in parts):
+            parts = [p if p.body is not None else p._replace(body=np.full(p.count, NO_BODY, np.uint8)) for p in parts]
+        return concatenate(parts)
+
+    def _take(self, t_us: float, image: Any, bodies: Any, length: int) -> list[Events]:
+        """Put a frame on the film; what comes back was developed because the film was full or of another type."""
+        time_us, image, bodies = self._checked(t_us, image, bodies)
+        length = max(1, min(length, CHUNK_BYTES // image.nbytes))
+        developed = []
+        if self._film.images.dtype != image.dtype or self._film.length < length:
+            if self._film.count:
+                developed.append(self._develop())
+            self._film = self._film.successor(image.dtype, length)
+        if self._film.begun:
+            self._film.add(time_us, image, bodies)
+        else:
+            self._film.begin(time_us, bodies)
+            # A copy is contiguous and writable: one type for the compiler, whatever the caller's array is.
+            self._sensor.begin(np.array(image, order="C"), time_us)
+        if self._film.count == self._film.length:
+            developed.append(self._develop())
+        return developed
+
+    def _develop(self) -> Events:
+        """The events of all frames on the film."""
+        film = self._film
+        count = film.count
+        if count == 0:
+            return empty_events(labelled=True)._replace(body=np.empty(0, np.uint8) if film.labelled else None)
+        masks = film.masks[: count + 1] if film.labelled else film.masks[:0]
+        events = self._sensor.expose(film.images[:count], film.times_us[: count + 1], masks)
+        film.rewind()
+        times, words = kernel.in_time_order(events)
+        x, y, p, body, cause = kernel.unpack(words)
+        return Events(times, x, y, p, body if film.labelled else None, cause)
+
+    def _checked(self, t_us: Any, image: Any, bodies: Any) -> tuple[float, np.ndarray, np.ndarray | None]:
+        """A frame in the units of the kernel. Raises DataError."""
+        time_us = checked_time(t_us, self._film.last_us)
+        where = f"frame at {time_us:.10g} us"
+        if bodies is not None:
+            bodies = checked_mask(bodies, self.shape, where)
+        return time_us, checked_image(image, self.shape, self.intensity, where), bodies
+
+
+def camera_for(params: Params, threads: int = 1) -> EventCamera:
+    """The event camera of a sample."""
+    overrides = params.sensor.model_dump(exclude={"preset"}, exclude_none=True)
+    seed = seeds.integer(params.seed, params.split, params.index, "pixels")
+    size = (params.camera.width, params.camera.height)
+    return EventCamera(params.sensor.preset, size=size, seed=seed, threads=threads, **overrides)
+
+
+def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ConfigError(f"camera {name}: {value!r} is unknown; expected one of {', '.join(choices)}")
+
+
+def _whole(name: str, value: Any, low: int, high: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
+        raise ConfigError(f"camera {name}: {value!r} is wrong, expected a whole number from {low} to {high}")

@@ -1,0 +1,287 @@
+"""One event pixel, between two frames.
+
+The pixel compares the filtered log intensity lp with a reference ref, and fires where the difference
+
+    d(t) = lp(t) - ref + leak * (t - reset)
+
+reaches theta_on or -theta_off. Firing makes lp(t) the new reference. During the refractory period the pixel is held in
+reset: it follows lp and cannot fire, so what changes meanwhile is lost, as in the circuit (Lichtsteiner et al., A
+128x128 120 dB 15 us latency asynchronous temporal contrast vision sensor, JSSC 2008). Leak is written as a slope since
+the last reset, not as steps, so neither rounding nor frame times add up. Shot noise and hot pixels are one Poisson
+process per pixel at its highest rate, thinned by what the intensity allows at that moment: its candidates are times,
+not frames.
+
+Where the low-pass bends lp within an interval, each piece of it is the cubic through the exact end values and slopes.
+Without low-pass lp is a straight line and crossing times are exact.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from evslip.events.lowpass import advance, exponent, halvings
+from evslip.events.noise import CANDIDATE, LEAK, normals, uniforms
+from evslip.events.stream import HOT, SHOT, SIGNAL
+from evslip.events.stream import LEAK as LEAK_CAUSE
+
+TOLERANCE_US = 0.1
+"""How far the cubics may shift an event's time."""
+
+
+# A sensor's memory is one float64 array of shape (rows, STATE, columns), and what never changes one of shape
+# (rows, TRAITS, columns): a row's numbers lie together, and compiled code handles one array, not fifteen.
+STATE = 9
+LOG, CURRENT, FILTERED, REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES = range(STATE)
+"""What a pixel remembers: ln of the photocurrent at the last frame; the photocurrent, in 1/255 of white and including
+the dark current; lp; ref, NaN while held in reset; when ref was taken, or will be while it is NaN; slope of the leak in
+ln units per microsecond since then; time of the next candidate of the noise process, infinite without noise; number of
+resets and of candidates so far, which are the counters of the random numbers."""
+TRAITS = 7
+ON, OFF, MEAN_LEAK, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
+"""What a pixel is: theta_on and theta_off in ln units, infinite when dead; mean slope of the leak in ln units per
+microsecond; highest rate of the noise process per microsecond; share of it that is a hot pixel's own; share of shot
+noise events that are ON; where in its leak cycle it starts, 0 to 1."""
+
+
+class Rules(NamedTuple):
+    """Numbers that all pixels share."""
+
+    seed: int
+    """uint64"""
+    lowpass: bool
+    base: float
+    """Rate of the low-pass without photocurrent, per microsecond."""
+    gain: float
+    """What a unit of photocurrent adds to it."""
+    refractory_us: float
+    leak_jitter: float
+    """Standard deviation of the leak from one reset to the next, relative."""
+    shot_dark: float
+    """Chance that a shot noise candidate fires at no photocurrent."""
+    shot_slope: float
+    """What a unit of photocurrent takes from it."""
+    shot_least: float
+    """The least chance, in bright light."""
+
+
+class Interval(NamedTuple):
+    """One pixel between two frames."""
+
+    start_us: float
+    end_us: float
+    log_0: float
+    log_1: float
+    current_0: float
+    current_1: float
+    filtered_0: float
+    filtered_1: float
+
+
+@njit(cache=True, error_model="numpy")
+def next_leak(rules: Rules, mean: float, pixel: int, resets: int) -> float:
+    """Slope of the leak after a reset; never negative."""
+    if mean == 0.0 or rules.leak_jitter == 0.0:
+        return mean
+    a, b, _, _ = uniforms(rules.seed, pixel, LEAK, resets)
+    return mean * max(0.0, 1.0 + rules.leak_jitter * normals(a, b)[0])
+
+
+@njit(cache=True, error_model="numpy")
+def next_candidate(rules: Rules, rate: float, pixel: int, candidates: int, now_us: float) -> float:
+    """Time of the noise candidate after `now_us`: exponential waiting times make a Poisson process."""
+    if rate == 0.0:
+        return np.inf
+    wait, _, _, _ = uniforms(rules.seed, pixel, CANDIDATE, candidates)
+    return now_us - math.log(wait) / rate
+
+
+@njit(cache=True, error_model="numpy")
+def _root(c0: float, c1: float, c2: float, c3: float, low: float, high: float) -> float:
+    """Where the cubic crosses zero between two points where its signs differ: Newton's method, kept in the bracket."""
+    at_low = c0 + low * (c1 + low * (c2 + low * c3))
+    at_high = c0 + high * (c1 + high * (c2 + high * c3))
+    if at_low * at_high >= 0.0:
+        return low if abs(at_low) < abs(at_high) else high
+    w = low + (high - low) * at_low / (at_low - at_high)
+    if c2 == 0.0 and c3 == 0.0:
+        return w
+    for _ in range(60):
+        value = c0 + w * (c1 + w * (c2 + w * c3))
+        if (value > 0.0) == (at_high > 0.0):
+            high = w
+        else:
+            low = w
+        slope = c1 + w * (2.0 * c2 + w * 3.0 * c3)
+        following = w - value / slope if slope != 0.0 else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        # Newton's steps square their error: the next one would be below 1e-14.
+        if abs(following - w) < 1e-7:
+            return following
+        w = following
+    return w
+
+
+@njit(cache=True, error_model="numpy")
+def _crossing(
+    c0: float, c1: float, c2: float, c3: float, low: float, high: float, on: float, off: float
+) -> tuple[float, int]:
+    """First place in [low, high] where the cubic is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
+    turn_1 = turn_2 = high
+    if c2 != 0.0 or c3 != 0.0:
+        # Where the cubic turns; the form of the quadratic's roots that loses no digits when c3 is small.
+        discriminant = c2 * c2 - 3.0 * c3 * c1
+        if discriminant > 0.0:
+            q = -(c2 + math.copysign(math.sqrt(discriminant), c2))
+            a = c1 / q if q != 0.0 else high
+            b = q / (3.0 * c3) if c3 != 0.0 else high
+            turn_1, turn_2 = min(a, b), max(a, b)
+    start = low
+    for part in range(3):
+        end = turn_1 if part == 0 else (turn_2 if part == 1 else high)
+        end = min(max(end, start), high)
+        value = c0 + end * (c1 + end * (c2 + end * c3))
+        if value >= on:
+            return _root(c0 - on, c1, c2, c3, start, end), 1
+        if value <= -off:
+            return _root(c0 + off, c1, c2, c3, start, end), -1
+        if end == high:
+            break
+        start = end
+    return high, 0
+
+
+@njit(cache=True, error_model="numpy")
+def _pieces(change: float, exponent: float, length_us: float) -> int:
+    """How often an interval is halved for the cubics.
+
+    A cubic through end values and slopes misses by h^4 / 384 of the fourth derivative; that shifts times by about
+    (K + |x|)^3 / 384 of h.
+    """
+    count = halvings(change, exponent)
+    bend = (exponent + abs(change)) / (1 << count)
+    length_us /= 1 << count
+    while count < 16 and bend * bend * bend * length_us > 384.0 * TOLERANCE_US:
+        bend *= 0.5
+        length_us *= 0.5
+        count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _longer(events: np.ndarray) -> np.ndarray:
+    longer = np.empty((2 * len(events), 2), np.int64)
+    longer[: len(events)] = events
+    return longer
+
+
+@njit(cache=True, error_model="numpy")
+def fire(
+    interval: Interval,
+    state: np.ndarray,
+    traits: np.ndarray,
+    rules: Rules,
+    pixel: int,
+    x: int,
+    label: int,
+    body_0: int,
+    body_1: int,
+    events: np.ndarray,
+    count: int,
+) -> tuple[np.ndarray, int]:
+    """Append one pixel's events of an interval, in order, and update its memory (all but log, current and filtered).
+
+    state, traits: of the pixel's row, shapes (STATE, columns) and (TRAITS, columns); x: the column; pixel: its number.
+    body_0, body_1: what it sees at either end. events: (n, 2), time in microseconds and word, of which `count` are
+    filled. A word is `label` with polarity (bit 0), cause (bits 1-7) and body (bits 8-15) added; the body is that of
+    the frame nearer in time. Returns events, perhaps moved to a longer array, and the new count.
+    """
+    on, off, rate = traits[ON, x], traits[OFF, x], traits[RATE, x]
+    reference, reset_us = state[REFERENCE, x], state[RESET_US, x]
+    leak, candidate_us = state[LEAK_SLOPE, x], state[CANDIDATE_US, x]
+    if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
+        return events, count
+    length = interval.end_us - interval.start_us
+    change = interval.log_1 - interval.log_0
+    middle_us = interval.start_us + 0.5 * length
+    parts = 1
+    if rules.lowpass:
+        steepest = (rules.base + rules.gain * max(interval.current_0, interval.current_1)) * length
+        parts = 1 << _pieces(change, steepest, length)
+    span = length / parts
+    log_a, current_a, value_a = interval.log_0, interval.current_0, interval.filtered_0
+    for part in range(parts):
+        last = part == parts - 1
+        share = (part + 1) / parts
+        log_b = interval.log_1 if last else interval.log_0 + change * share
+        current_b = interval.current_1 if last else interval.current_0 * math.exp(change * share)
+        start_us = interval.start_us + part * span
+        end_us = interval.end_us if last else start_us + span
+        # lp on this piece, as a cubic of w in [0, 1].
+        if rules.lowpass:
+            base, gain = rules.base * span, rules.gain * span
+            if last:
+                value_b = interval.filtered_1
+            else:
+                k = exponent(log_a, log_b, current_a, current_b, base, gain)
+                value_b = advance(log_a, log_b, current_a, current_b, value_a, gain, k)
+            slope_a = (base + gain * current_a) * (log_a - value_a)
+            slope_b = (base + gain * current_b) * (log_b - value_b)
+            rise = value_b - value_a
+            p1, p2, p3 = slope_a, 3.0 * rise - 2.0 * slope_a - slope_b, slope_a + slope_b - 2.0 * rise
+        else:
+            value_b = log_b
+            p1, p2, p3 = value_b - value_a, 0.0, 0.0
+        w = 0.0
+        while True:
+            if math.isnan(reference):
+                while candidate_us < reset_us and candidate_us <= end_us:
+                    state[CANDIDATES, x] += 1.0
+                    candidate_us = next_candidate(rules, rate, pixel, int(state[CANDIDATES, x]), candidate_us)
+                if reset_us > end_us:
+                    break
+                w = min(max(w, (reset_us - start_us) / span), 1.0)
+                reference = value_a + w * (p1 + w * (p2 + w * p3))
+            noisy = candidate_us <= end_us
+            until = min(max((candidate_us - start_us) / span, w), 1.0) if noisy else 1.0
+            drift = leak * (start_us - reset_us)
+            place, sign = _crossing(value_a - reference + drift, p1 + leak * span, p2, p3, w, until, on, off)
+            time_us = start_us + place * span
+            if sign != 0:
+                # What moves the pixel over the threshold at that moment is the cause.
+                signal = p1 + place * (2.0 * p2 + place * 3.0 * p3)
+                cause = LEAK_CAUSE if sign > 0 and leak * span > signal else SIGNAL
+                level = reference + (on if sign > 0 else -off) - leak * (time_us - reset_us)
+                fired = True
+            elif noisy:
+                time_us, place = candidate_us, until
+                level = value_a + until * (p1 + until * (p2 + until * p3))
+                current = interval.current_0 * math.exp(change * (time_us - interval.start_us) / length)
+                number = int(state[CANDIDATES, x])
+                _, pick, chance, side = uniforms(rules.seed, pixel, CANDIDATE, number)
+                hot = pick < traits[HOT_SHARE, x]
+                fired = hot or chance < max(rules.shot_dark - rules.shot_slope * current, rules.shot_least)
+                sign = 1 if hot or side < traits[ON_SHARE, x] else -1
+                cause = HOT if hot else SHOT
+                state[CANDIDATES, x] = number + 1
+                candidate_us = next_candidate(rules, rate, pixel, number + 1, candidate_us)
+            else:
+                break
+            w = place
+            if fired:
+                if count == len(events):
+                    events = _longer(events)
+                body = body_0 if time_us < middle_us else body_1
+                events[count, 0] = np.int64(math.floor(time_us + 0.5))
+                events[count, 1] = label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
+                count += 1
+                reset_us = time_us + rules.refractory_us
+                reference = level if rules.refractory_us == 0.0 else np.nan
+                state[RESETS, x] += 1.0
+                leak = next_leak(rules, traits[MEAN_LEAK, x], pixel, int(state[RESETS, x]))
+        log_a, current_a, value_a = log_b, current_b, value_b
+    state[REFERENCE, x], state[RESET_US, x] = reference, reset_us
+    state[LEAK_SLOPE, x], state[CANDIDATE_US, x] = leak, candidate_us
+    return events, count

@@ -1,0 +1,130 @@
+"""Everything a pixel can be told, and named sets of values."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from evslip.errors import ConfigError
+
+Map = np.ndarray
+
+
+@dataclass(frozen=True)
+class PixelModel:
+    """Parameters of the event pixels. Maps have the sensor's shape, (height, width)."""
+
+    theta: float = 0.2
+    """Mean contrast threshold of both polarities, in ln units."""
+    sigma: float = 0.03
+    """Standard deviation of the thresholds over the pixels, in ln units; ON and OFF independent, each at least 0.01."""
+    theta_on: float | Map | None = None
+    """ON threshold in ln units: a number replaces theta as the mean, a map is taken as it is, without sigma."""
+    theta_off: float | Map | None = None
+    """OFF threshold, as theta_on."""
+    cutoff_hz: float = 0.0
+    """Corner of the photoreceptor's low-pass at white, Hz; (I + 20) / 275 of it at intensity I (0 to 255). 0: none."""
+    leak_rate_hz: float = 0.0
+    """Leak events (ON) a second and pixel."""
+    leak_spread: float = 0.1
+    """Standard deviation over the pixels of log10 of the leak rate."""
+    leak_jitter: float = 0.1
+    """Standard deviation of the leak rate from one event of a pixel to its next, relative."""
+    leak_map: Map | None = None
+    """Factor of the leak rate for each pixel; replaces leak_spread."""
+    shot_rate_hz: float = 0.0
+    """Shot noise events a second and pixel, both polarities together, in the dark; at white a quarter."""
+    hot_share: float = 0.0
+    """Share of pixels that are hot: they fire ON at random without cause."""
+    hot_rate_hz: float = 50.0
+    """Events a second of a hot pixel."""
+    dead_share: float = 0.0
+    """Share of pixels that never fire."""
+    noise_map: Map | None = None
+    """Measured noise, events a second of each pixel, ON and OFF, of shape (2, height, width), as `measure_noise` gives
+    it. Replaces shot_rate_hz, leak_rate_hz and hot pixels; labelled shot, and independent of intensity."""
+    refractory_us: float = 0.0
+    """Time in microseconds after an event during which a pixel is held in reset."""
+    dark: float = 1e-3
+    """Dark current of the photoreceptor as a luminance, white = 1: linear input L becomes ln(L + dark)."""
+
+
+PARAMETERS = tuple(field.name for field in fields(PixelModel))
+LIMITS = {
+    "theta": (0.01, 5.0),
+    "sigma": (0.0, 1.0),
+    "theta_on": (0.01, 5.0),
+    "theta_off": (0.01, 5.0),
+    "cutoff_hz": (0.0, 1e6),
+    "leak_rate_hz": (0.0, 1e3),
+    "leak_spread": (0.0, 1.0),
+    "leak_jitter": (0.0, 1.0),
+    "leak_map": (0.0, 1e3),
+    "shot_rate_hz": (0.0, 1e3),
+    "hot_share": (0.0, 1.0),
+    "hot_rate_hz": (0.0, 1e5),
+    "dead_share": (0.0, 1.0),
+    "noise_map": (0.0, 1e5),
+    "refractory_us": (0.0, 1e6),
+    "dark": (1e-6, 20 / 255),
+}
+"""Physical limits of each number, and of each entry of a map."""
+_MAPS = ("theta_on", "theta_off", "leak_map", "noise_map")
+NOT_IN_V2E = ("hot_share", "dead_share", "noise_map")
+"""What v2e's rules do not know."""
+
+PRESETS: dict[str, PixelModel] = {
+    "davis346": PixelModel(
+        theta=0.15, sigma=0.03, cutoff_hz=15.0, leak_rate_hz=0.01, shot_rate_hz=0.001, refractory_us=500.0
+    ),
+    "dvxplorer": PixelModel(
+        theta=0.2, sigma=0.02, cutoff_hz=390.0, leak_rate_hz=0.01, shot_rate_hz=0.03, refractory_us=500.0
+    ),
+    "prophesee-like": PixelModel(
+        theta=0.22, sigma=0.02, cutoff_hz=1060.0, leak_rate_hz=0.01, shot_rate_hz=0.1, refractory_us=200.0
+    ),
+    "clean": PixelModel(theta=0.2, sigma=0.02),
+    "noisy": PixelModel(theta=0.2, sigma=0.05, cutoff_hz=30.0, leak_rate_hz=0.1, shot_rate_hz=5.0),
+}
+"""Named settings.
+
+davis346: the settings that the slip detection paper took for v2e; clean, noisy: v2e's (Hu, Liu and Delbruck, v2e: from
+video frames to realistic DVS events, CVPR workshops 2021). dvxplorer and prophesee-like: after a Samsung DVS-Gen3 and a
+Prophesee Gen4, by the table of sensors in Gallego et al., Event-based vision: a survey, TPAMI 2022: the thresholds a
+usual bias sets, a little above the smallest possible (15 % and 11 %); the corner at white whose time constant is the
+longest latency given there (410 and 150 us); noise rates of that table (0.03 and 0.1 events a second and pixel).
+Mismatch, leak and refractory period are typical values, not measured ones.
+"""
+
+
+def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> PixelModel:
+    """A preset with some parameters replaced, checked. Raises ConfigError naming the parameter."""
+    if preset not in PRESETS:
+        raise ConfigError(f"camera preset {preset!r} is unknown; expected one of {', '.join(PRESETS)}")
+    for name, value in parameters.items():
+        if name not in PARAMETERS:
+            raise ConfigError(f"camera parameter {name!r} is unknown; expected one of {', '.join(PARAMETERS)}")
+        parameters = {**parameters, name: _checked(name, value, shape)}
+    return replace(PRESETS[preset], **parameters)
+
+
+def _checked(name: str, value: Any, shape: tuple[int, int]) -> Any:
+    if value is None and name in _MAPS:
+        return None
+    try:
+        numbers = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise ConfigError(f"camera parameter {name}: {value!r} is not a number") from None
+    wanted = (2, *shape) if name == "noise_map" else shape
+    is_map = name in _MAPS and numbers.shape == wanted
+    if isinstance(value, bool) or not (is_map or (numbers.ndim == 0 and name != "noise_map")):
+        expected = f"an array of shape {wanted}" if name in _MAPS else "a number"
+        given = f"an array of shape {numbers.shape}" if numbers.ndim else repr(value)
+        raise ConfigError(f"camera parameter {name}: {given} given, expected {expected}")
+    if name == "leak_map" and not numbers.ndim:
+        numbers = np.full(shape, numbers)
+    low, high = LIMITS[name]
+    bad = numbers[~((numbers >= low) & (numbers <= high))]
+    if bad.size:
+        raise ConfigError(f"camera parameter {name}: {bad.flat[0]:g} is out of range, expected {low:g} to {high:g}")
+    return numbers if numbers.ndim else float(numbers)

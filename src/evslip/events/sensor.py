@@ -1,0 +1,33 @@
+"""What a camera asks of its pixels, whichever rules they follow."""
+
+from typing import Protocol
+
+import numpy as np
+
+
+class Sensor(Protocol):
+    theta_on: np.ndarray
+    """ON threshold of each pixel in ln units, float of shape (height, width)."""
+    theta_off: np.ndarray
+    """OFF threshold of each pixel."""
+
+    def begin(self, image: np.ndarray, time_us: float) -> None:
+        """Settle on the first frame."""
+        ...
+
+    def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
+        """Take frames of shape (n, height, width) at times_us[1:]; times_us[0] is the time of the frame before.
+
+        masks: uint8 of shape (n + 1, height, width), or (0, height, width) without. Returns events of shape (k, 2),
+        int64: time in microseconds and word. In a word are polarity (bit 0), cause (1-7), body (8-15), column (16-31),
+        row (32-47) and number of the frame that ends the interval (48-62).
+        """
+        ...
+
+    def memory(self) -> dict[str, np.ndarray]:
+        """Copies of all that changes from frame to frame."""
+        ...
+
+    def restore(self, memory: dict[str, np.ndarray]) -> None:
+        """Continue from a `memory()` of an equal sensor."""
+        ...

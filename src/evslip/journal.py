@@ -1,0 +1,94 @@
+"""What has been written into a data set: one line a record, in a file of its own for each process that writes."""
+
+import json
+import os
+import uuid
+import zlib
+from pathlib import Path
+from typing import Any, NotRequired, TypedDict
+
+from evslip import atomic
+
+
+class Entry(TypedDict):
+    """One finished record."""
+
+    name: str
+    split: str
+    index: int
+    kind: str
+    """simulated or rejected."""
+    sha256: str
+    """Of the file, in hexadecimal."""
+    bytes: int
+    events: int
+    label: NotRequired[str]
+    """slip or hold, of a simulated one."""
+    rejection: NotRequired[list[str]]
+    """Kind and message, of a rejected one."""
+
+
+class Journal:
+    """Appends lines that survive a power cut, to a new file, so that a line torn by a kill is always a last one."""
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        self._path = self._new_path()
+
+    def append(self, entry: Entry) -> None:
+        """Add a line and sync it. Raises StorageError."""
+        with atomic.storage_errors(self._path):
+            self._folder.mkdir(parents=True, exist_ok=True)
+            is_new = not self._path.exists()
+            descriptor = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+            try:
+                line = _line(entry)
+                while line:
+                    line = line[os.write(descriptor, line) :]
+                os.fsync(descriptor)
+            except OSError:
+                self._path = self._new_path()  # what a full disk cut short stays a last line too
+                raise
+            finally:
+                os.close(descriptor)
+            if is_new:
+                atomic.sync_folder(self._folder)
+
+    def _new_path(self) -> Path:
+        return self._folder / f"{os.getpid()}-{uuid.uuid4().hex[:8]}.jsonl"
+
+
+def read_journals(folder: Path) -> tuple[dict[tuple[str, int], list[Entry]], list[str]]:
+    """All entries by (split, index), and what is wrong with the journals, one line a problem.
+
+    A record can have several entries when it was made more than once. A torn last line is no problem: its record is
+    without an entry, so it will be made again. Raises StorageError if a journal cannot be read.
+    """
+    entries: dict[tuple[str, int], list[Entry]] = {}
+    problems = []
+    for path in sorted(folder.glob("*.jsonl")):
+        with atomic.storage_errors(path):
+            lines = path.read_bytes().split(b"\n")
+        for number, line in enumerate(lines, 1):
+            entry = _parse(line)
+            if entry is not None:
+                entries.setdefault((entry["split"], entry["index"]), []).append(entry)
+            elif number < len(lines):
+                problems.append(f"{path}: line {number} is damaged")
+    return entries, problems
+
+
+def _line(entry: Entry) -> bytes:
+    return json.dumps({**entry, "crc32": _checksum(entry)}).encode() + b"\n"
+
+
+def _parse(line: bytes) -> Entry | None:
+    try:
+        entry: Any = json.loads(line)
+        return entry if entry.pop("crc32") == _checksum(entry) else None
+    except (ValueError, AttributeError, KeyError, TypeError):
+        return None
+
+
+def _checksum(entry: Entry) -> int:
+    return zlib.crc32(json.dumps(entry, sort_keys=True).encode())

@@ -1,0 +1,92 @@
+"""A detector on disk: weights in safetensors, everything else in JSON. Nothing is ever unpickled."""
+
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load, save
+
+import evslip
+from evslip import atomic
+from evslip.errors import DataError, EvslipError
+from evslip.learn.network import Geometry, Network
+from evslip.learn.registry import build_model
+from evslip.window_set import WindowSettings
+
+WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
+FORMAT, VERSION = "evslip model", 1
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a detector is, besides its weights."""
+
+    model: str
+    """Name of the network."""
+    threshold: float
+    """Slip probability from which it says slip; chosen on validation trajectories."""
+    windows: WindowSettings
+    """How its training windows were cut."""
+    training: dict[str, Any]
+    """Where it comes from: settings, data, best epoch and validation scores."""
+
+    @property
+    def geometry(self) -> Geometry:
+        return geometry_of(self.windows)
+
+
+def geometry_of(settings: WindowSettings) -> Geometry:
+    """The network input that fits windows of these settings."""
+    return Geometry(settings.width, settings.height, round(settings.length_s * 1e6))
+
+
+def save_model(folder: Path, network: Network, description: Description) -> None:
+    """Write both files, the description last: a folder that has it is complete. Raises StorageError."""
+    state = {name: value.detach().cpu().contiguous() for name, value in network.state_dict().items()}
+    (folder / DESCRIPTION).unlink(missing_ok=True)
+    atomic.write_bytes(folder / WEIGHTS, save(state))
+    plain = {"format": FORMAT, "version": VERSION, "evslip": evslip.__version__, **asdict(description)}
+    atomic.write_text(folder / DESCRIPTION, json.dumps(plain, indent=2) + "\n")
+
+
+def load_model(folder: str | Path) -> tuple[Network, Description]:
+    """The network, ready to evaluate on the CPU, and its description. Raises DataError naming the file."""
+    folder = Path(folder)
+    description = _description(folder)
+    path = folder / WEIGHTS
+    network = build_model(description.model, description.geometry)
+    try:
+        network.load_state_dict(load(path.read_bytes()))
+    except FileNotFoundError:
+        raise DataError(f"{path}: no such file; expected the folder of a model that `evslip train` wrote") from None
+    except (OSError, SafetensorError, RuntimeError, ValueError) as error:
+        reason = " ".join(str(error).split())[:160]
+        raise DataError(f"{path}: not the weights of a {description.model}: {reason}") from None
+    if not all(torch.isfinite(value).all() for value in network.state_dict().values()):
+        raise DataError(f"{path}: holds weights that are not finite; train the model again")
+    return network.eval(), description
+
+
+def _description(folder: Path) -> Description:
+    path = folder / DESCRIPTION
+    try:
+        plain = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise DataError(f"{path}: no such file; expected the folder of a model that `evslip train` wrote") from None
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be read as JSON: {' '.join(str(error).split())[:100]}") from None
+    if not isinstance(plain, dict) or plain.get("format") != FORMAT:
+        raise DataError(f"{path}: not the description of a model that `evslip train` wrote")
+    if plain.get("version") != VERSION:
+        raise DataError(f"{path}: version {plain.get('version')} of the format; this evslip reads version {VERSION}")
+    try:
+        windows = plain["windows"]
+        known = {field.name: windows[field.name] for field in fields(WindowSettings)}
+        model, threshold = str(plain["model"]), float(plain["threshold"])
+        build_model(model, geometry_of(WindowSettings(**known)))
+        return Description(model, threshold, WindowSettings(**known), dict(plain["training"]))
+    except (KeyError, TypeError, ValueError, RuntimeError, EvslipError) as error:
+        raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:160]}") from None

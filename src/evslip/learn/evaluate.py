@@ -1,0 +1,56 @@
+"""A detector's answers on windows."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from evslip.errors import DataError
+from evslip.learn.checkpoint import geometry_of, load_model
+from evslip.learn.metrics import Metrics, measure
+from evslip.learn.network import Network
+from evslip.window_set import Windows
+
+BATCH = 32
+
+
+def answer(network: Network, inputs: Sequence[Any]) -> np.ndarray:
+    """Slip probabilities of prepared windows, float32 of shape (n,)."""
+    if not len(inputs):
+        return np.empty(0, np.float32)
+    with torch.inference_mode():
+        parts = [network(inputs[first : first + BATCH]).softmax(1)[:, 1] for first in range(0, len(inputs), BATCH)]
+    return torch.cat(parts).cpu().numpy()
+
+
+def probabilities(network: Network, windows: Windows) -> np.ndarray:
+    """Slip probability of every window, float32 of shape (n,)."""
+    training = network.training
+    network.eval()
+    parts = [np.empty(0, np.float32)]
+    for first in range(0, len(windows), BATCH):  # prepared a batch at a time, to keep little in memory
+        last = min(first + BATCH, len(windows))
+        parts.append(answer(network, [network.prepare(windows[i]) for i in range(first, last)]))
+    network.train(training)
+    return np.concatenate(parts)
+
+
+def evaluate(model: str | Path, windows: Windows) -> Metrics:
+    """Scores of a saved detector. Raises DataError when the windows are not what it was trained for."""
+    network, description = load_model(model)
+    check_geometry(network, windows)
+    if not len(windows):
+        raise DataError("there is no window to evaluate on")
+    return measure(windows, probabilities(network, windows), description.threshold)
+
+
+def check_geometry(network: Network, windows: Windows) -> None:
+    """Raise DataError unless the windows have the size and length that the network was made for."""
+    have, want = geometry_of(windows.settings), network.geometry
+    if have != want:
+        raise DataError(
+            f"the windows are {have.width}x{have.height} pixels and {have.length_us / 1e6:g} s long, "
+            f"the model takes {want.width}x{want.height} and {want.length_us / 1e6:g} s"
+        )

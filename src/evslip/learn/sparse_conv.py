@@ -1,0 +1,111 @@
+"""The first convolution of a 3D-CNN, computed from the cells that are not zero: equal to the dense one, much faster.
+
+About one cell in a hundred is occupied, so gathering over the output would multiply almost only zeros; each occupied
+cell scatters into the few outputs that see it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numba import njit, prange
+
+from evslip.learn.occupancy import Occupancy
+
+Shape3 = tuple[int, int, int]
+
+
+def output_shape(grid: Shape3, kernel: Shape3, stride: Shape3) -> Shape3:
+    """Output size of a convolution without padding."""
+    first, second, third = ((g - k) // s + 1 for g, k, s in zip(grid, kernel, stride, strict=True))
+    return first, second, third
+
+
+@njit(cache=True)
+def _range(position, kernel, stride, size):  # type: ignore[no-untyped-def]
+    """First and last + 1 output that sees an input position along one axis."""
+    return max(0, (position - kernel + stride) // stride), min(size, position // stride + 1)
+
+
+@njit(cache=True, parallel=True)
+def _forward(starts, cells, values, weight, grid, stride, out):  # type: ignore[no-untyped-def]
+    outputs, _, kt, ky, kx = weight.shape
+    for b in prange(len(starts) - 1):
+        for i in range(starts[b], starts[b + 1]):
+            cell, value = cells[i], values[i]
+            x = cell % grid[2]
+            y = cell // grid[2] % grid[1]
+            t = cell // (grid[2] * grid[1]) % grid[0]
+            c = cell // (grid[2] * grid[1] * grid[0])
+            t0, t1 = _range(t, kt, stride[0], out.shape[2])
+            y0, y1 = _range(y, ky, stride[1], out.shape[3])
+            x0, x1 = _range(x, kx, stride[2], out.shape[4])
+            for o in range(outputs):
+                for ot in range(t0, t1):
+                    for oy in range(y0, y1):
+                        for ox in range(x0, x1):
+                            out[b, o, ot, oy, ox] += (
+                                value * weight[o, c, t - ot * stride[0], y - oy * stride[1], x - ox * stride[2]]
+                            )
+
+
+@njit(cache=True, parallel=True)
+def _backward(starts, cells, values, gradient, grid, stride, by_window):  # type: ignore[no-untyped-def]
+    _, outputs, _, kt, ky, kx = by_window.shape
+    for b in prange(len(starts) - 1):
+        for i in range(starts[b], starts[b + 1]):
+            cell, value = cells[i], values[i]
+            x = cell % grid[2]
+            y = cell // grid[2] % grid[1]
+            t = cell // (grid[2] * grid[1]) % grid[0]
+            c = cell // (grid[2] * grid[1] * grid[0])
+            t0, t1 = _range(t, kt, stride[0], gradient.shape[2])
+            y0, y1 = _range(y, ky, stride[1], gradient.shape[3])
+            x0, x1 = _range(x, kx, stride[2], gradient.shape[4])
+            for o in range(outputs):
+                for ot in range(t0, t1):
+                    for oy in range(y0, y1):
+                        for ox in range(x0, x1):
+                            by_window[b, o, c, t - ot * stride[0], y - oy * stride[1], x - ox * stride[2]] += (
+                                value * gradient[b, o, ot, oy, ox]
+                            )
+
+
+class _SparseConv3d(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, weight, starts, cells, values, grid, stride):  # type: ignore[no-untyped-def]
+        shape = output_shape(grid, weight.shape[2:], stride)
+        out = np.zeros((len(starts) - 1, weight.shape[0], *shape), np.float32)
+        _forward(starts, cells, values, weight.detach().numpy(), grid, stride, out)
+        ctx.inputs = (starts, cells, values, grid, stride, tuple(weight.shape))
+        return torch.from_numpy(out)
+
+    @staticmethod
+    def backward(ctx, gradient):  # type: ignore[no-untyped-def]
+        starts, cells, values, grid, stride, shape = ctx.inputs
+        # One sum a window, added in order: the result does not depend on the number of threads.
+        by_window = np.zeros((len(starts) - 1, *shape), np.float32)
+        _backward(starts, cells, values, gradient.contiguous().numpy(), grid, stride, by_window)
+        return torch.from_numpy(by_window.sum(0)), None, None, None, None, None
+
+
+def sparse_conv3d(
+    batch: Sequence[Occupancy], weight: torch.Tensor, bias: torch.Tensor | None, grid: Shape3, stride: Shape3
+) -> torch.Tensor:
+    """torch.nn.functional.conv3d of the dense grids, (windows, outputs, time, rows, columns); on CPU, no padding.
+
+    `weight` is (outputs, 2, time, rows, columns), `grid` the input's (time, rows, columns).
+    """
+    starts = np.concatenate([[0], np.cumsum([len(sample.cells) for sample in batch])])
+    cells = np.concatenate([sample.cells for sample in batch])
+    values = np.concatenate([sample.values for sample in batch])
+    out = _SparseConv3d.apply(weight, starts, cells, values, grid, stride)
+    return out if bias is None else out + bias.view(1, -1, 1, 1, 1)  # type: ignore[operator]
+
+
+def dense(batch: Sequence[Occupancy], grid: Shape3) -> torch.Tensor:
+    """The grids themselves, (windows, 2, time, rows, columns): for CUDA, where dense is faster, and for checks."""
+    out = torch.zeros(len(batch), 2 * int(np.prod(grid)))
+    for row, sample in zip(out, batch, strict=True):
+        row[torch.from_numpy(sample.cells)] = torch.from_numpy(sample.values)
+    return out.view(len(batch), 2, *grid)

@@ -1,0 +1,59 @@
+"""Light from all around: what a surface of any direction receives from the background and the table."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.render.lanes import kernel
+
+AZIMUTHS, ELEVATIONS = 128, 64
+NORMALS = 400
+
+
+class Ambient(NamedTuple):
+    surface: float
+    """Luminance of a white surface that faces upwards, under the sky alone, in cd/m2."""
+    matrix: np.ndarray
+    """Symmetric (4, 4) M: (n, 1) M (n, 1)^T is the luminance of a white matt surface with normal n in the open."""
+
+
+def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, albedo: float) -> Ambient:
+    """The ambient light of a scene.
+
+    sky: coarse texture of the background (rows, columns), repeated `repetitions` times around the horizon; luminance:
+    of its white. The lower hemisphere is the table: it sends back `albedo` of what it receives from the sky and from
+    the lamp (`lamp`: luminance the lamp gives to white paper on it), so that undersides are not black. Irradiance from
+    a distant surround is, to 1 %, a quadratic form in the normal (Ramamoorthi and Hanrahan 2001); it is fitted here.
+    """
+    azimuth = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
+    height = (np.arange(ELEVATIONS) + 0.5) / ELEVATIONS
+    rows = np.floor(-np.arcsin(height) / (2 * np.pi) * repetitions * sky.shape[0]).astype(int) % sky.shape[0]
+    columns = np.floor(azimuth / (2 * np.pi) * repetitions * sky.shape[1]).astype(int) % sky.shape[1]
+    upper = luminance * sky[rows[:, None], columns[None, :]].astype(np.float64)
+    radius = np.sqrt(1 - height * height)[:, None]
+    directions = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height[:, None] + 0 * azimuth], -1)
+    share = 2.0 / (AZIMUTHS * ELEVATIONS)  # solid angle over pi
+    surface = float(np.sum(upper * height[:, None]) * share)
+    below = albedo * (surface + lamp)
+    all_directions = np.concatenate([directions.reshape(-1, 3), directions.reshape(-1, 3) * (1, 1, -1)])
+    radiance = np.concatenate([upper.ravel(), np.full(upper.size, below)])
+    z = 1 - 2 * (np.arange(NORMALS) + 0.5) / NORMALS
+    turn = np.arange(NORMALS) * np.pi * (3 - np.sqrt(5))
+    normals = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], 1)
+    received = np.maximum(normals @ all_directions.T, 0.0) @ radiance * share
+    x, y = normals[:, 0], normals[:, 1]
+    basis = np.stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z, 2 * x, 2 * y, 2 * z], 1)
+    a = np.linalg.lstsq(basis, received, rcond=None)[0]
+    matrix = np.array(
+        [[a[0], a[3], a[4], a[6]], [a[3], a[1], a[5], a[7]], [a[4], a[5], a[2], a[8]], [a[6], a[7], a[8], 0.0]]
+    )
+    return Ambient(surface, matrix)
+
+
+@kernel
+def irradiance(matrix, x, y, z):
+    """The quadratic form of `Ambient.matrix` for a normal; of the type of its arguments."""
+    squares = matrix[0, 0] * x * x + matrix[1, 1] * y * y + matrix[2, 2] * z * z
+    mixed = matrix[0, 1] * x * y + matrix[0, 2] * x * z + matrix[1, 2] * y * z
+    linear = matrix[0, 3] * x + matrix[1, 3] * y + matrix[2, 3] * z
+    return squares + (mixed + linear) + (mixed + linear) + matrix[3, 3]  # a factor 2 would widen float32 to float64

@@ -1,0 +1,185 @@
+"""Shading of the gripper's fragments, and the order of gripper and object in each pixel."""
+
+import math
+
+import numpy as np
+
+from evslip.render.ambient import irradiance
+from evslip.render.lanes import LANES, LIT, ONE, RESULT, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
+from evslip.render.layers import FINGER, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
+from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_blur, risen
+
+TOUCHING_M = 0.0015
+"""A fragment this far behind the object's near face still counts as in front: pads sink into a soft contact."""
+
+
+@kernel
+def shade_gripper(
+    values, front, S, fragments, albedo, bounds, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share,
+    ambient, gloss, object_place, object_axes, object_half, palm_turn, palm_place, palm_half,
+):  # fmt: skip
+    """values (n,): luminance of every fragment. front (n,): 1 where it lies in front of the object, else 0.
+
+    albedo: row of the fragments' colour. The object shadows all parts, the palm (given in camera axes) shadows the
+    fingers; the fingers' own shadows on hand and fingers are left out.
+    """
+    eye, zero = np.eye(3), np.zeros(3)
+    lamp_here, place_here, axes_here = np.zeros(3), np.zeros(3), np.zeros((3, 3))
+    for k in range(3):
+        for j in range(3):
+            lamp_here[k] += turn[j, k] * (lamp[j] - camera[j])
+            place_here[k] += turn[j, k] * (object_place[j] - camera[j])
+            for i in range(3):
+                axes_here[k, i] += turn[j, k] * object_axes[j, i]
+    matrix = _turned(ambient, turn)
+    turns, moves, lamps = np.empty((2, 3, 3), np.float32), np.empty((2, 3), np.float32), np.zeros((2, 3), np.float32)
+    change_frame(eye, zero, axes_here, place_here, turns[0], moves[0])
+    change_frame(eye, zero, palm_turn, palm_place, turns[1], moves[1])
+    halves, blurs = np.empty((2, 3), np.float32), np.zeros((2, 3), np.float32)
+    sizes = np.zeros(2)
+    right, down = np.zeros(3), np.zeros(3)
+    right[0] = down[1] = -place_here[2] / focal
+    for k in range(2):
+        for j in range(3):
+            halves[k, j] = object_half[j] if k == 0 else palm_half[j]
+            sizes[k] += halves[k, j] ** 2
+            total = moves[k, j] + 0.0
+            for i in range(3):
+                total += turns[k, j, i] * lamp_here[i]
+            lamps[k, j] = f32(total)
+        sizes[k] = math.sqrt(sizes[k])
+        pixel_blur(turns[k], lamps[k], right, down, blurs[k])
+    lamp32, radius = lamp_here.astype(np.float32), f32(lamp_radius)
+    power, shine = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss)
+    planes = _near_faces(axes_here, place_here, object_half)
+    for chunk in range(bounds.shape[0]):
+        start = chunk * LANES
+        n = min(LANES, fragments.shape[1] - start)
+        own = fragments[:, start : start + n]
+        _light(S, n, own, albedo, lamp32, radius, power, shine, matrix)
+        lit, finger = ZERO, ZERO
+        for i in range(n):
+            lit = max(lit, S[LIT + i])
+            finger = max(finger, own[FINGER, i])
+        if lit > ZERO:
+            middle, reach = bounds[chunk, :3], bounds[chunk, 3] + 0.001
+            begin_group(S, n)
+            if may_shadow(middle, reach, place_here, sizes[0], lamp_here, lamp_radius):
+                hide(S, n, turns[0], moves[0], lamps[0], halves[0], radius, blurs[0])
+            end_group(S, n)
+            if finger > ZERO and may_shadow(middle, reach, palm_place, sizes[1], lamp_here, lamp_radius):
+                begin_group(S, n)
+                hide(S, n, turns[1], moves[1], lamps[1], halves[1], radius, blurs[1])
+                for i in range(n):
+                    S[SEEN + i] *= ONE - own[FINGER, i] * (ONE - S[SEEN_NOW + i])
+        for i in range(n):
+            values[start + i] = S[RESULT + i] + S[LIT + i] * S[SEEN + i]
+            inside = f32(-1e9)
+            for k in range(3):
+                ahead = planes[k, 0] * own[X, i] + planes[k, 1] * own[Y, i] + planes[k, 2] * own[Z, i] - planes[k, 3]
+                inside = max(inside, ahead)
+            front[start + i] = ONE if inside > f32(-TOUCHING_M) else ZERO
+
+
+@kernel
+def merge_gripper(out, keep, over, values, front, fragments, pixels, starts):
+    """Put the fragments behind the object into `out` (which holds the backdrop). keep (height, width): share of each
+    pixel without fragments in front; over (m,): the light of those in front, per pixel of `pixels`."""
+    flat, kept = out.reshape(-1), keep.reshape(-1)
+    for m in range(pixels.size):
+        behind, ahead, share, share_ahead = ZERO, ZERO, ZERO, ZERO
+        for k in range(starts[m], starts[m + 1]):
+            part = fragments[SHARE, k]
+            share += part
+            share_ahead += part * front[k]
+            ahead += part * front[k] * values[k]
+            behind += part * (ONE - front[k]) * values[k]
+        flat[pixels[m]] = flat[pixels[m]] * max(ZERO, ONE - share) + behind
+        kept[pixels[m]] = max(ZERO, ONE - share_ahead)
+        over[m] = ahead
+
+
+@kernel
+def make_room(out, total, touched):
+    """Dim `out` by the object's coverage, which `draw_solid` then adds."""
+    for row in range(out.shape[0]):
+        for column in range(touched[row, 0], touched[row, 1]):
+            out[row, column] = out[row, column] * (ONE - total[row, column]) if total[row, column] < ONE else ZERO
+
+
+@kernel
+def put_over(out, bodies, keep, total, touched, over, front, fragments, pixels, starts):
+    """Add the fragments in front of the object, and mark in `bodies` what covers most of each pixel."""
+    flat, marks, kept, covered = out.reshape(-1), bodies.reshape(-1), keep.reshape(-1), total.reshape(-1)
+    for row in range(out.shape[0]):
+        for column in range(touched[row, 0], touched[row, 1]):
+            if total[row, column] >= f32(0.5):
+                bodies[row, column] = 2
+    for m in range(pixels.size):
+        p = pixels[m]
+        flat[p] += over[m]
+        gripper = ZERO
+        for k in range(starts[m], starts[m + 1]):
+            gripper += fragments[SHARE, k] * (front[k] + (ONE - front[k]) * (ONE - covered[p]))
+        solid = covered[p] * kept[p]
+        if gripper >= max(solid, ONE - gripper - solid):
+            marks[p] = 3
+
+
+@kernel
+def _light(S, n, own, albedo, lamp, lamp_radius, power, gloss, matrix):
+    """U, V, W, SEEN, RESULT = light from all around, LIT = light from the lamp: matt and Blinn-Phong, exponent 32."""
+    l0, l1, l2 = lamp[0], lamp[1], lamp[2]
+    for i in range(n):
+        x, y, z = own[X, i], own[Y, i], own[Z, i]
+        n0, n1, n2 = own[NORMAL_X, i], own[NORMAL_Y, i], own[NORMAL_Z, i]
+        S[U + i], S[V + i], S[W + i], S[SEEN + i] = x, y, z, ONE
+        d0, d1, d2 = l0 - x, l1 - y, l2 - z
+        near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
+        size = lamp_radius * near
+        cosine = (n0 * d0 + n1 * d1 + n2 * d2) * near
+        rise = min(max(cosine / size, -ONE), ONE)
+        lit = power * near * near * (size * risen(rise) + max(cosine - size, ZERO))
+        h0, h1, h2 = d0 * near + own[VIEW_X, i], d1 * near + own[VIEW_Y, i], d2 * near + own[VIEW_Z, i]
+        shine = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
+        shine = shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9))
+        shine *= shine
+        shine *= shine
+        shine *= shine
+        shine *= shine
+        S[LIT + i] = lit * (own[albedo, i] + gloss * shine)
+        S[RESULT + i] = own[albedo, i] * irradiance(matrix, n0, n1, n2)
+
+
+@kernel
+def _turned(matrix, turn):
+    """The ambient light's matrix for normals in camera axes."""
+    result = np.zeros((4, 4), np.float32)
+    for i in range(4):
+        for j in range(4):
+            total = 0.0
+            for p in range(4):
+                for q in range(4):
+                    left = turn[p, i] if p < 3 and i < 3 else (1.0 if p == i else 0.0)
+                    right = turn[q, j] if q < 3 and j < 3 else (1.0 if q == j else 0.0)
+                    total += left * matrix[p, q] * right
+            result[i, j] = f32(total)
+    return result
+
+
+@kernel
+def _near_faces(axes, place, half):
+    """Planes (3, 4) of the faces turned to the camera at the origin: n . p - d > 0 in front; 0 . p - 1e9 for none."""
+    planes = np.zeros((3, 4), np.float32)
+    for axis in range(3):
+        away = 0.0
+        for j in range(3):
+            away -= axes[j, axis] * place[j]
+        if abs(away) <= half[axis]:
+            planes[axis, 3] = f32(1e9)
+            continue
+        sign = 1.0 if away > 0 else -1.0
+        for j in range(3):
+            planes[axis, j] = f32(sign * axes[j, axis])
+        planes[axis, 3] = f32(half[axis] - sign * away)
+    return planes

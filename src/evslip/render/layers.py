@@ -1,0 +1,209 @@
+"""The gripper's image, resolved once per finger opening into a few fragments per pixel.
+
+Hand and fingers do not move in the image, so their visibility is found once, with 8 x 8 samples a pixel, and the
+samples that agree in part, colour and direction are merged. Each frame only shades the fragments again.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.camera import Camera
+from evslip.render.hand import HAND, assemble
+from evslip.render.lanes import LANES, kernel
+
+GRID = 8
+"""Samples along each side of a pixel."""
+BAND = 16
+"""Rows of pixels that are resolved at a time: bounds the memory."""
+MOST = 4
+"""Fragments in a pixel."""
+SAME_DIRECTION = 0.95
+"""Cosine between normals that may be merged."""
+NEAR_M = 0.01
+
+(X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, VIEW_X, VIEW_Y, VIEW_Z, SHARE, FINGER, RED, GREEN, BLUE, LUMA) = range(15)
+"""Rows of `Layers.fragments`."""
+LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
+"""Of linear RGB (ITU-R BT.709)."""
+
+
+class Layers(NamedTuple):
+    fragments: np.ndarray
+    """float32 of shape (15, n), in the order of the pixels; see the row names above. Positions and directions in camera
+    axes, SHARE of the pixel's area, FINGER 1 on a finger and 0 on the hand."""
+    pixels: np.ndarray
+    """Flat index of every pixel that has fragments, of shape (m,)."""
+    starts: np.ndarray
+    """First fragment of each of these pixels, then n; of shape (m + 1,)."""
+    bounds: np.ndarray
+    """Middle and radius of a sphere around every LANES fragments, of shape (n / LANES, 4)."""
+    hidden: np.ndarray
+    """Whether the gripper covers the whole pixel, bool of shape (height, width)."""
+
+
+def resolve(camera: Camera, travel_m: float) -> Layers:
+    """The gripper as `camera` sees it with both fingers `travel_m` from the middle."""
+    mesh, parts = assemble(travel_m)
+    corners = (mesh.corners - camera.position) @ camera.rotation
+    keep = np.all(corners[..., 2] < -NEAR_M, 1)
+    corners, normals = corners[keep], (mesh.normals @ camera.rotation)[keep]
+    image = camera.project(corners)
+    inside = _reaches_image(image, camera)
+    fragments, where = _rasterise(
+        image[inside] * (GRID, GRID, 1.0), normals[inside], mesh.albedo[keep][inside], parts[keep][inside],
+        camera.width, camera.height, camera.focal_px,
+    )  # fmt: skip
+    fragments[LUMA] = LUMA_WEIGHTS.astype(np.float32) @ fragments[RED : BLUE + 1]
+    pixels, starts = np.unique(where, return_index=True)
+    covered = np.zeros(camera.width * camera.height)
+    np.add.at(covered, where, fragments[SHARE])
+    hidden = (covered > 1 - 1e-6).reshape(camera.height, camera.width)
+    return Layers(fragments, pixels, np.append(starts, len(where)), _bounds(fragments[:3]), hidden)
+
+
+def _reaches_image(image: np.ndarray, camera: Camera) -> np.ndarray:
+    low, high = image[..., :2].min(1), image[..., :2].max(1)
+    return np.all((low < (camera.width, camera.height)) & (high > 0), 1)
+
+
+def _bounds(points: np.ndarray) -> np.ndarray:
+    chunks = [points[:, k : k + LANES] for k in range(0, points.shape[1], LANES)]
+    middles = [(chunk.min(1) + chunk.max(1)) / 2 for chunk in chunks]
+    radii = [np.linalg.norm(chunk - m[:, None], axis=0).max() for chunk, m in zip(chunks, middles, strict=True)]
+    return np.array([[*m, r] for m, r in zip(middles, radii, strict=True)]).reshape(-1, 4)
+
+
+@kernel
+def _rasterise(image, normals, albedo, parts, width, height, focal):
+    """Fragments (15, n) and their flat pixel indices (n,) of triangles: image (t, 3, 3) holds x, y in samples and the
+    depth of each corner."""
+    capacity = 2 * width * height
+    fragments = np.zeros((15, capacity), np.float32)
+    where = np.empty(capacity, np.int64)
+    depth = np.empty((BAND * GRID, width * GRID), np.float32)
+    owner = np.empty((BAND * GRID, width * GRID), np.int32)
+    cluster = np.empty((MOST, 12))
+    count = 0
+    for top in range(0, height, BAND):
+        rows = min(BAND, height - top)
+        found = False
+        for t in range(image.shape[0]):
+            low = min(image[t, 0, 1], image[t, 1, 1], image[t, 2, 1])
+            high = max(image[t, 0, 1], image[t, 1, 1], image[t, 2, 1])
+            if high <= top * GRID or low >= (top + rows) * GRID:
+                continue
+            if not found:
+                depth[:] = np.inf
+                owner[:] = -1
+                found = True
+            _fill(image[t], t, top * GRID, rows * GRID, depth, owner)
+        if not found:
+            continue
+        for row in range(top, top + rows):
+            for column in range(width):
+                used = _merge(
+                    row, column, top, width, height, focal, image, normals, albedo, parts, depth, owner, cluster
+                )
+                for k in range(min(used, capacity - count)):
+                    _write(cluster[k], fragments, count)
+                    where[count] = row * width + column
+                    count += 1
+    return fragments[:, :count].copy(), where[:count].copy()
+
+
+@kernel
+def _fill(corner, t, top, rows, depth, owner):
+    """Depth-test the samples of one triangle within a band."""
+    ax, ay, bx, by, cx, cy = corner[0, 0], corner[0, 1], corner[1, 0], corner[1, 1], corner[2, 0], corner[2, 1]
+    twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    if abs(twice) < 1e-9:
+        return
+    y0 = max(0, int(np.ceil(min(ay, by, cy) - 0.5)) - top)
+    y1 = min(rows, int(np.floor(max(ay, by, cy) - 0.5)) - top + 1)
+    x0 = max(0, int(np.ceil(min(ax, bx, cx) - 0.5)))
+    x1 = min(depth.shape[1], int(np.floor(max(ax, bx, cx) - 0.5)) + 1)
+    inverse_a, inverse_b, inverse_c = 1 / corner[0, 2], 1 / corner[1, 2], 1 / corner[2, 2]
+    for y in range(y0, y1):
+        py = y + top + 0.5
+        for x in range(x0, x1):
+            px = x + 0.5
+            b = ((px - ax) * (cy - ay) - (py - ay) * (cx - ax)) / twice
+            c = ((bx - ax) * (py - ay) - (by - ay) * (px - ax)) / twice
+            if b >= 0 and c >= 0 and b + c <= 1:
+                distance = 1 / (inverse_a + b * (inverse_b - inverse_a) + c * (inverse_c - inverse_a))
+                if distance < depth[y, x]:
+                    depth[y, x] = distance
+                    owner[y, x] = t
+
+
+@kernel
+def _merge(row, column, top, width, height, focal, image, normals, albedo, parts, depth, owner, cluster):
+    """Gather a pixel's samples in clusters: sums of position and normal; albedo, count, part. Returns how many."""
+    used = 0
+    previous, place = -1, 0
+    for j in range(GRID):
+        for i in range(GRID):
+            y, x = (row - top) * GRID + j, column * GRID + i
+            t = owner[y, x]
+            if t < 0:
+                continue
+            distance = depth[y, x]
+            px, py = x + 0.5, row * GRID + j + 0.5
+            n0, n1, n2 = _normal(image[t], normals[t], px, py, distance)
+            if t != previous or used == MOST:
+                place, best = -1, -2.0
+                for k in range(used):
+                    same = cluster[k, 10] == parts[t]
+                    for m in range(3):
+                        same = same and cluster[k, 6 + m] == albedo[t, m]
+                    length = np.sqrt(cluster[k, 3] ** 2 + cluster[k, 4] ** 2 + cluster[k, 5] ** 2) + 1e-12
+                    cosine = (cluster[k, 3] * n0 + cluster[k, 4] * n1 + cluster[k, 5] * n2) / length
+                    fits = same and cosine > SAME_DIRECTION
+                    score = cosine + (4.0 if fits else (2.0 if same else 0.0))
+                    if score > best and (fits or used == MOST):
+                        place, best = k, score
+                if place < 0:
+                    place = used
+                    used += 1
+                    cluster[place] = 0.0
+                    cluster[place, 6], cluster[place, 7], cluster[place, 8] = albedo[t, 0], albedo[t, 1], albedo[t, 2]
+                    cluster[place, 10] = parts[t]
+                previous = t
+            cluster[place, 0] += distance * (px / GRID - width * 0.5) / focal
+            cluster[place, 1] += distance * (height * 0.5 - py / GRID) / focal
+            cluster[place, 2] -= distance
+            cluster[place, 3] += n0
+            cluster[place, 4] += n1
+            cluster[place, 5] += n2
+            cluster[place, 9] += 1.0
+    return used
+
+
+@kernel
+def _normal(corner, normal, px, py, distance):
+    """Interpolated normal at an image point of a triangle."""
+    ax, ay, bx, by, cx, cy = corner[0, 0], corner[0, 1], corner[1, 0], corner[1, 1], corner[2, 0], corner[2, 1]
+    twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    b = ((px - ax) * (cy - ay) - (py - ay) * (cx - ax)) / twice * distance / corner[1, 2]
+    c = ((bx - ax) * (py - ay) - (by - ay) * (px - ax)) / twice * distance / corner[2, 2]
+    a = 1 - b - c
+    n0 = a * normal[0, 0] + b * normal[1, 0] + c * normal[2, 0]
+    n1 = a * normal[0, 1] + b * normal[1, 1] + c * normal[2, 1]
+    n2 = a * normal[0, 2] + b * normal[1, 2] + c * normal[2, 2]
+    length = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2) + 1e-12
+    return n0 / length, n1 / length, n2 / length
+
+
+@kernel
+def _write(cluster, fragments, at):
+    samples = cluster[9]
+    length = np.sqrt(cluster[3] ** 2 + cluster[4] ** 2 + cluster[5] ** 2) + 1e-12
+    away = np.sqrt(cluster[0] ** 2 + cluster[1] ** 2 + cluster[2] ** 2)
+    for k in range(3):
+        fragments[X + k, at] = cluster[k] / samples
+        fragments[NORMAL_X + k, at] = cluster[3 + k] / length
+        fragments[VIEW_X + k, at] = -cluster[k] / away
+        fragments[RED + k, at] = cluster[6 + k]
+    fragments[SHARE, at] = samples / (GRID * GRID)
+    fragments[FINGER, at] = 0.0 if cluster[10] == HAND else 1.0

@@ -1,0 +1,49 @@
+"""The gripper at the openings of the fingers that a sample goes through."""
+
+from collections import OrderedDict
+from typing import NamedTuple
+
+from evslip.camera import Camera
+from evslip.render.hand import Boxes, shadow_boxes
+from evslip.render.layers import Layers, resolve
+
+FINE_M, COARSE_M = 1e-4, 5e-4
+"""Steps in which the finger travel is rounded: fine near the held one, coarse while the hand closes on nothing."""
+HELD_M = 1e-3
+"""Travel this close to the held one counts as holding."""
+MEMORY_BYTES = 1 << 26
+"""Of all openings that are kept; at least two are."""
+
+
+class Opening(NamedTuple):
+    layers: Layers
+    boxes: Boxes
+    """In camera axes."""
+
+
+class Openings:
+    """Resolves each opening once. The gripper's image depends on the rounded travel alone, not on what came before."""
+
+    def __init__(self, camera: Camera, held_m: float):
+        """held_m: mean finger travel around which openings are rounded, so that a held grip stays one opening."""
+        self._camera, self._held_m = camera, held_m
+        self._kept: OrderedDict[float, Opening] = OrderedDict()
+
+    def at(self, travel_m: float) -> Opening:
+        """The gripper at a mean travel of the two fingers, which mirror each other."""
+        away = travel_m - self._held_m
+        step = FINE_M if abs(away) < HELD_M else COARSE_M
+        rounded = self._held_m + round(away / step) * step
+        if rounded in self._kept:
+            self._kept.move_to_end(rounded)
+            return self._kept[rounded]
+        opening = self._kept[rounded] = self._resolve(rounded)
+        most = max(2, MEMORY_BYTES // (opening.layers.fragments.nbytes + 1))
+        while len(self._kept) > most:
+            self._kept.popitem(last=False)
+        return opening
+
+    def _resolve(self, travel_m: float) -> Opening:
+        boxes, turn = shadow_boxes(travel_m), self._camera.rotation.T
+        places = (boxes.places - self._camera.position) @ turn.T
+        return Opening(resolve(self._camera, travel_m), Boxes(turn @ boxes.turns, places, boxes.halves))

@@ -1,0 +1,102 @@
+"""What stays the same through a sample: textures ready for sampling, lamp, ambient light."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip import textures
+from evslip.errors import ConfigError
+from evslip.params import Params
+from evslip.render.ambient import Ambient, surround
+from evslip.render.layers import LUMA_WEIGHTS
+from evslip.render.texels import bake, halve
+
+SKY_TEXELS = 64
+"""Side of the coarse background texture that the ambient light is taken from."""
+RED, GREEN, BLUE, LUMA = range(4)
+
+
+class Lamp(NamedTuple):
+    position: np.ndarray
+    """Centre in the world in metres, of shape (3,)."""
+    radius_m: float
+    luminance: float
+    """In cd/m2."""
+    share: float
+    """How much of its disc stands above the horizon of the surface."""
+
+
+class Setting(NamedTuple):
+    """One colour channel (or luminance) of everything that is lit."""
+
+    lamp: Lamp
+    ambient: Ambient
+    surface: tuple[np.ndarray, np.ndarray]
+    """Cells and levels of `texels.bake`."""
+    sphere: tuple[np.ndarray, np.ndarray]
+    repetitions: int
+    """Of the background's texture around the horizon."""
+    solid: tuple[np.ndarray, np.ndarray, np.ndarray]
+    """Cells, levels, and the first level of the faces across x, y, z, then their end."""
+
+
+def channel_of(image: np.ndarray, channel: int) -> np.ndarray:
+    """One channel of linear RGB (rows, columns, 3): RED, GREEN, BLUE or LUMA."""
+    return image @ LUMA_WEIGHTS.astype(np.float32) if channel == LUMA else np.ascontiguousarray(image[..., channel])
+
+
+def prepare(params: Params, channel: int = LUMA) -> Setting:
+    """The setting of a sample. Raises ConfigError for unreadable textures and for impossible lamps."""
+    light, background = params.light, params.background
+    lamp = make_lamp(params)
+    sky = channel_of(textures.load(background.texture), channel)
+    table = channel_of(textures.load(params.surface.texture), channel)
+    repetitions = max(1, round(360.0 / background.tile_deg))
+    white = light.luminance_cd_m2 * light.radius_m**2 / light.distance_m**2 * math.cos(math.radians(light.polar_deg))
+    coarse = sky
+    while len(coarse) > SKY_TEXELS:
+        coarse = halve(halve(coarse, 0), 1)
+    ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
+    shape = params.object
+    sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
+    return Setting(
+        lamp, ambient, bake(table, wrap=True), bake(sky, wrap=True), repetitions,
+        bake_faces(channel_of(textures.load(shape.texture), channel), sides),
+    )  # fmt: skip
+
+
+def make_lamp(params: Params) -> Lamp:
+    """The light sphere. Raises ConfigError where it would swallow the scene."""
+    light = params.light
+    if light.radius_m > 0.8 * light.distance_m:
+        raise ConfigError(
+            f"light.radius_m: {light.radius_m:g} is too large, "
+            f"expected at most 0.8 x light.distance_m, which is {light.distance_m:g}"
+        )
+    azimuth, polar = math.radians(light.azimuth_deg), math.radians(light.polar_deg)
+    direction = [math.sin(polar) * math.cos(azimuth), math.sin(polar) * math.sin(azimuth), math.cos(polar)]
+    height = min(1.0, light.distance_m * math.cos(polar) / light.radius_m)
+    share = 0.5 + (height * math.sqrt(max(0.0, 1 - height * height)) + math.asin(height)) / math.pi
+    return Lamp(light.distance_m * np.array(direction), light.radius_m, light.luminance_cd_m2, share)
+
+
+def bake_faces(image: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The whole texture on every face of a box. Each pair of faces has a pyramid of its own, narrowed until its texels
+    are about square on the face: a square pyramid would blur the longer side."""
+    cells, levels, starts, total = [], [], [0], 0
+    for axis in range(3):
+        up = 1 if axis == 2 else 2
+        ratio = sides[3 - axis - up] / sides[up]
+        face = image
+        while ratio < math.sqrt(0.5) and face.shape[1] > 1:
+            face, ratio = halve(face, 1), ratio * 2
+        while ratio > math.sqrt(2.0) and face.shape[0] > 1:
+            face, ratio = halve(face, 0), ratio / 2
+        own_cells, own_levels = bake(face, wrap=False)
+        own_levels[:, 0] += total
+        cells.append(own_cells)
+        levels.append(own_levels)
+        starts.append(starts[-1] + len(own_levels))
+        total += len(own_cells)
+    return np.concatenate(cells), np.concatenate(levels), np.array(starts)

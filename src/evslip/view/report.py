@@ -1,0 +1,321 @@
+"""One HTML page that shows a data set and a detector; it holds all it needs, so it can be opened anywhere."""
+
+import html
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+
+import evslip
+from evslip import atomic
+from evslip.dataset import Dataset
+from evslip.errors import DataError
+from evslip.phases import phase_times
+from evslip.record import Record
+from evslip.trajectory import Trajectory
+from evslip.truth import Truth
+from evslip.view import figures
+from evslip.view.pictures import data_uri, overlay
+from evslip.window_set import SLIP, Windows, WindowSettings, load_windows
+
+PHASES = ("initial", "lift", "tilt", "back", "placement")
+"""What the frame strip shows, each in its middle."""
+SHOWN_US = 20_000
+"""Length of time whose events are drawn over a frame."""
+MOST_LINES = 60
+"""Samples whose angle is drawn besides those of the strip."""
+
+_METRICS = {"f1": "F1", "auroc": "AUROC", "without_recent": "balanced accuracy, windows just after a slip left out"}
+
+Picture = Callable[[Trajectory, int], np.ndarray]
+
+
+def write_report(
+    out: str | Path,
+    dataset: Dataset,
+    windows: Windows | str | Path | None = None,
+    model_dir: str | Path | None = None,
+    metrics: Mapping[str, Any] | None = None,
+    *,
+    picture: Picture | None = None,
+) -> Path:
+    """Write the page and return its path.
+
+    `model_dir` may hold history.json (training curves) and evaluation.json (`metrics`, if given, replaces it).
+    `picture` draws a frame of a trajectory at a time, sRGB uint8 (height, width, 3); default: the renderer. Parts for
+    which there are no data are left out. Raises DataError, StorageError.
+    """
+    out = Path(out)
+    cut = load_windows(windows) if isinstance(windows, str | Path) else windows
+    if model_dir is not None and not Path(model_dir).is_dir():
+        raise DataError(f"{model_dir}: no such folder; expected that of a trained model")
+    history = _json(model_dir, "history.json")
+    metrics = metrics if metrics is not None else _json(model_dir, "evaluation.json")
+    examples = _examples(dataset)
+    settings = cut.settings if cut is not None else WindowSettings()
+    parts = [
+        _cards(dataset, cut, metrics),
+        _config(dataset),
+        _strips(examples, picture),
+        _clouds(examples),
+        _angles(dataset, examples, settings),
+        _labels(dataset, cut),
+        _training(history),
+        _evaluation(metrics),
+    ]
+    page = Template(resources.files("evslip.view").joinpath("report.html").read_text(encoding="utf-8"))
+    text = page.substitute(
+        title=f"evslip: {_text(dataset.root.absolute().name)}",
+        subtitle=f"Synthetic event-camera data for slip detection, made by evslip {_text(evslip.__version__)}.",
+        phases=len(PHASES),
+        plotly=_plotly(),
+        body="\n".join(part for part in parts if part),
+    )
+    atomic.write_text(out, text)
+    return out
+
+
+def _examples(dataset: Dataset) -> dict[str, Record]:
+    """The first slip and the first hold of the data set, as far as there are any."""
+    labels = dataset.labels()
+    return {label: dataset[labels.index(label)] for label in ("slip", "hold") if label in labels}
+
+
+def _cards(dataset: Dataset, windows: Windows | None, metrics: Mapping[str, Any] | None) -> str:
+    status = dataset.status()
+    simulated = status["slip"] + status["hold"]
+    cards = [(f"{simulated:,}", "samples")]
+    if status["missing"]:
+        cards.append((f"{status['missing']:,}", "not made yet"))
+    cards += [
+        (f"{status['slip']:,} / {status['hold']:,}", "slip / hold"),
+        (f"{status['rejected']:,}", "rejected grasps"),
+        (_short(status["events"]), "events"),
+        (f"{_short(status['bytes'])}B", "on disk"),
+    ]
+    if simulated:
+        cards.append((_short(status["events"] / simulated), "events a sample"))
+    if status["events"]:
+        cards.append((f"{status['bytes'] / status['events']:.2f}", "bytes an event, all included"))
+    if windows is not None:
+        cards.append((f"{len(windows):,}", f"windows of {windows.settings.length_s:g} s"))
+    if metrics and isinstance(metrics.get("accuracy"), int | float):
+        cards.append((f"{100 * metrics['accuracy']:.1f} %", "accuracy on test windows"))
+    items = "".join(f'<div class="card"><b>{_text(value)}</b><span>{_text(name)}</span></div>' for value, name in cards)
+    return f'<div class="cards">{items}</div>'
+
+
+def _config(dataset: Dataset) -> str:
+    return f"<details><summary>Configuration</summary><pre>{_text(dataset.config_toml)}</pre></details>"
+
+
+def _strips(examples: Mapping[str, Record], picture: Picture | None) -> str:
+    if not examples:
+        return ""
+    if picture is None:
+        from evslip.render import render_color
+
+        picture = render_color
+    rows = []
+    for label, record in examples.items():
+        cells = "".join(_cell(record, name, t_us, picture) for name, t_us in _phase_middles(record))
+        rows.append(f"<h3>{_swatch(label)}{_describe(label, record)}</h3>" + f'<div class="strip">{cells}</div>')
+    note = (
+        "What the camera on the hand sees in the middle of each phase, drawn again from the stored poses; below it, "
+        f"the events of the {SHOWN_US // 1000} ms before: red is brighter, blue is darker."
+    )
+    return _section("Two samples through the five phases", note, "".join(rows))
+
+
+def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
+    assert record.params is not None and record.truth is not None  # a simulated record has both
+    times = phase_times(record.params)
+    first, last = record.truth.span_us
+    for name in PHASES:
+        start, end = max(times[name][0], first), min(times[name][1], last)
+        if start < end:
+            yield name, (start + end) // 2
+
+
+def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
+    assert record.trajectory is not None and record.truth is not None  # a simulated record has both
+    frame = picture(record.trajectory, t_us)
+    events = record.events.between(t_us - SHOWN_US, t_us)
+    angle = float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg))
+    alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
+    images = "".join(
+        f'<img src="{data_uri(image)}" alt="{_text(alt + what)}">'
+        for image, what in ((frame, ""), (overlay(frame, events), ", with events"))
+    )
+    caption = f"<b>{_text(phase)}</b> {t_us / 1e6:.2f} s · {angle:.2f}° · {events.count:,} events"
+    return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"
+
+
+def _clouds(examples: Mapping[str, Record]) -> str:
+    if not examples:
+        return ""
+    columns = []
+    for label, record in examples.items():
+        head = f"<h3>{_swatch(label)}{_text(label)}: {_text(record.name)}, {record.events.count:,} events</h3>"
+        columns.append(f"<div>{head}{_figure(f'cloud-{label}', figures.space_time(record.events, record.size))}</div>")
+    note = "Every point is an event (thinned evenly). Drag to turn, scroll to zoom."
+    return _section("Their events in space and time", note, f'<div class="columns">{"".join(columns)}</div>')
+
+
+def _angles(dataset: Dataset, examples: Mapping[str, Record], settings: WindowSettings) -> str:
+    if not examples:
+        return ""
+    shown = {record.name for record in examples.values()}
+    others: list[Truth] = []
+    for position in range(min(len(dataset), MOST_LINES + len(shown))):
+        record = dataset.read(position, events=False)
+        if record.truth is not None and record.name not in shown:
+            others.append(record.truth)
+    first = next(iter(examples.values()))
+    slip, hold = (examples[label].truth if label in examples else None for label in ("slip", "hold"))
+    assert first.params is not None  # a simulated record has them
+    phases = {name: span for name, span in phase_times(first.params).items() if name in PHASES}
+    figure = figures.theta(slip, hold, others, phases, (settings.hold_deg, settings.slip_deg))
+    note = (
+        "How far the object has turned in the hand since the grip closed. A window is slip or hold by its change of "
+        f"this angle: at least {settings.slip_deg:g}° or less than {settings.hold_deg:g}° in {settings.length_s:g} s. "
+        "Shaded: the object is held, free of the surface."
+    )
+    button = '<button data-scale="theta">linear axis</button>'
+    return _section("Angular difference over time", note, button + _figure("theta", figure))
+
+
+def _labels(dataset: Dataset, windows: Windows | None) -> str:
+    rows, counts = [], {"slip": [], "hold": [], "rejected": []}
+    for split in dataset.splits:
+        status = dataset.split(split).status()
+        if status["done"]:
+            rows.append(f"samples, {split}")
+            for name, values in counts.items():
+                values.append(status[name])
+    colors = (figures.SLIP_COLOR, figures.HOLD_COLOR, "#8a8f98")
+    parts = [_figure("samples", figures.bars(rows, counts, colors))] if rows else []
+    if windows is not None:
+        slips = int((windows.label == SLIP).sum())
+        divided = {"slip": [slips], "hold": [len(windows) - slips], "between, dropped": [windows.dropped]}
+        parts.append(_figure("windows", figures.bars(["windows"], divided, colors)))
+    if not parts:
+        return ""
+    columns = "".join(f"<div>{part}</div>" for part in parts)
+    return _section("Labels", "", f'<div class="columns">{columns}</div>')
+
+
+def _training(history: Any) -> str:
+    epochs = history.get("epochs") if isinstance(history, dict) else history
+    if not isinstance(epochs, list) or not epochs or not all(isinstance(epoch, dict) for epoch in epochs):
+        return ""
+    numbers = [epoch.get("epoch", i) for i, epoch in enumerate(epochs, 1)]
+    columns = []
+    for quantity in ("loss", "accuracy"):
+        names = [name for name in epochs[0] if name.endswith(quantity)]
+        lines = {name.replace("_", " "): [_finite(epoch.get(name)) for epoch in epochs] for name in names}
+        if lines:
+            columns.append(f"<div>{_figure(f'training-{quantity}', figures.curves(numbers, lines, quantity))}</div>")
+    return _section("Training", "", f'<div class="columns">{"".join(columns)}</div>') if columns else ""
+
+
+def _evaluation(metrics: Mapping[str, Any] | None) -> str:
+    if not metrics:
+        return ""
+    rows = "".join(
+        f"<tr><th>{_text(_METRICS.get(name, name.replace('_', ' ')))}</th><td>{_number(value)}</td></tr>"
+        for name, value in metrics.items()
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    )
+    columns = [f"<table>{rows}</table>"] if rows else []
+    confusion = metrics.get("confusion")
+    if confusion is not None:
+        columns.append(_confusion(np.asarray(confusion)))
+    note = "On windows of trajectories that the training never saw."
+    return _section("Test", note, f'<div class="columns">{"".join(f"<div>{c}</div>" for c in columns)}</div>')
+
+
+def _confusion(matrix: np.ndarray) -> str:
+    if matrix.shape != (2, 2):
+        raise DataError(f"confusion: shape {matrix.shape}, expected (2, 2): rows true, columns predicted, hold first")
+    body = ""
+    for name, row in zip(("hold", "slip"), matrix, strict=True):
+        shares = row / max(1, row.sum())
+        cells = "".join(
+            f'<td style="background: rgba(10, 143, 108, {0.08 + 0.5 * share:.2f})">{count:,.0f}<br>'
+            f"<small>{100 * share:.1f} %</small></td>"
+            for count, share in zip(row, shares, strict=True)
+        )
+        body += f"<tr><th>is {name}</th>{cells}</tr>"
+    return f'<table class="confusion"><tr><th></th><th>called hold</th><th>called slip</th></tr>{body}</table>'
+
+
+def _section(title: str, note: str, content: str) -> str:
+    return f"<section><h2>{_text(title)}</h2>{f'<p>{_text(note)}</p>' if note else ''}{content}</section>"
+
+
+def _figure(name: str, figure: figures.Figure) -> str:
+    # In a script element only "<" could end the data early.
+    data = json.dumps(figure, allow_nan=False).replace("<", "\\u003c")
+    return f'<script type="application/json" id="{name}">{data}</script><div data-figure="{name}"></div>'
+
+
+def _describe(label: str, record: Record) -> str:
+    assert record.params is not None and record.truth is not None  # a simulated record has both
+    onset = record.truth.onset_us
+    params = record.params
+    facts = [
+        record.name,
+        f"{1000 * params.object.mass_kg:.3g} g",
+        f"grip {params.grip.force_n:.3g} N, friction {params.grip.friction:.2g}",
+        "never slips" if onset is None else f"slips from {onset / 1e6:.2f} s",
+        f"at most {float(record.truth.theta_deg.max()):.3g}°",
+    ]
+    return _text(f"{label}: {', '.join(facts)}")
+
+
+def _swatch(label: str) -> str:
+    color = figures.SLIP_COLOR if label == "slip" else figures.HOLD_COLOR
+    return f'<span class="swatch" style="background: {color}"></span>'
+
+
+def _json(folder: str | Path | None, name: str) -> Any:
+    path = None if folder is None else Path(folder) / name
+    if path is None or not path.exists():
+        return None
+    try:
+        return json.loads(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be read as JSON: {error}") from None
+
+
+def _plotly() -> str:
+    from plotly.offline import get_plotlyjs
+
+    return get_plotlyjs()
+
+
+def _short(number: float) -> str:
+    for limit, suffix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if number >= limit:
+            return f"{number / limit:.3g} {suffix}"
+    return f"{number:.3g} "
+
+
+def _number(value: float) -> str:
+    if not math.isfinite(value):
+        return "not defined"
+    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
+
+
+def _finite(value: Any) -> float | None:
+    return value if isinstance(value, int | float) and math.isfinite(value) else None
+
+
+def _text(value: str) -> str:
+    return html.escape(value)

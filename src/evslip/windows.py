@@ -1,0 +1,114 @@
+"""Cutting records into labelled windows: slices of the stream that hold, or slip, as the ground truth says."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from evslip.errors import DataError
+from evslip.frame import BODIES
+from evslip.record import Record
+from evslip.truth import Truth
+from evslip.window_set import HOLD, SLIP, Windows, WindowSettings
+
+UNCERTAIN = 2
+"""Movement between hold and slip; such a window is dropped."""
+RECENT_S = 0.2
+"""A pixel in the dark goes on firing for about this long after a slip has ended."""
+
+
+def windows_of(records: Iterable[Record], settings: WindowSettings | None = None) -> Windows:
+    """Cut records into labelled windows that lie wholly in the held time. A window without events is one, too.
+
+    Raises DataError if there is not one window.
+    """
+    settings = settings or WindowSettings()
+    columns: dict[str, list[np.ndarray]] = defaultdict(list)
+    dropped = 0
+    for record in records:
+        if record.truth is None:
+            continue
+        for start_us, rotation, translation in movements(record.truth, settings):
+            label = label_of(rotation, translation, settings)
+            if label == UNCERTAIN:
+                dropped += 1
+            else:
+                _append(columns, record, settings, start_us, label, rotation, translation)
+    if not columns:
+        raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
+    arrays = {name: np.concatenate(parts) for name, parts in columns.items() if name != "offsets"}
+    offsets = np.concatenate([[0], np.cumsum(np.concatenate(columns["offsets"]))])
+    windows = Windows(settings, offsets=offsets, dropped=dropped, **arrays)
+    return windows.balanced(settings.seed) if settings.balance else windows
+
+
+def movements(truth: Truth, settings: WindowSettings) -> list[tuple[int, float, float]]:
+    """(start_us, rotation in degrees, slide in mm) of every window in the held time: the largest since its start."""
+    held = np.flatnonzero(truth.held)
+    if not len(held):
+        return []
+    step_us = int(truth.t_us[1] - truth.t_us[0])
+    length, hop = (round(seconds * 1e6 / step_us) for seconds in (settings.length_s, settings.hop_s))
+    orientation = Rotation.from_quat(truth.rotation, scalar_first=True)
+    found = []
+    for first in range(held[0], held[-1] + 2 - length, max(1, hop)):
+        part = slice(first, first + length + 1)
+        turned = np.degrees((orientation[first].inv() * orientation[part]).magnitude()).max()
+        slid = 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[first], axis=1).max()
+        found.append((int(truth.t_us[first]), float(turned), float(slid)))
+    return found
+
+
+def label_of(rotation_deg: float, translation_mm: float, settings: WindowSettings) -> int:
+    """HOLD, SLIP or UNCERTAIN."""
+    if rotation_deg >= settings.slip_deg or translation_mm >= settings.slip_mm:
+        return SLIP
+    return HOLD if rotation_deg < settings.hold_deg and translation_mm < settings.hold_mm else UNCERTAIN
+
+
+def crop(x: np.ndarray, y: np.ndarray, settings: WindowSettings) -> np.ndarray:
+    """Indices of the events at columns x and rows y, each of shape (n,), that lie in the crop."""
+    inside = (x >= settings.left) & (x < settings.left + settings.width)
+    return np.flatnonzero(inside & (y >= settings.top) & (y < settings.top + settings.height))
+
+
+def _append(
+    columns: dict[str, list[np.ndarray]],
+    record: Record,
+    settings: WindowSettings,
+    start_us: int,
+    label: int,
+    rotation: float,
+    translation: float,
+) -> None:
+    events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
+    inside = crop(events.x, events.y, settings)
+    bodies = np.zeros(0, np.uint8) if events.body is None else events.body[inside]
+    onset = record.truth.onset_us if record.truth else None
+    row = {
+        "t_us": (events.t_us[inside] - start_us).astype(np.uint32),
+        "x": (events.x[inside] - settings.left).astype(np.uint8),
+        "y": (events.y[inside] - settings.top).astype(np.uint8),
+        "p": events.p[inside],
+        "offsets": np.array([len(inside)]),
+        "label": np.array([label], np.uint8),
+        "name": np.array([record.name]),
+        "start_us": np.array([start_us]),
+        "rotation_deg": np.array([rotation], np.float32),
+        "translation_mm": np.array([translation], np.float32),
+        "recent": np.array([onset is not None and _moved_before(record.truth, start_us, settings)]),
+        "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
+    }
+    for name, value in row.items():
+        columns[name].append(value)
+
+
+def _moved_before(truth: Truth | None, start_us: int, settings: WindowSettings) -> bool:
+    if truth is None:
+        return False
+    first, last = np.searchsorted(truth.t_us, (start_us - RECENT_S * 1e6, start_us))
+    before = Rotation.from_quat(truth.rotation[first : last + 1], scalar_first=True)
+    turned = np.degrees((before[-1].inv() * before).magnitude()).max()
+    slid = 1e3 * np.linalg.norm(truth.position_m[first : last + 1] - truth.position_m[last], axis=1).max()
+    return bool(turned >= settings.hold_deg or slid >= settings.hold_mm)

@@ -1,0 +1,79 @@
+"""Small records made of random numbers, for tests of the files they are kept in."""
+
+import numpy as np
+
+from evslip.config import load_config
+from evslip.events.stream import Events
+from evslip.params import Params, draw
+from evslip.record import Record
+from evslip.trajectory import Trajectory
+from evslip.truth import Truth
+
+CONFIG = load_config("demo", {"camera.width": 40, "camera.height": 30})
+
+
+def random_events(
+    rng: np.random.Generator, count: int, size: tuple[int, int] = (40, 30), labelled: bool = True
+) -> Events:
+    """A valid stream of `count` events within 50 ms."""
+    return Events(
+        np.sort(rng.integers(0, 50_000, count)).astype(np.int64),
+        rng.integers(0, size[0], count).astype(np.uint16),
+        rng.integers(0, size[1], count).astype(np.uint16),
+        rng.random(count) < 0.5,
+        rng.choice(np.array([0, 1, 2, 3, 255], np.uint8), count) if labelled else None,
+        rng.integers(0, 4, count).astype(np.uint8) if labelled else None,
+    )
+
+
+def random_motion(rng: np.random.Generator, params: Params, steps: int, slips: bool) -> tuple[Trajectory, Truth]:
+    """A trajectory and a truth of the right shapes; the numbers mean nothing."""
+    t_us = np.arange(steps, dtype=np.int64) * 1000
+    floats = [rng.normal(size=shape) for shape in ((steps, 7), (steps, 7), (steps, 9), (steps, 2), (steps,))]
+    truth = Truth(
+        t_us,
+        rng.random(steps),
+        rng.normal(size=(steps, 4)),
+        rng.normal(size=(steps, 3)),
+        rng.random(steps) < 0.5,
+        (0, 1000 * steps),
+        1000 if slips else None,
+    )
+    return Trajectory(params, t_us, *floats), truth
+
+
+def simulated(index: int = 0, split: str = "train", events: int = 200, steps: int = 5) -> Record:
+    """Every third one slips."""
+    rng = np.random.default_rng([index, len(split)])
+    params = draw(CONFIG, index, split)
+    trajectory, truth = random_motion(rng, params, steps, slips=index % 3 == 0)
+    return Record(
+        kind="simulated",
+        name=f"{split}/{index:07d}",
+        size=(40, 30),
+        events=random_events(rng, events),
+        split=split,
+        index=index,
+        params=params,
+        trajectory=trajectory,
+        truth=truth,
+        stats={"frames": 7},
+        provenance={"evslip": "0.1.0"},
+    )
+
+
+def assert_equal(one: object, other: object) -> None:
+    """Equality that looks into arrays and tuples, dtypes included."""
+    assert type(one) is type(other)
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        assert one.dtype == other.dtype
+        np.testing.assert_array_equal(one, other)
+    elif isinstance(one, Record) and isinstance(other, Record):
+        for name in Record.__dataclass_fields__:
+            assert_equal(getattr(one, name), getattr(other, name))
+    elif isinstance(one, tuple) and isinstance(other, tuple):
+        assert len(one) == len(other)
+        for a, b in zip(one, other, strict=True):
+            assert_equal(a, b)
+    else:
+        assert one == other

@@ -1,0 +1,82 @@
+"""The command line as a user meets it: separate processes, exit codes, one line for what is wrong."""
+
+import subprocess
+import sys
+
+import pytest
+
+
+def evslip(*arguments: object) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-c", "from evslip.cli import main; main()", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+
+def assert_one_line(result: subprocess.CompletedProcess, *words: str) -> None:
+    assert result.returncode == 2, result.stderr
+    assert "Traceback" not in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    assert all(word in result.stderr for word in words), result.stderr
+
+
+def test_help_names_every_verb():
+    from evslip.cli import VERBS
+
+    result = evslip("--help")
+    assert result.returncode == 0
+    assert all(verb in result.stdout for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", ["demo", "generate", "windows", "train", "evaluate", "report", "events", "detect"])
+def test_every_verb_explains_itself(verb):
+    result = evslip(verb, "--help")
+    assert result.returncode == 0
+    assert "usage" in result.stdout.lower()
+
+
+def test_show_prints_a_configuration_that_loads_again(tmp_path):
+    result = evslip("show", "complex", "--set", "object.mass_kg=0.05")
+    assert result.returncode == 0
+    path = tmp_path / "shown.toml"
+    path.write_text(result.stdout)
+    assert evslip("show", path).stdout == result.stdout
+    assert '"mass_kg": 0.05' in evslip("show", path, "--index", 3).stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["show", "nope"], ["nope", "complex"]),
+        (["show", "simple", "--set", "object.mas_kg=1"], ["object.mas_kg", "mass_kg"]),
+        (["show", "simple", "--set", "object.mass_kg"], ["KEY=VALUE"]),
+        (["generate", "simple", "OUT", "--count", 1, "--set", "object.mass_kg=-1"], ["object.mass_kg", "-1"]),
+        (["generate", "simple", "OUT", "--count", 1, "--split", "test"], ["test_share"]),
+        (["generate", "simple", "OUT", "--count", 1, "--set", "object.texture=nope"], ["object.texture", "nope"]),
+        (["status", "OUT"], ["OUT"]),
+        (["verify", "OUT"], ["OUT"]),
+        (["windows", "OUT", "w.h5"], ["OUT"]),
+        (["train", "OUT/w.h5", "OUT/model"], ["w.h5"]),
+        (["evaluate", "OUT/model", "OUT/w.h5"], ["OUT"]),
+        (["report", "OUT"], ["OUT"]),
+        (["events", "OUT", "OUT/e.h5", "--fps", 10], ["OUT"]),
+        (["import", "OUT/r.aedat4", "OUT/r.h5"], ["r.aedat4"]),
+        (["detect", "OUT/model", "OUT/r.h5"], ["OUT"]),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line_and_leaves_nothing(arguments, words, tmp_path):
+    out = tmp_path / "OUT"
+    result = evslip(*(str(a).replace("OUT", str(out)) for a in arguments))
+    assert_one_line(result, *words)
+    assert not out.exists()
+
+
+def test_an_empty_folder_is_no_data_set_no_frames_no_model(tmp_path):
+    assert_one_line(evslip("status", tmp_path), str(tmp_path))
+    assert_one_line(evslip("events", tmp_path, tmp_path / "e.h5", "--fps", 10), str(tmp_path))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_doctor_names_packages_and_disk():
+    result = evslip("doctor", "--count", 10)
+    assert result.returncode == 0
+    assert "mujoco" in result.stdout
+    assert "GB" in result.stdout

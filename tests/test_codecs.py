@@ -1,0 +1,313 @@
+import importlib
+import io
+import struct
+import zipfile
+from pathlib import Path
+
+import h5py
+import lz4.frame
+import numpy as np
+import pytest
+import zstandard
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from evslip import codecs, record
+from evslip.codecs import import_recording, read_events, read_recording, write_events
+from evslip.errors import DataError
+from evslip.events.stream import Events
+from sample_records import assert_equal, random_events, simulated
+from shared_data import shared
+
+WRITABLE = [suffix for suffix, name in codecs.FORMATS.items() if name not in codecs.READ_ONLY]
+LABELS_KEPT = {".h5", ".hdf5", ".npz"}
+
+
+def aedat4(events: Events, size: tuple[int, int] = (40, 30), compression: int = 1, packets: int = 3) -> bytes:
+    """A file as the format's description has it, with a stream of another kind between the packets of events."""
+
+    def table(identifier: bytes, fields: list[tuple[bytes, bytes | None]]) -> bytes:
+        # Size prefix, root offset, identifier, vtable, table, then what the table's offsets point to.
+        vtable_bytes = 4 + 2 * len(fields)
+        start = 8 + vtable_bytes + (-vtable_bytes) % 4
+        offsets, inline, position = [], b"", 4
+        tail_at = start + 4 + sum(len(value) if tail is None else 4 for value, tail in fields)
+        tails = b""
+        for value, tail in fields:
+            offsets.append(position)
+            if tail is None:
+                inline += value
+            else:
+                inline += struct.pack("<I", tail_at + len(tails) - (start + position))
+                tails += tail
+            position = 4 + len(inline)
+        vtable = struct.pack(f"<HH{len(fields)}H", vtable_bytes, position, *offsets)
+        body = struct.pack("<I4s", start, identifier) + vtable.ljust(start - 8, b"\0")
+        body += struct.pack("<i", start - 8) + inline + tails
+        return struct.pack("<I", len(body)) + body
+
+    def packet(part: Events) -> bytes:
+        rows = np.zeros(part.count, np.dtype("<i8, <i2, <i2, u1, V3"))
+        for name, column in zip(rows.dtype.names or (), part[:4], strict=False):
+            rows[name] = column
+        plain = table(b"EVTS", [(b"", struct.pack("<I", part.count) + rows.tobytes())])
+        return {
+            0: lambda: plain,
+            1: lambda: lz4.frame.compress(plain),
+            3: lambda: zstandard.ZstdCompressor().compress(plain),
+        }[compression]()
+
+    xml = f"""<dv version="2.0"><node name="outInfo" path="/o/">
+        <node name="0" path="/o/0/"><attr key="typeIdentifier" type="string">IMUS</attr></node>
+        <node name="4" path="/o/4/"><attr key="typeIdentifier" type="string">EVTS</attr>
+        <node name="info" path="/o/4/info/"><attr key="sizeX" type="int">{size[0]}</attr>
+        <attr key="sizeY" type="int">{size[1]}</attr></node></node></node></dv>""".encode()
+    body = b""
+    for part in np.array_split(np.arange(events.count), packets):
+        data = packet(events.select(part))
+        body += struct.pack("<iI", 4, len(data)) + data + struct.pack("<iI", 0, 5) + b"other"
+    string = struct.pack("<I", len(xml)) + xml + b"\0"
+    # Compression and position come with a fixed size, so the header can be made twice.
+    length = len(table(b"IOHE", [(bytes(4), None), (bytes(8), None), (b"", string)]))
+    end = struct.pack("<q", 14 + length + len(body))
+    header = table(b"IOHE", [(struct.pack("<i", compression), None), (end, None), (b"", string)])
+    return b"#!AER-DAT4.0\r\n" + header + body + b"a table of the packets, not needed"
+
+
+@pytest.fixture
+def events() -> Events:
+    return random_events(np.random.default_rng(0), 500)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.integers(0, 2**32), st.sampled_from([0, 1, 400]), st.integers(-(2**40), 2**60), st.booleans())
+@pytest.mark.parametrize("suffix", WRITABLE)
+def test_what_is_read_is_what_was_written(
+    tmp_path: Path, suffix: str, seed: int, count: int, start: int, labelled: bool
+):
+    events = random_events(np.random.default_rng(seed), count, labelled=labelled)
+    events = events._replace(t_us=events.t_us + start)
+    path = tmp_path / f"a{suffix.upper()}"
+    write_events(path, events, (40, 30))
+    expected = events if suffix in LABELS_KEPT else events._replace(body=None, cause=None)
+    assert_equal(read_events(path), expected)
+    if suffix in LABELS_KEPT:
+        assert read_recording(path).size == (40, 30)
+
+
+@pytest.mark.parametrize("suffix", WRITABLE)
+def test_the_same_events_give_the_same_bytes(tmp_path: Path, suffix: str, events: Events):
+    for name in "ab":
+        write_events(tmp_path / f"{name}{suffix}", events)
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+def test_streams_that_last_longer_than_an_hour_keep_their_times(tmp_path: Path):
+    t_us = np.array([-5, 0, 2**32, 2**50], np.int64)
+    events = Events(t_us, *(np.zeros(4, np.uint16) for _ in "xy"), np.ones(4, bool))
+    write_events(tmp_path / "a.h5", events)
+    assert_equal(read_events(tmp_path / "a.h5"), events)
+
+
+def test_files_of_dsec_are_read(tmp_path: Path, events: Events):
+    # As the data set's own files: no attributes, uint32 times after an offset, another compression.
+    with h5py.File(tmp_path / "dsec.h5", "w") as file:
+        for name, values in {"x": events.x, "y": events.y, "t": events.t_us.astype(np.uint32), "p": events.p}.items():
+            file.create_dataset(f"events/{name}", data=values.astype(np.uint8 if name == "p" else values.dtype))
+        file["t_offset"] = np.int64(49_599_000_000)
+        file["ms_to_idx"] = np.zeros(3, np.uint64)
+    read = read_events(tmp_path / "dsec.h5")
+    assert_equal(read, Events(events.t_us + 49_599_000_000, *events[1:4]))
+
+
+def test_a_record_can_be_read_as_events_and_as_itself(tmp_path: Path):
+    sample = simulated()
+    record.write(tmp_path / "a.h5", sample)
+    assert_equal(read_events(tmp_path / "a.h5"), sample.events)
+    assert_equal(read_recording(tmp_path / "a.h5"), sample)
+
+
+@pytest.mark.parametrize("compression", [0, 1, 3])
+@pytest.mark.parametrize("count", [0, 1, 500])
+def test_aedat4_is_read(tmp_path: Path, compression: int, count: int):
+    events = random_events(np.random.default_rng(0), count, labelled=False)
+    (tmp_path / "a.aedat4").write_bytes(aedat4(events, compression=compression))
+    recording = read_recording(tmp_path / "a.aedat4")
+    assert_equal(recording.events, events)
+    assert (recording.kind, recording.name, recording.size) == ("recording", "a", (40, 30))
+
+
+def test_a_real_recording_agrees_with_independent_readers(tmp_path: Path):
+    path = shared("real", "dvxplorer.aedat4")
+    recording = import_recording(path, tmp_path / "out.h5")
+    events = recording.events
+    assert_equal(record.read(tmp_path / "out.h5"), recording)
+    # As dv-processing 2.0.4, aedat 2.3.0 and faery 0.7.1 give them.
+    assert (events.count, recording.size) == (111_954, (320, 240))
+    rows = [tuple(int(column[i]) for column in events[:4]) for i in (0, 1, 2, -3, -2, -1)]
+    assert rows == [
+        (1605537493718345, 154, 204, 0),
+        (1605537493718348, 149, 206, 0),
+        (1605537493718349, 148, 199, 1),
+        (1605537494308260, 92, 194, 0),
+        (1605537494308261, 90, 132, 0),
+        (1605537494308262, 88, 237, 1),
+    ]
+    assert (np.diff(events.t_us) >= 0).all()
+    assert (int(events.x.max()), int(events.y.max())) == (319, 239)
+    assert (tmp_path / "out.h5").stat().st_size / events.count <= 3.5
+
+
+@pytest.mark.parametrize("name", ["aedat", "dv_processing"])
+def test_a_real_recording_agrees_event_by_event(name: str):
+    path = shared("real", "dvxplorer.aedat4")
+    library = pytest.importorskip(name)
+    if name == "aedat":
+        rows = np.concatenate([packet["events"] for packet in library.Decoder(str(path)) if "events" in packet])
+        columns = [rows["t"], rows["x"], rows["y"], rows["on"]]
+    else:
+        recording, batches = library.io.MonoCameraRecording(str(path)), []
+        while (batch := recording.getNextEventBatch()) is not None:
+            batches.append(batch.numpy())
+        rows = np.concatenate(batches)
+        columns = [rows["timestamp"], rows["x"], rows["y"], rows["polarity"]]
+    for mine, theirs in zip(read_events(path)[:4], columns, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+def whole_files(tmp_path: Path, events: Events) -> dict[str, bytes]:
+    files = {".aedat4": aedat4(events, compression=1), ".zstd.aedat4": aedat4(events, compression=3)}
+    for suffix in WRITABLE:
+        write_events(tmp_path / f"whole{suffix}", events)
+        files[suffix] = (tmp_path / f"whole{suffix}").read_bytes()
+    return files
+
+
+@pytest.mark.parametrize("suffix", [*WRITABLE, ".aedat4"])
+def test_every_truncation_is_refused_or_a_part_of_the_whole(tmp_path: Path, suffix: str):
+    events = random_events(np.random.default_rng(0), 60, labelled=False)
+    whole = whole_files(tmp_path, events)[suffix]
+    path = tmp_path / f"cut{suffix}"
+    accepted = 0
+    for length in range(0, len(whole), 1 if len(whole) < 3000 else 7):
+        path.write_bytes(whole[:length])
+        try:
+            read = read_events(path)
+        except DataError as error:
+            assert str(path) in str(error)
+            assert "\n" not in str(error)
+        else:  # a table of text cut between two lines, or the table at the end of an AEDAT4 file
+            accepted += 1
+            assert_equal(read, events.select(slice(read.count)))
+            assert suffix == ".csv" or read.count == events.count
+    assert accepted == 0 or suffix in (".csv", ".aedat4")
+
+
+def test_mutated_files_raise_data_errors_or_give_valid_events(tmp_path: Path):
+    files = whole_files(tmp_path, random_events(np.random.default_rng(0), 300))
+    rng = np.random.default_rng(1)
+    for suffix, whole in files.items():
+        path = tmp_path / f"mutated{suffix}"
+        for _ in range(200):
+            mutated = np.frombuffer(whole, np.uint8).copy()
+            where = rng.integers(0, len(whole), rng.integers(1, 6))
+            mutated[where] = rng.choice(np.array([0, 1, 127, 128, 255, rng.integers(256)], np.uint8), len(where))
+            path.write_bytes(mutated.tobytes())
+            try:
+                read = read_events(path)
+            except DataError as error:
+                assert str(path) in str(error)
+                assert "\n" not in str(error)
+            else:
+                assert (np.diff(read.t_us) >= 0).all()
+
+
+@pytest.mark.parametrize("suffix", codecs.FORMATS)
+@pytest.mark.parametrize(
+    "content", [b"", b"\0", b"garbage \xff\n" * 50, b"PK\x03\x04" + b"\0" * 60, b"#!AER-DAT4.0\r\n"]
+)
+def test_what_is_of_no_format_is_refused(tmp_path: Path, suffix: str, content: bytes):
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(DataError) as caught:
+        read_events(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_bombs_are_refused(tmp_path: Path):
+    zeros = Events(np.zeros(10**7, np.int64), *(np.zeros(10**7, np.uint16) for _ in "xy"), np.zeros(10**7, bool))
+    (tmp_path / "bomb.aedat4").write_bytes(aedat4(zeros, compression=3, packets=1))
+    with pytest.raises(DataError, match="beyond all bounds"):
+        read_events(tmp_path / "bomb.aedat4")
+
+
+def test_an_archive_that_claims_too_much_is_refused(tmp_path: Path):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_BZIP2) as archive:
+        archive.writestr("t_us.npy", bytes(10**8))
+    (tmp_path / "bomb.npz").write_bytes(buffer.getvalue())
+    with pytest.raises(DataError, match="more than can be packed"):
+        read_events(tmp_path / "bomb.npz")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x,y\n", "expected the line t_us,x,y,p"),
+        ("t_us,x,y,p\n1,2,3\n", "four columns"),
+        ("t_us,x,y,p\n1,2,3,2\n", "four columns"),
+        ("t_us,x,y,p\n1,-2,3,1\n", "four columns"),
+        ("t_us,x,y,p\n1,70000,3,1\n", "four columns"),
+        ("t_us,x,y,p\n1,2,3,up\n", "not a table"),
+        ("t_us,x,y,p\n5,2,3,1\n4,2,3,1\n", "never decrease"),
+    ],
+)
+def test_text_that_is_no_table_of_events_is_refused(tmp_path: Path, text: str, message: str):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(DataError, match=message):
+        read_events(tmp_path / "a.csv")
+
+
+def test_arrays_that_are_missing_or_pickled_are_refused(tmp_path: Path, events: Events):
+    columns = {name: column for name, column in events._asdict().items() if name != "p"}
+    np.savez(tmp_path / "a.npz", size=[40, 30], **columns)
+    with pytest.raises(DataError, match="expected the arrays"):
+        read_events(tmp_path / "a.npz")
+    np.savez(tmp_path / "b.npz", size=[40, 30], p=np.array([{}], object), **columns)
+    with pytest.raises(DataError, match=r"not an \.npz file of events"):
+        read_events(tmp_path / "b.npz")
+
+
+def test_events_beyond_the_sensor_are_not_written(tmp_path: Path, events: Events):
+    for suffix in WRITABLE:
+        with pytest.raises(DataError, match="out of range"):
+            write_events(tmp_path / f"a{suffix}", events, (10, 10))
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a", "a.h5.bak"])
+def test_an_unknown_suffix_lists_the_known_ones(tmp_path: Path, name: str, events: Events):
+    (tmp_path / name).write_text("x")
+    with pytest.raises(DataError, match=r"read; known are .*\.aedat4"):
+        read_events(tmp_path / name)
+    with pytest.raises(DataError, match=r"written; known are \.h5, \.hdf5, \.npz, \.csv$"):
+        write_events(tmp_path / name, events)
+
+
+def test_formats_that_cannot_be_written_say_so(tmp_path: Path, events: Events):
+    with pytest.raises(DataError, match="can be written"):
+        write_events(tmp_path / "a.aedat4", events)
+
+
+def test_a_recording_is_imported_into_hdf5_only(tmp_path: Path, events: Events):
+    write_events(tmp_path / "a.npz", events)
+    with pytest.raises(DataError, match=r"must end in \.h5"):
+        import_recording(tmp_path / "a.npz", tmp_path / "out.csv")
+
+
+def test_every_format_has_its_functions():
+    for name in set(codecs.FORMATS.values()):
+        module = importlib.import_module(f"evslip.codecs.{name}")
+        assert callable(module.read)
+        assert hasattr(module, "write") == (name not in codecs.READ_ONLY)

@@ -1,0 +1,406 @@
+import dataclasses
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evslip import atomic, dataset, journal
+from evslip.config import dump_config, load_config
+from evslip.dataset import open_dataset
+from evslip.errors import ConfigError, DataError, StorageError
+from evslip.events.stream import empty_events
+from evslip.record import Record, encode
+from sample_records import CONFIG, assert_equal, simulated
+
+TOML = dump_config(CONFIG)
+
+
+def add(root: Path, sample: Record) -> journal.Entry:
+    return dataset.add(root, sample, encode(sample))
+
+
+def rejected(index: int) -> Record:
+    reason = ("tipped", "the object tipped over at 1.2 s")
+    parts = {"kind": "rejected", "trajectory": None, "truth": None, "events": empty_events(), "rejection": reason}
+    return dataclasses.replace(simulated(index), **parts)
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    """A data set of five samples for training, one of them rejected, and two for test; six and two were asked for."""
+    root = tmp_path / "data"
+    dataset.create(root, TOML)
+    dataset.plan(root, "train", 6)
+    dataset.plan(root, "test", 2)
+    for index in (3, 0, 1, 4):
+        add(root, simulated(index))
+    add(root, rejected(2))
+    for index in (0, 1):
+        add(root, simulated(index, "test"))
+    return root
+
+
+def test_records_come_back_in_order(root: Path):
+    data = open_dataset(root)
+    assert [r.name for r in data] == [f"train/000000{i}" for i in (0, 1, 3, 4)] + ["test/0000000", "test/0000001"]
+    assert len(data) == 6
+    assert_equal(data[2], simulated(3))
+    assert_equal(data[-1], simulated(1, "test"))
+    assert data.read(0, events=False).events.count == 0
+    assert data.labels() == ["slip", "hold", "slip", "hold", "slip", "hold"]
+    assert data.config == CONFIG
+    with pytest.raises(IndexError):
+        data[6]
+
+
+def test_a_split_is_a_data_set_of_its_own(root: Path):
+    test = open_dataset(root).split("test")
+    assert [r.split for r in test] == ["test", "test"]
+    assert test.status()["requested"] == 2
+    with pytest.raises(DataError, match="expected one of train, test"):
+        open_dataset(root).split("validation")
+
+
+def test_rejections_say_why(root: Path):
+    (entry,) = open_dataset(root).rejections
+    assert (entry["index"], entry.get("rejection")) == (2, ["tipped", "the object tipped over at 1.2 s"])
+
+
+def test_status_counts(root: Path):
+    status = open_dataset(root).status()
+    files = list((root / "samples").rglob("*.h5"))
+    assert status == {
+        "requested": 8,
+        "done": 7,
+        "missing": 1,
+        "rejected": 1,
+        "slip": 3,
+        "hold": 3,
+        "events": 6 * 200,
+        "bytes": sum(file.stat().st_size for file in files),
+    }
+    assert len(files) == 7
+
+
+def test_without_a_plan_what_is_done_was_requested(root: Path):
+    for file in root.glob("plan-*.json"):
+        file.unlink()
+    status = open_dataset(root).status()
+    assert (status["requested"], status["missing"]) == (7, 0)
+
+
+def test_a_smaller_plan_changes_nothing(root: Path):
+    dataset.plan(root, "train", 1)
+    assert open_dataset(root).status()["requested"] == 8
+
+
+def test_an_undamaged_data_set_verifies(root: Path):
+    seen = []
+    assert open_dataset(root).verify(lambda done, of: seen.append((done, of))) == []
+    assert seen == [(i, 7) for i in range(1, 8)]
+
+
+@pytest.mark.slow
+def test_every_flipped_bit_is_found(root: Path):
+    shutil.rmtree(root / "samples")
+    shutil.rmtree(root / "journal")
+    add(root, dataclasses.replace(simulated(0, events=1, steps=1), provenance={}, stats={}))
+    data, path = open_dataset(root), dataset.sample_path(root, "train", 0)
+    whole = path.read_bytes()
+    assert data.verify() == []
+    with path.open("r+b", buffering=0) as file:
+        for position in range(len(whole)):
+            for bit in range(8):
+                os.pwrite(file.fileno(), bytes([whole[position] ^ 1 << bit]), position)
+                assert len(data.verify()) == 1, f"bit {bit} of byte {position}"
+            os.pwrite(file.fileno(), whole[position : position + 1], position)
+    assert data.verify() == []
+
+
+def test_flipped_bits_in_records_are_found(root: Path):
+    data, rng = open_dataset(root), np.random.default_rng(0)
+    for path in sorted((root / "samples").rglob("*.h5")):
+        whole = path.read_bytes()
+        for position in rng.integers(0, len(whole), 20):
+            flipped = bytearray(whole)
+            flipped[position] ^= 1 << int(rng.integers(8))
+            path.write_bytes(flipped)
+            assert data.verify() == [f"{path}: damaged, its sha256 is not the one it was written with"]
+        path.write_bytes(whole)
+    assert data.verify() == []
+
+
+def test_every_flipped_bit_in_a_journal_is_found(root: Path):
+    (path,) = (root / "journal").iterdir()
+    whole = path.read_bytes()
+    first = whole.index(b"\n") + 1
+    # The first line and the end of the last one, where a flip may look like a line torn by a kill.
+    for position in [*range(first), *range(len(whole) - 3, len(whole))]:
+        for bit in range(8):
+            flipped = bytearray(whole)
+            flipped[position] ^= 1 << bit
+            path.write_bytes(flipped)
+            assert open_dataset(root).verify(), f"bit {bit} of byte {position}"
+
+
+def test_truncated_missing_surplus_and_temporary_files_are_found(root: Path):
+    data = open_dataset(root)
+    path = dataset.sample_path(root, "train", 0)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1])
+    assert data.verify() == [f"{path}: damaged, its sha256 is not the one it was written with"]
+    path.unlink()
+    assert data.verify() == [f"{path}: missing"]
+    path.write_bytes(whole)
+    for name, problem in {
+        "samples/train/000/notes.txt": "surplus, no journal knows it",
+        "samples/test/000/0000009.h5": "surplus, no journal knows it",
+        "samples/train/000/.0000000.h5.0123abcd.tmp": "a temporary file left behind",
+        "journal/.a.jsonl.0123abcd.tmp": "a temporary file left behind",
+        ".config.toml.0123abcd.tmp": "a temporary file left behind",
+    }.items():
+        (root / name).write_text("x")
+        assert data.verify() == [f"{root / name}: {problem}"]
+        (root / name).unlink()
+    (root / "report.html").write_text("a page of the user's")
+    assert data.verify() == []
+
+
+def test_what_is_truncated_or_gone_is_not_finished(root: Path):
+    dataset.sample_path(root, "train", 0).unlink()
+    path = dataset.sample_path(root, "train", 1)
+    path.write_bytes(path.read_bytes()[:-1])
+    assert {("train", 0), ("train", 1)}.isdisjoint(dataset.finished(root))
+    assert len(dataset.finished(root)) == 5
+
+
+def test_killed_between_rename_and_journal_the_sample_is_made_again(root: Path):
+    path = dataset.sample_path(root, "train", 5)
+    atomic.write_bytes(path, encode(simulated(5)))
+    assert ("train", 5) not in dataset.finished(root)
+    assert open_dataset(root).verify() == [f"{path}: surplus, no journal knows it"]
+    add(root, simulated(5))
+    assert open_dataset(root).verify() == []
+    assert open_dataset(root).status()["missing"] == 0
+
+
+def test_a_torn_last_line_costs_one_sample_and_no_more(root: Path):
+    (path,) = (root / "journal").iterdir()
+    whole = path.read_bytes()
+    last = whole[:-1].rindex(b"\n") + 1
+    for end in (last + 1, (last + len(whole)) // 2, len(whole) - 2):
+        path.write_bytes(whole[:end])
+        assert set(dataset.finished(root)) == {("train", i) for i in range(5)} | {("test", 0)}
+    dataset._journal.cache_clear()  # as in another process
+    add(root, simulated(1, "test"))
+    assert open_dataset(root).verify() == []
+    assert len(dataset.finished(root)) == 7
+
+
+def test_the_newline_alone_may_be_missing(root: Path):
+    (path,) = (root / "journal").iterdir()
+    path.write_bytes(path.read_bytes()[:-1])
+    assert len(dataset.finished(root)) == 7
+    assert open_dataset(root).verify() == []
+
+
+def test_several_journals_are_read_as_one(root: Path):
+    entry = add(root, simulated(0))
+    for _ in range(2):
+        journal.Journal(root / "journal").append(entry)
+    assert len(list((root / "journal").iterdir())) == 3
+    assert len(dataset.finished(root)) == 7
+    assert open_dataset(root).verify() == []
+
+
+def test_an_older_record_of_a_sample_may_be_journaled_too(root: Path):
+    changed = dataclasses.replace(simulated(0), provenance={"evslip": "99"})
+    entry = add(root, changed)
+    assert dataset.finished(root)["train", 0] == entry
+    assert open_dataset(root).verify() == []
+
+
+def test_a_sample_removes_what_a_killed_writer_of_it_left(root: Path):
+    left = dataset.sample_path(root, "train", 0).with_name(".0000000.h5.0123abcd.tmp")
+    other = left.with_name(".0000001.h5.0123abcd.tmp")
+    for path in (left, other):
+        path.write_bytes(b"half")
+    add(root, simulated(0))
+    assert not left.exists()
+    assert other.exists()
+
+
+def test_many_writers_of_one_sample_agree(root: Path):
+    failures = []
+
+    def write():
+        try:
+            for _ in range(20):
+                add(root, simulated(0))
+        except Exception as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=write) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+    assert open_dataset(root).verify() == []
+
+
+WRITER = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from sample_records import simulated
+from evslip import dataset
+from evslip.record import encode
+root = Path(sys.argv[1])
+print("ready", flush=True)
+for index in range(10_000):
+    sample = simulated(index)
+    dataset.add(root, sample, encode(sample))
+"""
+
+
+@pytest.mark.slow
+def test_killed_at_any_moment_nothing_is_corrupt(tmp_path: Path):
+    root = tmp_path / "data"
+    dataset.create(root, TOML)
+    script = WRITER.format(tests=str(Path(__file__).parent))
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        process = subprocess.Popen([sys.executable, "-c", script, str(root)], stdout=subprocess.PIPE)
+        assert process.stdout is not None
+        process.stdout.readline()
+        try:
+            process.wait(0.05 + 0.4 * rng.random())
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+        finished = dataset.finished(root)
+        assert finished
+        problems = [p for p in open_dataset(root).verify() if "temporary" not in p]
+        assert len(problems) <= 1  # the one that was written but not yet journaled
+        assert all("surplus" in p for p in problems)
+    for index in range(len(finished) + 1):
+        if ("train", index) not in finished:
+            add(root, simulated(index))
+    assert open_dataset(root).verify() == []
+
+
+def test_another_configuration_is_refused_and_the_difference_shown(root: Path):
+    other = dump_config(
+        load_config("demo", {"camera.width": 41, "camera.height": 30, "object.mass_kg": 0.5, "seed": 1})
+    )
+    with pytest.raises(ConfigError) as caught:
+        dataset.create(root, other)
+    message = str(caught.value)
+    assert "camera.width is 40 there and 41 now" in message
+    assert "seed is 0 there and 1 now" in message
+    assert "object.mass_kg" in message
+    assert "camera.height" not in message
+    assert "\n" not in message
+    assert (root / "config.toml").read_text() == TOML
+
+
+def test_many_differences_are_counted(root: Path):
+    with pytest.raises(ConfigError, match=r"; and \d+ more"):
+        dataset.create(root, dump_config(load_config("simple")))
+
+
+def test_the_same_configuration_is_accepted_again(root: Path):
+    (root / ".config.toml.0123abcd.tmp").write_text("left by a kill")
+    dataset.create(root, TOML)
+    assert open_dataset(root).verify() == []
+    assert (root / "config.toml").read_text() == TOML
+
+
+def test_a_damaged_configuration_is_named(root: Path):
+    (root / "config.toml").write_bytes(b"\xff = [")
+    with pytest.raises(DataError, match=r"config\.toml"):
+        dataset.create(root, TOML)
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path: Path):
+    (tmp_path / "thesis.tex").write_text("mine")
+    with pytest.raises(DataError, match=r"thesis\.tex"):
+        dataset.create(tmp_path, TOML)
+    assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_a_file_in_the_way_is_named(tmp_path: Path):
+    (tmp_path / "data").write_text("mine")
+    with pytest.raises(StorageError, match="data"):
+        dataset.create(tmp_path / "data", TOML)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda path: None, "no such folder"),
+        (lambda path: path.mkdir(), "the folder is empty"),
+        (lambda path: (path / "pictures").mkdir(parents=True), "not a data set"),
+        (lambda path: path.write_text("x"), "is a file"),
+    ],
+)
+def test_what_is_no_data_set_cannot_be_opened(tmp_path: Path, make, message: str):
+    make(tmp_path / "data")
+    with pytest.raises(DataError, match=message):
+        open_dataset(tmp_path / "data")
+
+
+def test_a_data_set_of_no_samples_can_be_opened(tmp_path: Path):
+    dataset.create(tmp_path, TOML)
+    data = open_dataset(tmp_path)
+    assert (len(data), list(data), data.verify()) == (0, [], [])
+    assert data.status()["requested"] == 0
+
+
+def test_a_thousand_samples_share_a_folder(tmp_path: Path):
+    assert dataset.sample_path(tmp_path, "train", 999).parent != dataset.sample_path(tmp_path, "train", 1000).parent
+    assert dataset.sample_path(tmp_path, "test", 1_234_567) == tmp_path / "samples/test/1234/1234567.h5"
+
+
+@pytest.mark.parametrize("line", ["[]", "{}", "null", '{"crc32": 1}', "\x00\x00", '{"name": "train/0"', "9" * 5000])
+def test_damaged_lines_are_named(root: Path, line: str):
+    (root / "journal" / "x.jsonl").write_text(line + "\n")
+    assert open_dataset(root).verify() == [f"{root / 'journal' / 'x.jsonl'}: line 1 is damaged"]
+
+
+def test_a_deleted_data_set_can_be_made_again_by_the_same_process(root: Path):
+    shutil.rmtree(root)
+    dataset.create(root, TOML)
+    add(root, simulated(0))
+    assert set(dataset.finished(root)) == {("train", 0)}
+
+
+def test_a_failed_append_does_not_glue_two_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    log = journal.Journal(tmp_path)
+    entry = journal.Entry(name="train/0", split="train", index=0, kind="simulated", sha256="0", bytes=1, events=0)
+    write, calls = os.write, []
+
+    def half_then_full(descriptor: int, data: bytes) -> int:
+        calls.append(data)
+        if len(calls) == 1:
+            return write(descriptor, data[:10])
+        if len(calls) == 2:
+            raise OSError(28, "No space left on device")
+        return write(descriptor, data)
+
+    monkeypatch.setattr(os, "write", half_then_full)
+    with pytest.raises(StorageError, match="no space left"):
+        log.append(entry)
+    log.append(entry)
+    assert journal.read_journals(tmp_path) == ({("train", 0): [entry]}, [])
+    assert sorted(len(p.read_bytes()) for p in tmp_path.iterdir())[0] == 10
+    assert json.loads(max(p.read_text() for p in tmp_path.iterdir() if p.stat().st_size > 10))["name"] == "train/0"

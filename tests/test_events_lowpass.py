@@ -1,0 +1,66 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from evslip.events.kernel import photocurrent
+from evslip.events.lowpass import advance, advance_far, decayed, exponent
+
+changes = st.floats(-4.0, 4.0)
+logs = st.floats(-2.0, 5.5)
+
+
+def by_integration(log_0: float, change: float, filtered: float, base: float, gain: float) -> float:
+    def rate(t: float, lp: np.ndarray) -> np.ndarray:
+        log = log_0 + change * t
+        return (base + gain * math.exp(log)) * (log - lp)
+
+    return solve_ivp(rate, (0.0, 1.0), [filtered], method="LSODA", rtol=1e-11, atol=1e-12).y[0, -1]
+
+
+@settings(deadline=None, max_examples=60)
+@given(logs, changes, st.floats(-2.0, 2.0), st.floats(1e-4, 1.0), st.floats(1e-6, 0.02))
+def test_any_interval_solves_the_differential_equation(log_0, change, lag, base, gain):
+    current = math.exp(log_0)
+    ours = advance_far(log_0, log_0 + change, current, current * math.exp(change), log_0 + lag, base, gain)
+    assert ours == pytest.approx(by_integration(log_0, change, log_0 + lag, base, gain), abs=1e-6)
+
+
+@settings(deadline=None)
+@given(logs, changes, st.lists(st.floats(0.01, 0.99), max_size=30), st.floats(1e-4, 1.0), st.floats(1e-6, 0.02))
+def test_a_ramp_may_be_cut_anywhere(log_0, change, cuts, base, gain):
+    whole = advance_far(
+        log_0, log_0 + change, math.exp(log_0), math.exp(log_0 + change), log_0 - 0.5, base, gain
+    )  # fmt: skip
+    lp, before = log_0 - 0.5, 0.0
+    for cut in [*sorted(set(cuts)), 1.0]:
+        a, b, length = log_0 + change * before, log_0 + change * cut, cut - before
+        lp = advance_far(a, b, math.exp(a), math.exp(b), lp, base * length, gain * length)
+        before = cut
+    assert lp == pytest.approx(whole, abs=1e-6)
+
+
+@settings(deadline=None)
+@given(st.floats(0.0, 100.0), st.floats(-3.0, 3.0))
+def test_a_step_decays_exponentially(k, lag):
+    # Constant input: lp approaches it as exp(-K), whatever K is.
+    assert exponent(1.0, 1.0, math.e, math.e, k, 0.0) == k
+    assert advance(1.0, 1.0, math.e, math.e, 1.0 + lag, 0.0, k) == pytest.approx(1.0 + lag * math.exp(-k), abs=1e-12)
+
+
+@settings(deadline=None)
+@given(st.floats(1e-300, 1e3))
+def test_decayed_keeps_its_digits(k):
+    assert decayed(k) == pytest.approx(-math.expm1(-k), rel=1e-9)
+
+
+def test_the_written_out_logarithm_is_the_logarithm():
+    values = np.random.default_rng(0).uniform(-20.0, 60.0, 10_000)
+    image, width = np.exp(values), len(values)
+    current, log = np.empty(width), np.empty(width)
+    photocurrent(image, np.zeros((2, 256)), 1.0, 0.0, current, log, np.empty((2, width)))
+    np.testing.assert_array_equal(current, image)
+    np.testing.assert_allclose(log, np.log(image), rtol=5e-16, atol=5e-16)

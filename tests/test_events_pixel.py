@@ -1,0 +1,225 @@
+"""The pixel's behaviour against closed forms and statistics."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evslip.errors import DataError
+from evslip.events import CAUSES, EventCamera, Events, empty_events, measure_noise
+from evslip.events.stream import HOT, LEAK, SHOT, SIGNAL
+
+DARK = 1e-3
+
+
+def image(logs) -> np.ndarray:
+    """Luminances whose log photocurrent is given, of shape (1, n)."""
+    return np.exp(np.atleast_2d(logs)) - DARK
+
+
+def camera(pixels: int = 1, preset: str = "clean", **parameters) -> EventCamera:
+    parameters = {"sigma": 0.0, "dark": DARK} | parameters
+    return EventCamera(preset, size=(pixels, 1), **parameters)
+
+
+def follow(sensor: EventCamera, times_us, logs) -> Events:
+    return sensor.run((t, image(row)) for t, row in zip(times_us, logs, strict=True))
+
+
+def assert_same(a: Events, b: Events, tolerance_us: int = 1) -> None:
+    assert a.count == b.count
+    order_a, order_b = np.lexsort((a.t_us, a.x, a.y)), np.lexsort((b.t_us, b.x, b.y))
+    for field in ("x", "y", "p", "cause"):
+        np.testing.assert_array_equal(getattr(a, field)[order_a], getattr(b, field)[order_b])
+    assert np.all(np.abs(a.t_us[order_a] - b.t_us[order_b]) <= tolerance_us)
+
+
+@settings(deadline=None)
+@given(st.floats(0.01, 0.5), st.floats(0.05, 3.0), st.sampled_from([1, -1]), st.integers(1000, 10**8))
+def test_a_ramp_fires_at_the_closed_form_times(theta, change, sign, length_us):
+    events = follow(camera(theta=theta), [0, length_us], [[-3.0], [-3.0 + sign * change]])
+    count = math.floor(change / theta)
+    assert abs(events.count - count) <= (1 if abs(change / theta - round(change / theta)) < 1e-9 else 0)
+    expected = length_us * theta / change * np.arange(1, events.count + 1)
+    np.testing.assert_allclose(events.t_us, expected, rtol=1e-9, atol=0.5001)
+    assert np.all(events.p == (sign > 0))
+    assert np.all(events.cause == SIGNAL)
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.integers(-10, 10), st.floats(0.01, 0.99)), min_size=1, max_size=20))
+def test_a_path_fires_as_often_as_the_reference_steps(steps):
+    # Brute force: move along the straight pieces, stepping the reference whenever it is theta away.
+    path = [0.0, *(whole + part for whole, part in steps)]
+    reference, expected = 0, []
+    for level in path:
+        while abs(level - reference) >= 1.0:
+            sign = 1 if level > reference else -1
+            reference += sign
+            expected.append(sign > 0)
+    events = follow(camera(theta=0.2), np.arange(len(path)) * 1000, [[0.2 * level - 2.5] for level in path])
+    assert events.p.tolist() == expected
+
+
+@st.composite
+def cut_paths(draw):
+    """Knots of a path that is straight in between, and the same path with more frames on it."""
+    gaps = draw(st.lists(st.integers(500, 200_000), min_size=1, max_size=6))
+    knots = np.concatenate([[0], np.cumsum(gaps)])
+    levels = np.array(draw(st.lists(st.floats(-4.0, 0.5), min_size=len(knots), max_size=len(knots))))
+    extra = draw(st.lists(st.floats(0.0, 1.0), max_size=40))
+    fine = np.unique(np.concatenate([knots, np.round(np.array(extra) * knots[-1])]))
+    return knots, levels, fine, np.interp(fine, knots, levels)
+
+
+@pytest.mark.parametrize("preset", ["clean", "davis346", "noisy", "dvxplorer"])
+def test_events_do_not_depend_on_how_a_path_is_cut_into_frames(preset):
+    @settings(deadline=None, max_examples=40)
+    @given(cut_paths(), st.integers(0, 2**64 - 1))
+    def check(path, seed):
+        knots, levels, fine, fine_levels = path
+        noise = {} if preset == "clean" else {"leak_rate_hz": 2.0, "shot_rate_hz": 20.0}
+        whole = follow(camera(preset=preset, seed=seed, sigma=0.03, **noise), knots, levels[:, None])
+        cut = follow(camera(preset=preset, seed=seed, sigma=0.03, **noise), fine, fine_levels[:, None])
+        assert_same(whole, cut)
+
+    check()
+
+
+def test_a_step_is_seen_through_an_exponential():
+    # After a step of size h, lp = h (1 - exp(-k t)): the n-th event comes at -ln(1 - n theta / h) / k.
+    level, height, cutoff, theta = math.log(0.5), 2.0, 10.0, 0.2
+    rate = 2 * math.pi * cutoff * (255 * (math.exp(level) - DARK) + 20) / 275
+    logs = [[level - height], [level - height], [level], [level], [level], [level]]
+    times = [0, 999_999.999, 1_000_000, 1_002_000, 1_050_000, 10_000_000]
+    events = follow(camera(theta=theta, cutoff_hz=cutoff), times, logs)
+    n = np.arange(1, events.count + 1)
+    assert events.count == 9
+    np.testing.assert_allclose(events.t_us, 1e6 - 1e6 * np.log(1 - n * theta / height) / rate, atol=2.0)
+
+
+def test_the_dark_is_slower():
+    first = []
+    for level in (math.log(0.02), math.log(0.9)):
+        events = follow(camera(cutoff_hz=15.0), [0, 1, 10**6], [[level - 0.3], [level], [level]])
+        first.append(int(events.t_us[0]))
+    assert first[0] > 5 * first[1]
+
+
+@settings(deadline=None)
+@given(st.floats(1.0, 20_000.0), st.floats(0.05, 3.0), st.integers(0, 5))
+def test_no_two_events_of_a_pixel_within_the_refractory_period(refractory_us, change, seed):
+    pixels = 20
+    sensor = camera(pixels, refractory_us=refractory_us, shot_rate_hz=200.0, leak_rate_hz=5.0, seed=seed)
+    levels = -3.0 + change * np.sin(np.linspace(0, 12, 50))[:, None] * np.linspace(0, 1, pixels)
+    events = follow(sensor, np.arange(50) * 4000.0, levels)
+    for x in range(pixels):
+        assert np.all(np.diff(events.t_us[events.x == x]) >= refractory_us - 1)
+
+
+def test_the_signal_is_lost_while_a_pixel_is_held_in_reset():
+    # On a ramp the period is the time to the threshold plus the refractory period.
+    events = follow(camera(theta=0.2, refractory_us=5000.0), [0, 10**6], [[-4.0], [0.0]])
+    np.testing.assert_allclose(events.t_us, 50_000 + 55_000 * np.arange(events.count), atol=1)
+    assert events.count == 18
+
+
+def test_a_still_scene_without_noise_is_silent():
+    levels = np.random.default_rng(0).uniform(-5, 1, (1, 500))
+    for parameters in ({}, {"cutoff_hz": 15.0, "refractory_us": 500.0, "sigma": 0.05}):
+        assert follow(camera(500, **parameters), np.arange(40) * 1e8, np.repeat(levels, 40, 0)).count == 0
+
+
+def test_leak_rate_phase_and_jitter():
+    pixels, rate, seconds = 4000, 0.5, 60
+    sensor = camera(pixels, leak_rate_hz=rate, leak_spread=0.0, leak_jitter=0.1)
+    events = follow(sensor, [0, seconds * 1e6], np.full((2, pixels), -1.0))
+    assert np.all(events.p)
+    assert np.all(events.cause == LEAK)
+    # A renewal process with a random phase: the mean is exact but for the bias of 1 / (1 + 0.1 N), 1 %.
+    assert events.count / (pixels * seconds) == pytest.approx(rate * 0.99, rel=0.01)
+    first = np.array([events.t_us[events.x == x][0] for x in range(200)]) * 1e-6
+    assert np.histogram(first, 4, (0, 1 / rate))[0].min() > 30
+    gaps = np.concatenate([np.diff(events.t_us[events.x == x]) for x in range(300)]) * 1e-6
+    assert gaps.mean() == pytest.approx(1 / rate, rel=0.02)
+    assert gaps.std() / gaps.mean() == pytest.approx(0.1, rel=0.1)
+
+
+def test_an_hour_of_stillness_does_not_drift():
+    level = np.random.default_rng(1).uniform(-4, 0, (1, 50))
+    noise = {"leak_rate_hz": 0.02, "shot_rate_hz": 0.02, "cutoff_hz": 15.0, "seed": 3}
+    once = follow(camera(50, **noise), [0, 3.6e9], np.repeat(level, 2, 0))
+    often = follow(camera(50, **noise), np.arange(0, 3.6e9 + 1, 1e5), np.repeat(level, 36001, 0))
+    assert once.count > 50 * 72 * 0.5
+    assert_same(once, often, 0)
+
+
+@pytest.mark.parametrize("luminance", [0.0, 0.25, 1.0, 4.0])
+def test_shot_noise_falls_with_intensity(luminance):
+    pixels, rate, seconds = 2000, 5.0, 40
+    sensor = camera(pixels, shot_rate_hz=rate, theta=0.5)
+    events = follow(sensor, [0, seconds * 1e6], np.full((2, pixels), math.log(luminance + DARK)))
+    share = 1 - 0.75 * min((255 * luminance + 20) / 275, 1)
+    expected = rate * share * pixels * seconds
+    assert np.all(events.cause == SHOT)
+    for count in (events.p.sum(), (~events.p).sum()):
+        assert abs(count - expected / 2) < 4 * math.sqrt(expected / 2)
+    counts = np.bincount(events.x, minlength=pixels)
+    assert counts.var() / counts.mean() == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_sensitive_pixel_is_a_noisy_one():
+    theta = np.full((1, 4000), 0.2)
+    theta[0, :2000] = 0.1
+    sensor = camera(4000, theta_on=theta, theta_off=0.2, shot_rate_hz=10.0)
+    events = follow(sensor, [0, 2e7], np.full((2, 4000), -1.0))
+    on = np.bincount(events.x[events.p], minlength=4000)
+    assert on[:2000].mean() / on[2000:].mean() == pytest.approx(2.0, rel=0.05)
+
+
+def test_thresholds_scatter_as_told():
+    sensor = EventCamera("clean", size=(300, 300), theta_on=0.3, theta_off=0.1, sigma=0.04)
+    assert sensor.theta_on.mean() == pytest.approx(0.3, abs=0.001)
+    assert sensor.theta_on.std() == pytest.approx(0.04, rel=0.02)
+    assert sensor.theta_off.mean() == pytest.approx(0.1, abs=0.001)
+    assert sensor.theta_off.min() >= 0.01
+    assert abs(np.corrcoef(sensor.theta_on.ravel(), sensor.theta_off.ravel())[0, 1]) < 0.02
+
+
+def test_hot_pixels_fire_alone_and_dead_ones_never():
+    sensor = camera(5000, hot_share=0.02, hot_rate_hz=40.0, dead_share=0.1, leak_rate_hz=3.0)
+    events = follow(sensor, [0, 1e6, 2e6, 1e7], np.repeat([[-1.0], [-1.0], [-0.2], [-1.0]], 5000, 1))
+    hot = np.unique(events.x[events.cause == HOT])
+    assert len(hot) == pytest.approx(100 * 0.9, abs=4 * math.sqrt(90))
+    assert np.all(events.p[events.cause == HOT])
+    assert np.sum(events.cause == HOT) / len(hot) == pytest.approx(400, rel=0.05)
+    dead = np.setdiff1d(np.arange(5000), events.x)
+    assert len(dead) == pytest.approx(500, abs=4 * math.sqrt(500))
+    assert not np.isin(dead, hot).any()
+
+
+def test_noise_that_was_measured_comes_out_again():
+    rng = np.random.default_rng(4)
+    true = rng.uniform(0.5, 8.0, (2, 1, 300))
+    true[:, 0, :10] = 0
+    sensor = camera(300, noise_map=true, leak_rate_hz=50.0, shot_rate_hz=100.0)
+    events = follow(sensor, [0, 2e8], np.full((2, 300), math.log(0.7)))
+    measured = measure_noise(events, (300, 1))
+    np.testing.assert_array_equal(measured[:, 0, :10], 0)
+    assert np.all(np.abs(measured - true) <= 4.5 * np.sqrt(true / 200))
+    assert events.cause is not None
+    assert set(events.cause) == {SHOT}
+
+
+def test_a_recording_that_holds_no_noise_is_refused():
+    with pytest.raises(DataError, match="0 events"):
+        measure_noise(empty_events(), (10, 10))
+    events = follow(camera(40, shot_rate_hz=10.0), [0, 1e6], np.full((2, 40), -1.0))
+    with pytest.raises(DataError, match="outside of 10x10"):
+        measure_noise(events, (10, 10))
+
+
+def test_causes_have_names():
+    assert [CAUSES[code] for code in (SIGNAL, LEAK, SHOT, HOT)] == ["signal", "leak", "shot", "hot"]

@@ -1,0 +1,89 @@
+"""v2e's rules against v2e's own output."""
+
+import json
+
+import numpy as np
+import pytest
+
+from evslip.events import EventCamera, Events
+from shared_data import shared
+
+NAMES = {
+    "pos_thres": ("theta_on", 1),
+    "neg_thres": ("theta_off", 1),
+    "cutoff_hz": ("cutoff_hz", 1),
+    "leak_rate_hz": ("leak_rate_hz", 1),
+    "leak_jitter_fraction": ("leak_jitter", 1),
+    "shot_noise_rate_hz": ("shot_rate_hz", 1),
+    "refractory_period_s": ("refractory_us", 1e6),
+}
+
+
+@pytest.mark.parametrize("name", ["clean", "leak5", "lowpass15", "lowpass300", "refractory"])
+def test_equal_to_v2e(name):
+    with np.load(shared("golden", "v2e", f"{name}.npz")) as golden:
+        golden = dict(golden)
+    config = json.loads(str(golden["config"]))
+    parameters = {NAMES[key][0]: value * NAMES[key][1] for key, value in config.items() if key in NAMES}
+    parameters |= {"theta_on": golden["theta_on"], "theta_off": golden["theta_off"]}
+    if "leak_map" in golden:
+        parameters["leak_map"] = golden["leak_map"]
+    height, width = golden["frames"].shape[1:]
+    sensor = EventCamera("clean", size=(width, height), mode="v2e", intensity="uint8", **parameters)
+    events = sensor.run(zip(golden["t_s"] * 1e6, golden["frames"], strict=True))
+
+    expected_us = golden["events_t_s"] * 1e6
+    assert events.count == len(expected_us)
+    ours = np.lexsort((events.t_us, events.p, events.x, events.y))
+    theirs = np.lexsort((expected_us, golden["events_p"] > 0, golden["events_x"], golden["events_y"]))
+    np.testing.assert_array_equal(events.x[ours], golden["events_x"][theirs])
+    np.testing.assert_array_equal(events.y[ours], golden["events_y"][theirs])
+    np.testing.assert_array_equal(events.p[ours], golden["events_p"][theirs] > 0)
+    assert np.abs(events.t_us[ours] - expected_us[theirs]).max() <= 1.0
+    assert np.all(np.diff(events.t_us) >= 0)
+
+
+def test_noise_has_v2es_statistics():
+    # Measured on v2e: a static ramp from 0 to 255, preset noisy, in events a second and pixel.
+    ramp = np.tile(np.linspace(0, 255, 256).astype(np.uint8), (100, 1))
+    sensor = EventCamera("noisy", size=(256, 100), mode="v2e", intensity="uint8", seed=1)
+    seconds = 20
+    events = sensor.run((t_us, ramp) for t_us in np.arange(0, seconds * 1e6 + 1, 5e3))
+    assert events.p.sum() / (ramp.size * seconds) == pytest.approx(1.625, rel=0.02)
+    assert (~events.p).sum() / (ramp.size * seconds) == pytest.approx(1.62, rel=0.02)
+    quarters = np.bincount(events.x // 64) * 4 / (ramp.size * seconds)
+    np.testing.assert_allclose(quarters, [4.68, 3.72, 2.77, 1.83], rtol=0.02)
+    # More than Poisson's, since sensitive pixels are noisy ones: within a second and at equal intensity.
+    second = events.between(0, 1_000_000)
+    counts = np.zeros(ramp.shape)
+    np.add.at(counts, (second.y, second.x), 1)
+    assert counts.var(axis=0).mean() / counts.mean() == pytest.approx(1.25, rel=0.04)
+
+
+def test_both_modes_agree_on_a_clean_clip():
+    rng = np.random.default_rng(0)
+    frames = np.cumsum(rng.normal(0, 0.02, (60, 20, 30)), axis=0)
+    images = 0.3 * np.exp(frames - frames.min())
+    images = images / images.max()
+
+    def run(mode) -> Events:
+        return EventCamera("clean", size=(30, 20), mode=mode).run((1000 * i, image) for i, image in enumerate(images))
+
+    accurate, v2e = run("accurate"), run("v2e")
+    assert accurate.count == pytest.approx(v2e.count, rel=0.01)
+    assert accurate.p.mean() == pytest.approx(v2e.p.mean(), abs=0.01)
+
+
+def test_a_seed_gives_the_same_noise_again_after_reset():
+    images = np.full((30, 20, 30), 0.1)
+    sensor = EventCamera("noisy", size=(30, 20), mode="v2e", seed=0)
+
+    def run(sensor) -> Events:
+        return sensor.run((50_000 * i, image) for i, image in enumerate(images))
+
+    first = run(sensor)
+    sensor.reset()
+    assert first.count > 100
+    np.testing.assert_array_equal(first.t_us, run(sensor).t_us)
+    other = run(EventCamera("noisy", size=(30, 20), mode="v2e", seed=1))
+    assert not np.array_equal(first.x, other.x)

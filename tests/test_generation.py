@@ -1,0 +1,109 @@
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import evslip
+from evslip.errors import ConfigError
+
+SMALL = {"camera.width": 64, "camera.height": 48, "render.max_motion_px": 2.0}
+"""A camera that makes whole samples in a fraction of a second."""
+
+
+def small_config(**overrides) -> evslip.Config:
+    return evslip.load_config("demo", {**SMALL, **overrides})
+
+
+def records(root: Path) -> dict[str, str]:
+    """Path and hash of every record."""
+    files = sorted((root / "samples").rglob("*"))
+    return {str(f.relative_to(root)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files if f.is_file()}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Path:
+    root = tmp_path_factory.mktemp("data")
+    evslip.generate(small_config(), root, 4, workers=1)
+    return root
+
+
+def test_records_do_not_depend_on_the_number_of_workers(finished, tmp_path):
+    evslip.generate(small_config(), tmp_path, 4, workers=2)
+    assert records(tmp_path) == records(finished)
+    assert len(records(finished)) == 4
+
+
+def test_generating_again_makes_nothing_and_changes_nothing(finished):
+    before = records(finished)
+    summary = evslip.generate(small_config(), finished, 4, workers=1)
+    assert (len(summary.made), summary.skipped) == (0, 4)
+    assert records(finished) == before
+
+
+@pytest.mark.slow
+def test_a_killed_generator_resumes_to_the_same_bytes(finished, tmp_path):
+    script = (
+        "import evslip; "
+        f"evslip.generate(evslip.load_config('demo', {SMALL!r}), {str(tmp_path)!r}, 4, workers=2)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", script], start_new_session=True)
+    deadline = time.monotonic() + 120
+    while not list(tmp_path.rglob("*.h5")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    evslip.generate(small_config(), tmp_path, 4, workers=2)
+    assert records(tmp_path) == records(finished)
+    assert evslip.open_dataset(tmp_path).verify() == []
+
+
+def test_half_of_the_samples_slip_and_the_rest_hold(finished):
+    onsets = [record.truth.onset_us for record in evslip.open_dataset(finished)]
+    assert [onset is None for onset in onsets] == [True, False, True, False]
+
+
+def test_the_object_fires_when_it_slips(finished):
+    hold, slip = (evslip.open_dataset(finished)[i] for i in (0, 1))
+    of_object = [np.count_nonzero(record.events.body == 2) for record in (hold, slip)]
+    assert of_object[1] > 10 * of_object[0]
+
+
+def test_a_failed_grasp_is_recorded_at_its_index_and_never_redrawn(tmp_path):
+    config = small_config(**{"object.mass_kg": 0.2, "grip.force_n": 1.0})
+    summary = evslip.generate(config, tmp_path, 1, workers=1)
+    assert summary.made[0].entry["kind"] == "rejected"
+    dataset = evslip.open_dataset(tmp_path)
+    assert [entry["rejection"][0] for entry in dataset.rejections] == ["never_lifted"]
+    assert evslip.generate(config, tmp_path, 1, workers=1).skipped == 1
+
+
+def test_another_configuration_is_refused_with_the_difference(finished):
+    with pytest.raises(ConfigError, match="force_n"):
+        evslip.generate(small_config(**{"grip.force_n": 1.1}), finished, 4, workers=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"count": 0}, "count: 0"),
+        ({"workers": 0}, "workers: 0"),
+        ({"split": "validation"}, "split: 'validation'"),
+        ({"runner_name": "cloud"}, "runner: 'cloud'"),
+    ],
+)
+def test_wrong_arguments_leave_no_folder_behind(arguments, words, tmp_path):
+    with pytest.raises(ConfigError, match=words):
+        evslip.generate(small_config(), tmp_path / "new", **{"count": 1, "workers": 1, **arguments})
+    assert not (tmp_path / "new").exists()
+
+
+def test_an_unreachable_object_stops_the_run_and_names_sample_and_key(tmp_path):
+    with pytest.raises(ConfigError, match=r"sample train/0: object\.x_m 0\.9.*cannot reach"):
+        evslip.generate(small_config(**{"object.x_m": 0.9}), tmp_path, 1, workers=1)
+    assert not list(tmp_path.rglob("*.h5"))

@@ -1,0 +1,235 @@
+import dataclasses
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from evslip import record
+from evslip.errors import DataError
+from evslip.events.stream import Events, empty_events
+from evslip.params import draw
+from evslip.record import Record
+from sample_records import CONFIG, assert_equal, random_events, simulated
+
+PARAMS = draw(CONFIG, 3, "test")
+
+
+@st.composite
+def records(draw_from: st.DrawFn) -> Record:
+    kind = draw_from(st.sampled_from(["simulated", "rejected", "recording"]))
+    rng = np.random.default_rng(draw_from(st.integers(0, 2**32)))
+    events = random_events(rng, draw_from(st.sampled_from([0, 1, 2, 300])), labelled=draw_from(st.booleans()))
+    if kind == "simulated":
+        sample = simulated(draw_from(st.integers(0, 20)), steps=draw_from(st.integers(1, 12)))
+        return dataclasses.replace(sample, events=events)
+    if kind == "rejected":
+        reason = (
+            draw_from(st.sampled_from(["never_held", "tipped"])),
+            draw_from(st.text(st.characters(codec="utf-8"))),
+        )
+        reason = (reason[0], reason[1].replace("\x00", ""))
+        return Record(
+            kind="rejected",
+            name="test/0000003",
+            size=(40, 30),
+            events=empty_events(),
+            split="test",
+            index=3,
+            params=PARAMS,
+            rejection=reason,
+        )
+    start = draw_from(st.integers(-(2**50), 2**50))
+    return Record(
+        kind="recording",
+        name=draw_from(st.sampled_from(["desk", "größe 1"])),
+        size=(40, 30),
+        events=events._replace(t_us=events.t_us * draw_from(st.sampled_from([1, 10**6])) + start),
+        stats=draw_from(st.dictionaries(st.sampled_from("abc"), st.integers(-5, 2**40))),
+    )
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(records())
+def test_what_is_read_is_what_was_written(tmp_path: Path, sample: Record):
+    record.write(tmp_path / "a.h5", sample)
+    assert_equal(record.read(tmp_path / "a.h5"), sample)
+
+
+def test_equal_records_have_equal_bytes_whenever_they_are_written():
+    first = record.encode(simulated())
+    time.sleep(1.1)  # HDF5 counts time in seconds
+    assert record.encode(simulated()) == first
+    assert record.encode(simulated(1)) != first
+
+
+def test_read_and_encoded_again_the_bytes_are_the_same(tmp_path: Path):
+    record.write(tmp_path / "a.h5", simulated())
+    assert record.encode(record.read(tmp_path / "a.h5")) == (tmp_path / "a.h5").read_bytes()
+
+
+def test_events_can_be_left_on_disk(tmp_path: Path):
+    record.write(tmp_path / "a.h5", simulated())
+    assert record.read(tmp_path / "a.h5", events=False).events.count == 0
+
+
+def test_the_layout_is_that_of_dsec(tmp_path: Path):
+    sample = simulated(events=5000)
+    record.write(tmp_path / "a.h5", sample)
+    with h5py.File(tmp_path / "a.h5") as file:
+        t = file["events/t"][()].astype(np.int64)
+        np.testing.assert_array_equal(t + file["t_offset"][()], sample.events.t_us)
+        assert file["events/t"].dtype == np.uint32
+        index = file["ms_to_idx"][()]
+        # The definition in DSEC: t[ms_to_idx[ms]] >= ms * 1000 and t[ms_to_idx[ms] - 1] < ms * 1000.
+        for ms, i in enumerate(index):
+            assert (t[i:] >= ms * 1000).all()
+            assert (t[:i] < ms * 1000).all()
+        assert len(index) == t[-1] // 1000 + 2
+        for name in ("x", "y", "t", "p", "body", "cause"):
+            stored = file["events"][name]
+            assert (stored.compression, stored.shuffle, stored.fletcher32) == ("gzip", True, True)
+
+
+def test_an_event_costs_at_most_three_and_a_half_bytes(tmp_path: Path):
+    # Coordinates and times as in a scene with edges; labels that follow the coordinates, as those of bodies do.
+    rng = np.random.default_rng(0)
+    n = 300_000
+    x = rng.normal(20, 5, n).clip(0, 39).astype(np.uint16)
+    y = rng.normal(15, 4, n).clip(0, 29).astype(np.uint16)
+    events = Events(
+        np.sort(rng.integers(0, 4_000_000, n)),
+        x,
+        y,
+        rng.random(n) < 0.5,
+        (x // 20).astype(np.uint8),
+        np.zeros(n, np.uint8),
+    )
+    sample = dataclasses.replace(simulated(), events=events)
+    assert len(record.encode(sample)) / n <= 3.5
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda s: {"kind": "dreamt"}, "kind 'dreamt' is unknown"),
+        (lambda s: {"size": (0, 30)}, "size is 0 x 30"),
+        (lambda s: {"size": (20, 30)}, "out of range"),
+        (lambda s: {"size": (41, 30)}, "not that of its camera"),
+        (lambda s: {"params": None}, "needs its parameters"),
+        (lambda s: {"truth": None}, "needs its parameters"),
+        (lambda s: {"index": 9}, "its parameters are those of"),
+        (lambda s: {"rejection": ("tipped", "")}, "rejection is"),
+        (lambda s: {"events": s.events._replace(t_us=s.events.t_us[::-1])}, "never decrease"),
+        (lambda s: {"events": s.events._replace(x=s.events.x[:-1])}, "events/x"),
+        (lambda s: {"events": s.events._replace(p=s.events.p.astype(np.uint8))}, "events/p"),
+        (lambda s: {"events": s.events._replace(body=s.events.x.astype(np.uint8))}, "events/body"),
+        (lambda s: {"events": s.events._replace(cause=np.full(200, 4, np.uint8))}, "events/cause"),
+        (lambda s: {"trajectory": s.trajectory._replace(joints=s.trajectory.joints[:, :8])}, "joints"),
+        (lambda s: {"trajectory": s.trajectory._replace(params=PARAMS)}, "other parameters"),
+        (lambda s: {"trajectory": s.trajectory._replace(floor_force_n=np.full(5, np.nan))}, "not finite"),
+        (lambda s: {"truth": s.truth._replace(t_us=s.truth.t_us + 1)}, "not the trajectory's"),
+        (lambda s: {"truth": s.truth._replace(held=s.truth.theta_deg)}, "held"),
+    ],
+)
+def test_parts_that_contradict_one_another_are_refused(change, message: str):
+    sample = simulated()
+    with pytest.raises(DataError, match=message) as caught:
+        record.encode(dataclasses.replace(sample, **change(sample)))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (lambda f: f.attrs.__setitem__("format", "other"), "not a record of evslip"),
+        (lambda f: f.attrs.__setitem__("version", 2), "version 2 of the format"),
+        (lambda f: f.attrs.__setitem__("width", "wide"), "attribute width"),
+        (lambda f: f.attrs.__setitem__("stats", "[1]"), "JSON object"),
+        (lambda f: f.attrs.__setitem__("stats", "{"), "damaged"),
+        (lambda f: f.attrs.__setitem__("params", "{}"), "stored parameters"),
+        (lambda f: f.attrs.__delitem__("params"), "no parameters"),
+        (lambda f: f.__delitem__("events"), "no group events"),
+        (lambda f: f.__delitem__("events/y"), "y is missing"),
+        (lambda f: f.__delitem__("truth"), "needs its parameters"),
+        (lambda f: f["truth"].attrs.__delitem__("span_us"), "damaged"),
+    ],
+)
+def test_files_that_were_tampered_with_are_refused(tmp_path: Path, edit, message: str):
+    path = tmp_path / "a.h5"
+    record.write(path, simulated())
+    with h5py.File(path, "r+") as file:
+        edit(file)
+    with pytest.raises(DataError, match=message) as caught:
+        record.read(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_claim_of_endless_data_is_refused_before_memory_is_taken(tmp_path: Path):
+    path = tmp_path / "a.h5"
+    record.write(path, simulated())
+    with h5py.File(path, "r+") as file:
+        for name in ("x", "y", "t", "p", "body", "cause"):
+            del file["events"][name]
+            file["events"].create_dataset(name, shape=(2**40,), dtype=np.uint8, chunks=(2**16,))
+    with pytest.raises(DataError, match="claims"):
+        record.read(path)
+
+
+def test_every_truncation_is_refused(tmp_path: Path):
+    data = record.encode(simulated(events=20))
+    path = tmp_path / "a.h5"
+    for length in [*range(200), *range(200, len(data), 97), *range(len(data) - 50, len(data))]:
+        path.write_bytes(data[:length])
+        with pytest.raises(DataError):
+            record.read(path)
+
+
+def test_mutated_files_are_refused_or_their_arrays_are_unharmed(tmp_path: Path):
+    sample = simulated(events=50)
+    data = record.encode(sample)
+    rng = np.random.default_rng(0)
+    path = tmp_path / "a.h5"
+    for _ in range(300):
+        mutated = np.frombuffer(data, np.uint8).copy()
+        where = rng.integers(0, len(data), rng.integers(1, 5))
+        mutated[where] ^= rng.integers(1, 256, len(where)).astype(np.uint8)
+        path.write_bytes(mutated.tobytes())
+        try:
+            read = record.read(path)
+        except DataError as error:
+            assert "\n" not in str(error)
+        else:
+            assert_equal(read.events, sample.events)
+            if read.params == sample.params:
+                assert_equal(read.trajectory, sample.trajectory)
+
+
+@pytest.mark.parametrize("content", [b"", b"x", b"not HDF5 at all" * 100])
+def test_what_is_not_hdf5_is_refused(tmp_path: Path, content: bytes):
+    (tmp_path / "a.h5").write_bytes(content)
+    with pytest.raises(DataError, match=r"empty|not an HDF5 file"):
+        record.read(tmp_path / "a.h5")
+
+
+def test_what_is_no_file_is_refused(tmp_path: Path):
+    with pytest.raises(DataError, match="no such file"):
+        record.read(tmp_path / "a.h5")
+    with pytest.raises(DataError, match="is a folder"):
+        record.read(tmp_path)
+
+
+def test_a_contradiction_leaves_no_file(tmp_path: Path):
+    with pytest.raises(DataError):
+        record.write(tmp_path / "a.h5", dataclasses.replace(simulated(), size=(1, 1)))
+    assert not any(tmp_path.iterdir())
+
+
+def test_provenance_names_versions():
+    versions = record.provenance("h5py")
+    assert set(versions) == {"evslip", "numpy", "hdf5", "h5py"}
+    assert versions["h5py"] == h5py.__version__

@@ -1,0 +1,31 @@
+import numpy as np
+import pytest
+
+from evslip.render.ambient import irradiance, surround
+
+
+def test_a_uniform_sky_over_a_uniform_table_has_a_closed_form():
+    ambient = surround(np.full((8, 8), 0.5), 3000.0, 8, lamp=400.0, albedo=0.25)
+    sky = 1500.0
+    table = 0.25 * (sky + 400.0)
+    assert ambient.surface == pytest.approx(sky, rel=1e-3)
+    for angle in np.linspace(0, np.pi, 13):
+        exact = sky * (1 + np.cos(angle)) / 2 + table * (1 - np.cos(angle)) / 2
+        assert irradiance(ambient.matrix, np.sin(angle), 0.0, np.cos(angle)) == pytest.approx(exact, rel=0.03)
+
+
+def test_matches_monte_carlo_under_a_textured_sky():
+    rng = np.random.default_rng(0)
+    sky = rng.uniform(0.2, 1.0, (4, 4)).repeat(4, 0).repeat(4, 1)
+    ambient = surround(sky, 1.0, 2, lamp=0.5, albedo=0.3)
+    z = rng.uniform(-1, 1, 200_000)
+    turn = rng.uniform(0, 2 * np.pi, z.size)
+    directions = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], 1)
+    elevation = np.arcsin(np.abs(z))
+    rows = np.floor(-elevation / (2 * np.pi) * 2 * 16).astype(int) % 16
+    columns = np.floor(turn / (2 * np.pi) * 2 * 16).astype(int) % 16
+    radiance = np.where(z > 0, sky[rows, columns], 0.3 * (ambient.surface + 0.5))
+    for normal in rng.normal(size=(8, 3)):
+        normal /= np.linalg.norm(normal)
+        exact = np.mean(4 * np.maximum(directions @ normal, 0) * radiance)
+        assert irradiance(ambient.matrix, *normal) == pytest.approx(exact, rel=0.04)

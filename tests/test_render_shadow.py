@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+from brute_force import seen_share
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evslip.render.lanes import LANES, SCRATCH, SEEN_NOW, U, V, W
+from evslip.render.shadow import begin_group, change_frame, disc_share, hide, may_shadow, pixel_blur, risen
+
+
+def rotation(rng: np.random.Generator) -> np.ndarray:
+    q = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return q * np.sign(np.linalg.det(q))
+
+
+def seen(points, turn, place, half, lamp, lamp_radius, blur=(0, 0, 0)):
+    S = np.zeros(SCRATCH, np.float32)
+    to_box, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
+    change_frame(np.eye(3), np.zeros(3), turn, place, to_box, move)
+    lamp_there = ((lamp - place) @ turn).astype(np.float32)
+    result = []
+    for start in range(0, len(points), LANES):
+        chunk = points[start : start + LANES]
+        for slot, values in zip((U, V, W), chunk.T, strict=True):
+            S[slot : slot + len(chunk)] = values
+        begin_group(S, len(chunk))
+        hide(
+            S, len(chunk), to_box, move, lamp_there, np.asarray(half, np.float32), np.float32(lamp_radius),
+            np.asarray(blur, np.float32),
+        )  # fmt: skip
+        result.append(S[SEEN_NOW : SEEN_NOW + len(chunk)].copy())
+    return np.concatenate(result)
+
+
+@pytest.mark.parametrize("x", [-1.0, -0.7, -0.2, 0.0, 0.3, 0.9, 1.0])
+def test_lamp_shares_match_their_integrals(x):
+    y = np.linspace(-1, 1, 200001)
+    chord = 2 * np.sqrt(1 - y * y) / np.pi
+    step = y[1] - y[0]
+    assert disc_share(np.float32(x)) == pytest.approx(np.sum(chord[y < x]) * step, abs=0.006)
+    assert risen(np.float32(x)) == pytest.approx(np.sum(chord * np.maximum(0, x + y)) * step, abs=0.004)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6))
+def test_hidden_share_of_the_lamp_matches_rays(seed):
+    rng = np.random.default_rng(seed)
+    turn, half = rotation(rng), rng.uniform(0.01, 0.06, 3)
+    lamp = np.array([0.3, -0.4, 0.85]) * rng.uniform(5, 30)
+    lamp_radius = rng.uniform(0.02, 0.08) * np.linalg.norm(lamp)
+    place = np.array([0.0, 0.0, 0.15])
+    points = np.concatenate([rng.uniform(-0.25, 0.25, (600, 2)), np.zeros((600, 1))], 1)
+    rays = seen_share(points, lamp, lamp_radius, [(place, turn, half)], 200, rng)
+    error = seen(points, turn, place, half, lamp, lamp_radius) - rays
+    assert np.abs(error).mean() < 0.02
+    assert np.abs(error).max() < 0.45  # where two silhouette edges cut the disc at once, shares are only multiplied
+    assert abs(error.mean()) < 0.01
+
+
+def test_shadow_edges_are_no_sharper_than_a_pixel_and_keep_their_place():
+    half, place, lamp = np.array([0.5, 0.05, 0.05]), np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 30.0])
+    points = np.zeros((400, 3))
+    points[:, 1] = np.linspace(0.03, 0.07, 400)
+    turn, blur = np.eye(3, dtype=np.float32), np.zeros(3, np.float32)
+    step = 0.004
+    pixel_blur(turn, (lamp - place).astype(np.float32), np.array([step, 0, 0]), np.array([0, step, 0]), blur)
+    soft = seen(points, np.eye(3), place, half, lamp, 1e-3, blur)
+    sharp = seen(points, np.eye(3), place, half, lamp, 1e-3)
+    spacing = points[1, 1] - points[0, 1]
+    assert np.sum(1 - soft) * spacing == pytest.approx(np.sum(1 - sharp) * spacing, abs=step / 10)
+    assert np.ptp(points[(soft > 0.001) & (soft < 0.999), 1]) == pytest.approx(step, rel=0.3)
+    assert np.ptp(points[(sharp > 0.001) & (sharp < 0.999), 1]) < step / 5
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=50, deadline=None)
+def test_culling_never_drops_a_shadow(seed):
+    rng = np.random.default_rng(seed)
+    turn, half, place = rotation(rng), rng.uniform(0.01, 0.06, 3), np.array([0.0, 0.0, 0.15])
+    lamp, lamp_radius = np.array([0.6, -0.4, 0.7]) * 10, 0.5
+    middle, reach = np.append(rng.uniform(-0.4, 0.4, 2), 0.0), 0.05
+    points = middle + rng.uniform(-1, 1, (40, 3)) * (reach, reach, 0) / np.sqrt(2)
+    dark = seen(points, turn, place, half, lamp, lamp_radius).min() < 0.99
+    assert not dark or may_shadow(middle, reach, place, float(np.linalg.norm(half)), lamp, lamp_radius)
