@@ -51,8 +51,13 @@ def test_events_are_sorted_typed_and_inside(preset, clip):
     assert events.y.max() < HEIGHT
 
 
+@pytest.mark.parametrize("photoreceptor_noise", [0.0, 0.05])
 @pytest.mark.parametrize("preset", PRESETS)
-def test_whole_chunked_stepped_and_threaded_are_equal(preset, clip, monkeypatch):
+def test_whole_chunked_stepped_and_threaded_are_equal(preset, photoreceptor_noise, clip, monkeypatch):
+    def camera(preset, **arguments):
+        noise = {} if preset == "clean" else {"photoreceptor_noise": photoreceptor_noise}
+        return EventCamera(preset, size=(WIDTH, HEIGHT), **noise, **arguments)
+
     whole = camera(preset).run(clip)
     stepping = camera(preset)
     steps = [stepping.step(*frame) for frame in clip]
@@ -255,6 +260,7 @@ def test_masks_that_cannot_be_meant_are_refused(clip):
         ({"noise_map": np.ones((HEIGHT, WIDTH))}, r"noise_map.*\(2, 23, 37\)"),
         ({"noise_map": 1.0}, r"noise_map.*\(2, 23, 37\)"),
         ({"mode": "v2e", "hot_share": 0.1}, "hot_share: mode 'v2e' has none"),
+        ({"photoreceptor_noise": 0.1, "cutoff_hz": 0}, "set cutoff_hz"),
         ({"mode": "fast"}, "accurate, v2e"),
         ({"intensity": "log"}, "linear, uint8, srgb"),
         ({"seed": -1}, "seed"),

@@ -1,6 +1,7 @@
 """The pixel's behaviour against closed forms and statistics."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from hypothesis import strategies as st
 
 from evslip.errors import DataError
 from evslip.events import CAUSES, EventCamera, Events, empty_events, measure_noise
+from evslip.events.noise import PHOTO, normals, uniforms
+from evslip.events.pixel import next_noise
 from evslip.events.stream import HOT, LEAK, SHOT, SIGNAL
 
 DARK = 1e-3
@@ -74,13 +77,21 @@ def cut_paths(draw):
     return knots, levels, fine, np.interp(fine, knots, levels)
 
 
-@pytest.mark.parametrize("preset", ["clean", "davis346", "noisy", "dvxplorer"])
-def test_events_do_not_depend_on_how_a_path_is_cut_into_frames(preset):
+@pytest.mark.parametrize(
+    ("preset", "noise"),
+    [
+        ("clean", {}),
+        ("davis346", {"leak_rate_hz": 2.0, "shot_rate_hz": 20.0}),
+        ("noisy", {"leak_rate_hz": 2.0, "shot_rate_hz": 20.0, "hot_share": 0.5}),
+        ("dvxplorer", {"leak_rate_hz": 2.0, "shot_rate_hz": 20.0}),
+        ("davis346", {"photoreceptor_noise": 0.05}),
+    ],
+)
+def test_events_do_not_depend_on_how_a_path_is_cut_into_frames(preset, noise):
     @settings(deadline=None, max_examples=40)
     @given(cut_paths(), st.integers(0, 2**64 - 1))
     def check(path, seed):
         knots, levels, fine, fine_levels = path
-        noise = {} if preset == "clean" else {"leak_rate_hz": 2.0, "shot_rate_hz": 20.0}
         whole = follow(camera(preset=preset, seed=seed, sigma=0.03, **noise), knots, levels[:, None])
         cut = follow(camera(preset=preset, seed=seed, sigma=0.03, **noise), fine, fine_levels[:, None])
         assert_same(whole, cut)
@@ -198,6 +209,41 @@ def test_hot_pixels_fire_alone_and_dead_ones_never():
     dead = np.setdiff1d(np.arange(5000), events.x)
     assert len(dead) == pytest.approx(500, abs=4 * math.sqrt(500))
     assert not np.isin(dead, hot).any()
+
+
+def test_photoreceptor_noise_has_its_size_and_memory():
+    rules = camera(cutoff_hz=15.0, photoreceptor_noise=0.05)._sensor._rules
+    current, step_us = 100.0, rules.noise_step_us
+    noise = [0.0]
+    for number in range(100_000):
+        noise.append(next_noise(rules, noise[-1], current, 7, number))
+    path = np.array(noise[100:])
+    rate = 1e-6 * 2 * math.pi * 15.0 * (current - 255 * DARK + 20) / 275
+    assert path.std() == pytest.approx(0.05, rel=0.02)
+    assert np.corrcoef(path[1:], path[:-1])[0, 1] == pytest.approx(math.exp(-rate * step_us), rel=0.01)
+
+
+def test_photoreceptor_noise_fires_along_its_path():
+    theta, level, seconds = 0.06, -1.0, 60
+    sensor = camera(theta=theta, cutoff_hz=15.0, photoreceptor_noise=0.05, seed=4)
+    rules = sensor._sensor._rules
+    events = follow(sensor, [0, seconds * 1e6], [[level], [level]])
+    first = normals(*uniforms(rules.seed, 0, PHOTO, 0)[:2])[0] * rules.noise
+    path, expected = [first], []
+    current = 255 * math.exp(level)
+    for point in range(1, math.ceil(seconds * 1e6 / rules.noise_step_us)):
+        path.append(next_noise(rules, path[-1], current, 0, point))
+    reference = first
+    for number, (a, b) in enumerate(pairwise(path)):
+        while abs(b - reference) >= theta:
+            reference += math.copysign(theta, b - reference)
+            expected.append((number + (reference - a) / (b - a)) * rules.noise_step_us)
+    assert events.count > 500
+    expected = np.array(expected)
+    np.testing.assert_allclose(events.t_us[: len(expected)], expected, atol=0.51)
+    assert events.count - len(expected) <= 1
+    assert np.all(events.cause == SHOT)
+    assert events.p.mean() == pytest.approx(0.5, abs=0.01)
 
 
 def test_noise_that_was_measured_comes_out_again():

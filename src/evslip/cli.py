@@ -288,13 +288,14 @@ def detect(
     """
     from evslip.codecs import read_recording
     from evslip.learn import detect as run
-    from evslip.learn import write_detection
+    from evslip.view.detection import write_csv, write_png
 
     record = read_recording(recording)
     detection = run(model, record.events, record.size, hop_s=hop_s)
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
-    write_detection(detection, csv, png)
+    write_csv(detection, csv)
+    write_png(detection, png, title=recording.name)
     console.print(f"{csv} and {png}: {detection.summary()}")
 
 

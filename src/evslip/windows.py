@@ -85,7 +85,6 @@ def _append(
     events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
     inside = crop(events.x, events.y, settings)
     bodies = np.zeros(0, np.uint8) if events.body is None else events.body[inside]
-    onset = record.truth.onset_us if record.truth else None
     row = {
         "t_us": (events.t_us[inside] - start_us).astype(np.uint32),
         "x": (events.x[inside] - settings.left).astype(np.uint8),
@@ -97,7 +96,7 @@ def _append(
         "start_us": np.array([start_us]),
         "rotation_deg": np.array([rotation], np.float32),
         "translation_mm": np.array([translation], np.float32),
-        "recent": np.array([onset is not None and _moved_before(record.truth, start_us, settings)]),
+        "recent": np.array([_moved_before(record.truth, start_us, settings)]),
         "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
     }
     for name, value in row.items():

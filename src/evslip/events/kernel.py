@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from evslip.events.lowpass import MAX_CHANGE, MAX_PRODUCT, NEAR, advance, advance_far, exponent, weighed, weights_near
+from evslip.events.noise import PHOTO, normals, uniforms
 from evslip.events.pixel import (
     CANDIDATE_US,
     CANDIDATES,
@@ -14,6 +15,8 @@ from evslip.events.pixel import (
     LEAK_SLOPE,
     LOG,
     MEAN_LEAK,
+    NOISE_0,
+    NOISE_1,
     OFF,
     ON,
     PHASE,
@@ -26,6 +29,7 @@ from evslip.events.pixel import (
     fire,
     next_candidate,
     next_leak,
+    next_noise,
 )
 
 _ROOT_HALF = np.uint64(0x3FE6A09E667F3BCD)
@@ -99,6 +103,14 @@ def begin(
             phase = trait[PHASE, x] * trait[ON, x] / leak if leak > 0.0 else 0.0
             row[LEAK_SLOPE, x], row[RESET_US, x] = leak, time_us - phase
             row[CANDIDATE_US, x] = next_candidate(rules, trait[RATE, x], pixel, 0, time_us)
+            row[NOISE_0, x] = row[NOISE_1, x] = 0.0
+            if rules.noise > 0.0:
+                point = np.int64(math.floor(time_us / rules.noise_step_us))
+                a, b, _, _ = uniforms(rules.seed, pixel, PHOTO, point)
+                row[NOISE_0, x] = rules.noise * normals(a, b)[0]
+                row[NOISE_1, x] = next_noise(rules, row[NOISE_0, x], row[CURRENT, x], pixel, point + 1)
+                share = time_us / rules.noise_step_us - point
+                row[REFERENCE, x] += row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -145,6 +157,8 @@ def _awake(
     log_1: np.ndarray,
     filtered_0: np.ndarray,
     filtered_1: np.ndarray,
+    noise_0: np.ndarray,
+    noise_1: np.ndarray,
     state: np.ndarray,
     traits: np.ndarray,
     start_us: float,
@@ -161,8 +175,8 @@ def _awake(
         low = min(filtered_0[x], filtered_1[x])
         high = max(high, max(log_0[x], log_1[x]) if turns else high)
         low = min(low, min(log_0[x], log_1[x]) if turns else low)
-        quiet_on = high - reference[x] + leak[x] * (end_us - reset_us[x]) < on[x]
-        quiet_off = low - reference[x] + leak[x] * (start_us - reset_us[x]) > -off[x]
+        quiet_on = high + max(noise_0[x], noise_1[x]) - reference[x] + leak[x] * (end_us - reset_us[x]) < on[x]
+        quiet_off = low + min(noise_0[x], noise_1[x]) - reference[x] + leak[x] * (start_us - reset_us[x]) > -off[x]
         # Comparisons with a NaN reference are false, so pixels held in reset are awake.
         out[x] = 0 if quiet_on and quiet_off and candidate_us[x] > end_us else 1
 
@@ -189,7 +203,12 @@ def expose(
     """
     frames, _, columns = images.shape
     scratch = np.empty((2, columns))
-    logs, currents, filtered = np.empty((2, columns)), np.empty((2, columns)), np.empty((2, columns))
+    logs, currents, filtered, noise = (
+        np.empty((3, columns)),
+        np.empty((3, columns)),
+        np.empty((2, columns)),
+        np.zeros((2, columns)),
+    )
     awake = np.zeros(-(-columns // 8) * 8, np.uint8)
     groups = awake.view(np.uint64)
     events, count = np.empty((1024, 2), np.int64), 0
@@ -199,42 +218,80 @@ def expose(
         now = 0
         logs[0], currents[0], filtered[0] = row[LOG], row[CURRENT], row[FILTERED]
         for frame in range(frames):
-            start_us, end_us = times_us[frame], times_us[frame + 1]
-            length = end_us - start_us
-            before, now = now, 1 - now
-            log_0, current_0, filtered_0 = logs[before], currents[before], filtered[before]
-            log_1, current_1, filtered_1 = logs[now], currents[now], filtered[now]
-            photocurrent(images[frame, y], table, scale, offset, current_1, log_1, scratch)
-            if rules.lowpass:
-                base, gain = rules.base * length, rules.gain * length
-                _lowpass(log_0, log_1, current_0, current_1, filtered_0, base, gain, filtered_1)
-            else:
-                filtered_1[:] = log_1
-            _awake(log_0, log_1, filtered_0, filtered_1, row, trait, start_us, end_us, awake)
-            for group in range(len(groups)):
-                if groups[group] == 0:
-                    continue
-                for x in range(8 * group, 8 * group + 8):
-                    if awake[x] == 0:
+            middle_us = 0.5 * (times_us[frame] + times_us[frame + 1])
+            start_us = times_us[frame]
+            while start_us < times_us[frame + 1]:
+                end_us = times_us[frame + 1]
+                before, now = now, 1 - now
+                log_0, current_0, filtered_0 = logs[before], currents[before], filtered[before]
+                log_1, current_1, filtered_1 = logs[now], currents[now], filtered[now]
+                if rules.noise == 0.0:
+                    photocurrent(images[frame, y], table, scale, offset, current_1, log_1, scratch)
+                else:
+                    # The interval is cut where the noise is drawn anew.
+                    if start_us == times_us[frame]:
+                        photocurrent(images[frame, y], table, scale, offset, currents[2], logs[2], scratch)
+                    point = np.int64(math.floor(start_us / rules.noise_step_us)) + 1
+                    cut_us = min(point * rules.noise_step_us, end_us)
+                    for x in range(columns):
+                        log_1[x], current_1[x] = logs[2, x], currents[2, x]
+                        if cut_us < end_us:
+                            log_1[x] = log_0[x] + (logs[2, x] - log_0[x]) * (cut_us - start_us) / (end_us - start_us)
+                            current_1[x] = math.exp(log_1[x])
+                    end_us = cut_us
+                    _noise_at(row, start_us, rules.noise_step_us, noise[0])
+                    if end_us < point * rules.noise_step_us:
+                        _noise_at(row, end_us, rules.noise_step_us, noise[1])
+                    else:
+                        noise[1] = row[NOISE_1]
+                        for x in range(columns):
+                            row[NOISE_0, x] = row[NOISE_1, x]
+                            pixel = y * columns + x
+                            row[NOISE_1, x] = next_noise(rules, row[NOISE_0, x], current_1[x], pixel, point + 1)
+                if rules.lowpass:
+                    base, gain = rules.base * (end_us - start_us), rules.gain * (end_us - start_us)
+                    _lowpass(log_0, log_1, current_0, current_1, filtered_0, base, gain, filtered_1)
+                else:
+                    filtered_1[:] = log_1
+                _awake(
+                    log_0, log_1, filtered_0, filtered_1, noise[0], noise[1], row, trait, start_us, end_us, awake
+                )  # fmt: skip
+                for group in range(len(groups)):
+                    if groups[group] == 0:
                         continue
-                    if len(bodies) > 0:
-                        body_0, body_1 = int(bodies[frame, y, x]), int(bodies[frame + 1, y, x])
-                    interval = Interval(
-                        start_us,
-                        end_us,
-                        log_0[x],
-                        log_1[x],
-                        current_0[x],
-                        current_1[x],
-                        filtered_0[x],
-                        filtered_1[x],
-                    )
-                    label = (x << 16) | (y << 32) | (frame << 48)
-                    events, count = fire(
-                        interval, row, trait, rules, y * columns + x, x, label, body_0, body_1, events, count
-                    )
+                    for x in range(8 * group, 8 * group + 8):
+                        if awake[x] == 0:
+                            continue
+                        if len(bodies) > 0:
+                            body_0, body_1 = int(bodies[frame, y, x]), int(bodies[frame + 1, y, x])
+                        interval = Interval(
+                            start_us,
+                            end_us,
+                            middle_us,
+                            log_0[x],
+                            log_1[x],
+                            current_0[x],
+                            current_1[x],
+                            filtered_0[x],
+                            filtered_1[x],
+                            noise[0, x],
+                            noise[1, x],
+                        )
+                        label = (x << 16) | (y << 32) | (frame << 48)
+                        events, count = fire(
+                            interval, row, trait, rules, y * columns + x, x, label, body_0, body_1, events, count
+                        )
+                start_us = end_us
         row[LOG], row[CURRENT], row[FILTERED] = logs[now], currents[now], filtered[now]
     return events[:count]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _noise_at(row: np.ndarray, time_us: float, step_us: float, out: np.ndarray) -> None:
+    """The photoreceptor's noise of a row at a time between the grid points that its memory holds."""
+    share = time_us / step_us - math.floor(time_us / step_us)
+    for x in range(len(out)):
+        out[x] = row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

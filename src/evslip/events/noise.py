@@ -9,8 +9,9 @@ import math
 import numpy as np
 from numba import njit
 
-TRAITS, LEAK, CANDIDATE, DEFECT, FRAME = range(5)
-"""What a draw is for: thresholds and leak map, leak jitter, the noise process, hot and dead pixels, v2e's frames."""
+TRAITS, LEAK, CANDIDATE, DEFECT, FRAME, PHOTO = range(6)
+"""What a draw is for: thresholds and leak map, leak jitter, the noise process, hot and dead pixels, v2e's frames,
+the photoreceptor's noise."""
 
 _MULTIPLY_0, _MULTIPLY_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _WEYL_0, _WEYL_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)

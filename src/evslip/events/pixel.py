@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from evslip.events.lowpass import advance, exponent, halvings
-from evslip.events.noise import CANDIDATE, LEAK, normals, uniforms
+from evslip.events.noise import CANDIDATE, LEAK, PHOTO, normals, uniforms
 from evslip.events.stream import HOT, SHOT, SIGNAL
 from evslip.events.stream import LEAK as LEAK_CAUSE
 
@@ -32,12 +32,15 @@ TOLERANCE_US = 0.1
 
 # A sensor's memory is one float64 array of shape (rows, STATE, columns), and what never changes one of shape
 # (rows, TRAITS, columns): a row's numbers lie together, and compiled code handles one array, not fifteen.
-STATE = 9
-LOG, CURRENT, FILTERED, REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES = range(STATE)
+STATE = 11
+LOG, CURRENT, FILTERED, REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES, NOISE_0, NOISE_1 = range(
+    STATE
+)
 """What a pixel remembers: ln of the photocurrent at the last frame; the photocurrent, in 1/255 of white and including
 the dark current; lp; ref, NaN while held in reset; when ref was taken, or will be while it is NaN; slope of the leak in
 ln units per microsecond since then; time of the next candidate of the noise process, infinite without noise; number of
-resets and of candidates so far, which are the counters of the random numbers."""
+resets and of candidates so far, which are the counters of the random numbers; the photoreceptor's noise at the last and
+the next point of its time grid."""
 TRAITS = 7
 ON, OFF, MEAN_LEAK, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
 """What a pixel is: theta_on and theta_off in ln units, infinite when dead; mean slope of the leak in ln units per
@@ -64,19 +67,27 @@ class Rules(NamedTuple):
     """What a unit of photocurrent takes from it."""
     shot_least: float
     """The least chance, in bright light."""
+    noise: float
+    """Standard deviation of the photoreceptor's noise in ln units; 0: none."""
+    noise_step_us: float
+    """Step of the time grid on which that noise is drawn; in between it is linear."""
 
 
 class Interval(NamedTuple):
-    """One pixel between two frames."""
+    """One pixel between two frames, or a part of that."""
 
     start_us: float
     end_us: float
+    middle_us: float
+    """Middle between the two frames."""
     log_0: float
     log_1: float
     current_0: float
     current_1: float
     filtered_0: float
     filtered_1: float
+    noise_0: float
+    noise_1: float
 
 
 @njit(cache=True, error_model="numpy")
@@ -95,6 +106,17 @@ def next_candidate(rules: Rules, rate: float, pixel: int, candidates: int, now_u
         return np.inf
     wait, _, _, _ = uniforms(rules.seed, pixel, CANDIDATE, candidates)
     return now_us - math.log(wait) / rate
+
+
+@njit(cache=True, error_model="numpy")
+def next_noise(rules: Rules, noise: float, current: float, pixel: int, number: int) -> float:
+    """The photoreceptor's noise one grid step after `noise`: white noise through the pixel's own low-pass.
+
+    number: of the grid point; current: photocurrent, which sets how fast the noise forgets.
+    """
+    a, b, _, _ = uniforms(rules.seed, pixel, PHOTO, number)
+    kept = math.exp(-(rules.base + rules.gain * current) * rules.noise_step_us)
+    return kept * noise + rules.noise * math.sqrt(1.0 - kept * kept) * normals(a, b)[0]
 
 
 @njit(cache=True, error_model="numpy")
@@ -205,7 +227,7 @@ def fire(
         return events, count
     length = interval.end_us - interval.start_us
     change = interval.log_1 - interval.log_0
-    middle_us = interval.start_us + 0.5 * length
+    noise_rise = interval.noise_1 - interval.noise_0
     parts = 1
     if rules.lowpass:
         steepest = (rules.base + rules.gain * max(interval.current_0, interval.current_1)) * length
@@ -230,10 +252,11 @@ def fire(
             slope_a = (base + gain * current_a) * (log_a - value_a)
             slope_b = (base + gain * current_b) * (log_b - value_b)
             rise = value_b - value_a
-            p1, p2, p3 = slope_a, 3.0 * rise - 2.0 * slope_a - slope_b, slope_a + slope_b - 2.0 * rise
+            signal_1, p2, p3 = slope_a, 3.0 * rise - 2.0 * slope_a - slope_b, slope_a + slope_b - 2.0 * rise
         else:
             value_b = log_b
-            p1, p2, p3 = value_b - value_a, 0.0, 0.0
+            signal_1, p2, p3 = value_b - value_a, 0.0, 0.0
+        p0, p1 = value_a + interval.noise_0 + noise_rise * (part / parts), signal_1 + noise_rise / parts
         w = 0.0
         while True:
             if math.isnan(reference):
@@ -243,21 +266,25 @@ def fire(
                 if reset_us > end_us:
                     break
                 w = min(max(w, (reset_us - start_us) / span), 1.0)
-                reference = value_a + w * (p1 + w * (p2 + w * p3))
+                reference = p0 + w * (p1 + w * (p2 + w * p3))
             noisy = candidate_us <= end_us
             until = min(max((candidate_us - start_us) / span, w), 1.0) if noisy else 1.0
             drift = leak * (start_us - reset_us)
-            place, sign = _crossing(value_a - reference + drift, p1 + leak * span, p2, p3, w, until, on, off)
+            place, sign = _crossing(p0 - reference + drift, p1 + leak * span, p2, p3, w, until, on, off)
             time_us = start_us + place * span
             if sign != 0:
-                # What moves the pixel over the threshold at that moment is the cause.
-                signal = p1 + place * (2.0 * p2 + place * 3.0 * p3)
-                cause = LEAK_CAUSE if sign > 0 and leak * span > signal else SIGNAL
+                # What pushes the pixel hardest over the threshold at that moment is the cause.
+                push = sign * (signal_1 + place * (2.0 * p2 + place * 3.0 * p3))
+                cause = SIGNAL
+                if sign * leak * span > push:
+                    cause, push = LEAK_CAUSE, leak * span
+                if sign * noise_rise > push * parts:
+                    cause = SHOT
                 level = reference + (on if sign > 0 else -off) - leak * (time_us - reset_us)
                 fired = True
             elif noisy:
                 time_us, place = candidate_us, until
-                level = value_a + until * (p1 + until * (p2 + until * p3))
+                level = p0 + until * (p1 + until * (p2 + until * p3))
                 current = interval.current_0 * math.exp(change * (time_us - interval.start_us) / length)
                 number = int(state[CANDIDATES, x])
                 _, pick, chance, side = uniforms(rules.seed, pixel, CANDIDATE, number)
@@ -273,7 +300,7 @@ def fire(
             if fired:
                 if count == len(events):
                     events = _longer(events)
-                body = body_0 if time_us < middle_us else body_1
+                body = body_0 if time_us < interval.middle_us else body_1
                 events[count, 0] = np.int64(math.floor(time_us + 0.5))
                 events[count, 1] = label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
                 count += 1

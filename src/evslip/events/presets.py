@@ -43,6 +43,9 @@ class PixelModel:
     noise_map: Map | None = None
     """Measured noise, events a second of each pixel, ON and OFF, of shape (2, height, width), as `measure_noise` gives
     it. Replaces shot_rate_hz, leak_rate_hz and hot pixels; labelled shot, and independent of intensity."""
+    photoreceptor_noise: float = 0.0
+    """Standard deviation of the photoreceptor's noise in ln units; the pixel's low-pass limits its band, so cutoff_hz
+    must not be 0. Its events are labelled shot; unlike shot_rate_hz it also scatters the times of the signal's events."""
     refractory_us: float = 0.0
     """Time in microseconds after an event during which a pixel is held in reset."""
     dark: float = 1e-3
@@ -65,12 +68,13 @@ LIMITS = {
     "hot_rate_hz": (0.0, 1e5),
     "dead_share": (0.0, 1.0),
     "noise_map": (0.0, 1e5),
+    "photoreceptor_noise": (0.0, 1.0),
     "refractory_us": (0.0, 1e6),
     "dark": (1e-6, 20 / 255),
 }
 """Physical limits of each number, and of each entry of a map."""
 _MAPS = ("theta_on", "theta_off", "leak_map", "noise_map")
-NOT_IN_V2E = ("hot_share", "dead_share", "noise_map")
+NOT_IN_V2E = ("hot_share", "hot_rate_hz", "dead_share", "noise_map", "photoreceptor_noise")
 """What v2e's rules do not know."""
 
 PRESETS: dict[str, PixelModel] = {
@@ -105,7 +109,10 @@ def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> 
         if name not in PARAMETERS:
             raise ConfigError(f"camera parameter {name!r} is unknown; expected one of {', '.join(PARAMETERS)}")
         parameters = {**parameters, name: _checked(name, value, shape)}
-    return replace(PRESETS[preset], **parameters)
+    model = replace(PRESETS[preset], **parameters)
+    if model.photoreceptor_noise > 0 and model.cutoff_hz == 0:
+        raise ConfigError("camera parameter photoreceptor_noise: needs a low-pass to limit its band; set cutoff_hz")
+    return model
 
 
 def _checked(name: str, value: Any, shape: tuple[int, int]) -> Any:

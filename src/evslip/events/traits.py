@@ -1,5 +1,6 @@
 """What each pixel is, drawn from the model's parameters and the seed."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -78,4 +79,7 @@ def make_rules(model: PixelModel, intensity: Intensity, seed: int) -> Rules:
         shot_dark=1.0 if measured else 1.0 - 0.75 * (KNEE - dark) / FULL,
         shot_slope=0.0 if measured else 0.75 / FULL,
         shot_least=0.25,
+        noise=model.photoreceptor_noise,
+        # At most a quarter of the time constant at white, and a power of two, so that grid times are exact.
+        noise_step_us=2.0 ** math.floor(math.log2(0.25 / corner)) if corner > 0 else 1.0,
     )

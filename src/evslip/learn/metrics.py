@@ -76,13 +76,18 @@ def balanced_accuracy(labels: np.ndarray, said: np.ndarray) -> float:
     return float((np.diag(table)[seen] / table.sum(1)[seen]).mean()) if seen.any() else float("nan")
 
 
-def best_threshold(labels: np.ndarray, scores: np.ndarray) -> float:
-    """The threshold of greatest balanced accuracy; of several, the one nearest to 0.5."""
+def best_threshold(labels: np.ndarray, scores: np.ndarray, names: np.ndarray) -> float:
+    """The threshold nearest to 0.5 whose balanced accuracy is within one standard error of the best.
+
+    The one-standard-error rule (Breiman et al. 1984): few trajectories, which are what the error is counted by since
+    windows of one are alike, say little about where the threshold should lie.
+    """
     edges = np.unique(np.concatenate([scores, [0.5]]))
     candidates = np.unique(np.concatenate([[0.5], (edges[1:] + edges[:-1]) / 2]))
     gains = np.array([balanced_accuracy(labels, scores >= c) for c in candidates])
-    best = candidates[gains >= gains.max() - 1e-12]
-    return float(best[np.abs(best - 0.5).argmin()])
+    error = np.sqrt(gains.max() * (1 - gains.max()) / len(np.unique(names)))
+    good = candidates[gains >= gains.max() - error]
+    return float(good[np.abs(good - 0.5).argmin()])
 
 
 def measure(windows: Windows, scores: np.ndarray, threshold: float) -> Metrics:

@@ -112,7 +112,7 @@ def train(windows: Windows, out: str | Path, settings: TrainSettings | None = No
         raise DataError(f"{failure}; lower the learning rate (lr {settings.lr:g})")
     network.load_state_dict(best[2])
     scores = probabilities(network, validation)
-    threshold = best_threshold(validation.label, scores)
+    threshold = best_threshold(validation.label, scores, validation.name)
     result = TrainResult(
         folder=out,
         best_epoch=best[1],

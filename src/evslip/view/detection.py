@@ -1,0 +1,37 @@
+"""A detector's answers over time as a table and a picture."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+
+from evslip import atomic
+from evslip.learn.stream import Detection
+
+
+def write_csv(detection: Detection, path: Path) -> None:
+    """One row an answer: time in seconds, slip probability, whether that is slip, events. Raises StorageError."""
+    rows = zip(detection.t_us / 1e6, detection.p_slip, detection.p_slip >= detection.threshold, detection.events, strict=True)
+    lines = [f"{t:.6f},{p:.6f},{said:d},{events}" for t, p, said, events in rows]
+    atomic.write_text(path, "\n".join(["t_s,p_slip,slip,events", *lines]) + "\n")
+
+
+def write_png(detection: Detection, path: Path, title: str = "") -> None:
+    """Probability with the threshold above, events a window below. Raises StorageError."""
+    from matplotlib.figure import Figure
+
+    t_s = detection.t_us / 1e6
+    figure = Figure(figsize=(10, 4.5), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    top.fill_between(t_s, 0, 1, where=detection.p_slip >= detection.threshold, color="#d62728", alpha=0.15, step="mid")
+    top.plot(t_s, detection.p_slip, color="#d62728", lw=1.2)
+    top.axhline(detection.threshold, color="0.4", lw=0.8, ls="--", label=f"threshold {detection.threshold:.2f}")
+    top.set(ylabel="slip probability", ylim=(-0.02, 1.02), title=title)
+    top.legend(loc="upper right", frameon=False)
+    bottom.fill_between(t_s, detection.events / 1e3, color="#1f77b4", alpha=0.6, lw=0)
+    bottom.set(xlabel="time in s", ylabel="1000 events\nin the window", ylim=(0, None))
+    if len(t_s) > 1:
+        bottom.set_xlim(np.min(t_s), np.max(t_s))
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
+    atomic.write_bytes(path, buffer.getvalue())

@@ -1,0 +1,156 @@
+import numpy as np
+import pytest
+from brute_force import luminance
+from made_up import still, turning
+
+import evslip.render as render_module
+from evslip.camera import hand_camera
+from evslip.config import load_config
+from evslip.errors import ConfigError
+from evslip.frame import BACKGROUND, GRIPPER, OBJECT, SURFACE
+from evslip.params import draw
+from evslip.render import RENDERERS, raycast, render, render_color
+from evslip.render.poses import Poses
+from evslip.render.raycast import Raycaster
+from evslip.render.setting import make_lamp
+
+SOFT = {"object.texture": "gradient-0", "surface.texture": "gradient-2", "background.texture": "gradient-3"}
+
+
+def sample(**overrides):
+    changes = {key.replace("__", "."): value for key, value in overrides.items()}
+    return draw(load_config("simple", {"camera.width": 138, "camera.height": 104, **changes}), 0)
+
+
+@pytest.fixture(autouse=True)
+def whole_span(monkeypatch):
+    """Made-up trajectories carry no grip, so all of them counts as recorded."""
+    monkeypatch.setattr(render_module, "recorded_span", lambda traj: (int(traj.t_us[0]), int(traj.t_us[-1])))
+
+
+@pytest.mark.parametrize("mount", ["side", "front"])
+def test_a_still_scene_gives_identical_frames(mount):
+    frames = list(render(still(sample(camera__mount=mount), 0.2)))
+    assert len(frames) == 13
+    for frame in frames[1:]:
+        assert frame.luminance.tobytes() == frames[0].luminance.tobytes()
+        assert np.array_equal(frame.bodies, frames[0].bodies)
+        assert frame.luminance is not frames[0].luminance
+    assert frames[0].luminance.dtype == np.float32 and frames[0].luminance.shape == (104, 138)
+    assert [frame.t_us for frame in frames] == sorted({frame.t_us for frame in frames})
+
+
+def test_frames_do_not_depend_on_what_was_drawn_before():
+    traj = turning(sample())
+    traj.joints[:, 7:] -= np.linspace(0, 0.01, len(traj.t_us))[:, None]
+    every = list(render(traj, times_us=np.arange(0, 1_000_001, 125_000)))
+    for frame in every[3::2]:
+        (alone,) = render(traj, times_us=np.array([frame.t_us]))
+        assert np.array_equal(alone.luminance, frame.luminance)
+        assert np.array_equal(alone.bodies, frame.bodies)
+
+
+def test_all_bodies_are_where_they_should_be():
+    (frame,) = render(still(sample()), times_us=np.array([0]))
+    assert set(np.unique(frame.bodies)) == {BACKGROUND, SURFACE, OBJECT, GRIPPER}
+    rows = [np.flatnonzero((frame.bodies == body).any(1)).mean() for body in (GRIPPER, OBJECT, SURFACE)]
+    assert rows == sorted(rows)
+    assert np.all(np.isfinite(frame.luminance)) and frame.luminance.min() > 0
+
+
+def test_exposure():
+    traj = still(sample())
+    (per_sample,) = render(traj, times_us=np.array([0]))
+    assert np.median(per_sample.luminance) == pytest.approx(0.25, rel=1e-5)
+    dim = still(sample(light__luminance_cd_m2=4.5e5, background__luminance_cd_m2=300.0))
+    (dim_sample,) = render(dim, times_us=np.array([0]))
+    assert dim_sample.luminance == pytest.approx(per_sample.luminance, rel=1e-3)
+    bright, faint = (
+        next(render(t._replace(params=t.params.model_copy(update={"camera": absolute(t)})), times_us=np.array([0])))
+        for t in (traj, dim)
+    )
+    assert bright.luminance == pytest.approx(10 * faint.luminance, rel=1e-3)
+
+
+def absolute(traj):
+    return traj.params.camera.model_copy(update={"exposure": "absolute", "white_cd_m2": 3000.0})
+
+
+def test_a_scene_without_light_is_named():
+    dark = still(sample(light__luminance_cd_m2=0.0, background__luminance_cd_m2=0.0))
+    with pytest.raises(ConfigError, match="exposure"):
+        next(render(dark))
+    (frame,) = render(dark._replace(params=dark.params.model_copy(update={"camera": absolute(dark)})), times_us=np.array([0]))
+    assert frame.luminance.max() == 0
+
+
+def test_wrong_requests_are_named():
+    traj = still(sample())
+    with pytest.raises(ConfigError, match="raycast"):
+        render(traj, renderer="raytrace")
+    with pytest.raises(ConfigError, match="span"):
+        render(traj, times_us=np.array([0, 2_000_000]))
+    with pytest.raises(ConfigError, match="view"):
+        render_color(traj, 0, view="moon")
+    assert "raycast" in RENDERERS
+
+
+def test_the_lamp_stands_above_the_table():
+    for polar in (0.0, 30.0, 60.0, 90.0):
+        for azimuth in (0.0, 100.0, 250.0):
+            lamp = make_lamp(sample(light__polar_deg=polar, light__azimuth_deg=azimuth))
+            assert lamp.position[2] == pytest.approx(30 * np.cos(np.radians(polar)), abs=1e-9)
+            across = 30 * np.sin(np.radians(polar)) * np.exp(1j * np.radians(azimuth))
+            assert lamp.position[:2] == pytest.approx([across.real, across.imag], abs=1e-9)
+            assert lamp.share == pytest.approx(1.0 if polar < 90 else 0.5)
+    with pytest.raises(ConfigError, match="radius_m"):
+        make_lamp(sample(light__radius_m=10.0, light__distance_m=5.0))
+
+
+def test_colour_pictures_agree_with_luminance():
+    traj = still(sample())
+    picture = render_color(traj, 0)
+    assert picture.shape == (104, 138, 3) and picture.dtype == np.uint8
+    (frame,) = render(traj, times_us=np.array([0]))
+    linear = np.where(picture <= 10, picture / 255 / 12.92, ((picture / 255 + 0.055) / 1.055) ** 2.4)
+    luma = linear @ np.array([0.2126, 0.7152, 0.0722])
+    unclipped = picture.max(2) < 255
+    assert unclipped.mean() > 0.5
+    assert np.abs(luma - frame.luminance)[unclipped].max() < 0.03
+
+
+def compare(params, traj, at_us, monkeypatch):
+    """Log error against brute force outside the gripper, without the lens's blur, and the exposed images' RMS error."""
+    monkeypatch.setattr(raycast, "SPREAD", np.float32(0))
+    camera = hand_camera(params)
+    poses = Poses(traj, camera, np.array([at_us]))
+    artist = Raycaster(params, camera, float(poses.travel_m[0]))
+    image, bodies = artist.draw(poses, 0)
+    opening = artist._openings.at(float(poses.travel_m[0]))
+    truth = luminance(
+        params, camera, (poses.camera_position[0], poses.camera_rotation[0]),
+        (poses.object_position[0], poses.object_rotation[0]), opening.boxes, artist.setting.ambient,
+    )  # fmt: skip
+    free = np.ones(image.size, bool)
+    free[opening.layers.pixels] = False
+    free = free.reshape(image.shape)
+    return np.log(image / truth)[free], (image - truth)[free] / np.median(truth) / 4, bodies[free]
+
+
+@pytest.mark.parametrize(("polar", "azimuth"), [(20.0, 60.0), (55.0, 200.0), (80.0, 300.0)])
+def test_matches_brute_force_with_soft_textures(polar, azimuth, monkeypatch):
+    params = sample(light__polar_deg=polar, light__azimuth_deg=azimuth, **{k.replace(".", "__"): v for k, v in SOFT.items()})
+    log_error, error, bodies = compare(params, turning(params), 700_000, monkeypatch)
+    assert np.percentile(np.abs(log_error), 95) < 0.03
+    assert np.sqrt(np.mean(error**2)) < 0.012
+    for body in (BACKGROUND, SURFACE, OBJECT):
+        assert abs(np.mean(log_error[bodies == body])) < 0.01
+
+
+def test_matches_brute_force_with_strong_textures(monkeypatch):
+    params = sample(object__texture="cardboard-1", surface__texture="tile-0", background__texture="brick-0")
+    log_error, error, bodies = compare(params, turning(params), 700_000, monkeypatch)
+    assert np.percentile(np.abs(log_error), 50) < 0.03
+    assert np.sqrt(np.mean(error**2)) < 0.07
+    for body in (BACKGROUND, SURFACE, OBJECT):
+        assert abs(np.mean(error[bodies == body])) < 0.004

@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from evslip.camera import hand_camera
+from evslip.config import load_config
+from evslip.params import draw
+from evslip.render.hand import LEFT, RIGHT, assemble, shadow_boxes
+from evslip.render.layers import FINGER, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
+from evslip.render.openings import Openings
+
+
+@pytest.fixture(scope="module")
+def camera():
+    return hand_camera(draw(load_config("simple"), 0), (173, 130))
+
+
+@pytest.fixture(scope="module")
+def layers(camera):
+    return resolve(camera, 0.025)
+
+
+def test_shares_fill_pixels_and_never_overfill(layers, camera):
+    sums = np.add.reduceat(layers.fragments[SHARE].astype(float), layers.starts[:-1])
+    assert sums.max() <= 1 + 1e-6 and sums.min() > 0
+    assert layers.hidden.sum() == np.sum(sums > 1 - 1e-6)
+    assert 0.03 < layers.hidden.mean() < 0.3
+    assert np.all(np.diff(layers.pixels) > 0) and layers.pixels[-1] < camera.width * camera.height
+
+
+def test_fragments_lie_on_the_rays_of_their_pixels(layers, camera):
+    pixels = np.repeat(layers.pixels, np.diff(layers.starts))
+    image = camera.project(layers.fragments[X : Z + 1].T.astype(float))
+    assert np.abs(image[:, 0] - pixels % camera.width - 0.5).max() < 0.51
+    assert np.abs(image[:, 1] - pixels // camera.width - 0.5).max() < 0.51
+    for row in (NORMAL_X, VIEW_X):
+        assert np.linalg.norm(layers.fragments[row : row + 3], axis=0) == pytest.approx(1, abs=1e-5)
+    facing = np.sum(layers.fragments[NORMAL_X : NORMAL_X + 3] * layers.fragments[VIEW_X : VIEW_X + 3], 0)
+    assert np.mean(facing > 0) > 0.98
+
+
+def test_fingers_hang_from_above_and_the_near_one_hides_the_far_one(layers, camera):
+    finger = layers.fragments[FINGER] == 1
+    rows = (np.repeat(layers.pixels, np.diff(layers.starts)) // camera.width)[finger]
+    depth = -layers.fragments[Z][finger]
+    assert rows.min() < 0.1 * camera.height and 0.3 * camera.height < rows.max() < 0.5 * camera.height
+    assert np.mean(depth < 0.27) > 0.7
+    assert 0.02 < layers.fragments[LUMA].min() < 0.1 and layers.fragments[LUMA].max() > 0.6
+
+
+def test_bounds_enclose_their_fragments(layers):
+    for k, (*middle, radius) in enumerate(layers.bounds):
+        points = layers.fragments[X : Z + 1, 64 * k : 64 * (k + 1)].T
+        assert np.linalg.norm(points - middle, axis=1).max() <= radius + 1e-6
+
+
+@pytest.mark.parametrize("travel_m", [0.0, 0.02, 0.04])
+def test_shadow_boxes_lie_within_the_meshes_bounds(travel_m):
+    mesh, parts = assemble(travel_m)
+    boxes = shadow_boxes(travel_m)
+    for part, own in ((0, [0]), (LEFT, [2, 3, 4]), (RIGHT, [5, 6, 7])):
+        low, high = mesh.corners[parts == part].min((0, 1)), mesh.corners[parts == part].max((0, 1))
+        for k in own:
+            reach = np.abs(boxes.turns[k]) @ boxes.halves[k]
+            assert np.all(boxes.places[k] - reach > low - 0.0015) and np.all(boxes.places[k] + reach < high + 0.0015)
+
+
+def test_an_opening_depends_on_its_rounded_travel_alone(camera):
+    openings = Openings(camera, 0.025)
+    held = openings.at(0.025)
+    assert openings.at(0.02504) is held
+    assert openings.at(0.02512) is not held
+    assert openings.at(0.02496) is held
+    again = Openings(camera, 0.025)
+    again.at(0.010)
+    assert np.array_equal(again.at(0.02503).layers.fragments, held.layers.fragments)

@@ -1,0 +1,252 @@
+"""Windows against analytic movements, and their file against damage."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evslip.errors import ConfigError, DataError, StorageError
+from evslip.events.stream import empty_events
+from evslip.frame import BACKGROUND, OBJECT
+from evslip.window_set import HOLD, SLIP, Windows, WindowSettings, load_windows
+from evslip.windows import UNCERTAIN, label_of, movements, windows_of
+from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of
+
+ALL = WindowSettings(balance=False)
+
+
+@pytest.fixture(scope="module")
+def windows() -> Windows:
+    return slip_windows()
+
+
+@given(
+    rate=st.floats(-50, 50), begin=st.integers(0, STEPS), end=st.integers(0, STEPS), slide=st.floats(-20, 20)
+)  # fmt: skip
+@settings(max_examples=40, deadline=None)
+def test_movement_of_a_constant_turn_and_slide(rate: float, begin: int, end: int, slide: float) -> None:
+    clock = np.clip(np.arange(STEPS), min(begin, end), max(begin, end)) / 1e3
+    truth = truth_of(rate * clock, slide * clock)
+    for start_us, rotation, translation in movements(truth, ALL):
+        first = start_us // 1000
+        spent = clock[first + 160] - clock[first]
+        assert rotation == pytest.approx(abs(rate) * spent, abs=1e-5)
+        assert translation == pytest.approx(abs(slide) * spent, abs=1e-6)
+
+
+def test_a_slip_that_lowers_theta_counts_and_so_does_one_that_returns() -> None:
+    """The public code clips falling theta to 0; a movement there and back shows only inside the window."""
+    falling = movements(truth_of(20 - np.arange(STEPS) * 0.02), ALL)
+    assert all(rotation == pytest.approx(3.2, abs=1e-5) for _, rotation, _ in falling)
+    triangle = 2.0 * np.abs((np.arange(STEPS) - HELD.start) % 160 / 80 - 1)
+    assert all(rotation == pytest.approx(2, abs=1e-5) for _, rotation, _ in movements(truth_of(triangle), ALL))
+
+
+@given(st.floats(0.01, 0.4), st.floats(0.01, 0.5), st.integers(0, 700), st.integers(200, 700))
+@settings(max_examples=40, deadline=None)
+def test_windows_lie_in_the_held_time(length_s: float, hop_s: float, first: int, duration: int) -> None:
+    truth = truth_of(np.zeros(STEPS), held=slice(first, first + duration))
+    found = movements(truth, WindowSettings(length_s=length_s, hop_s=hop_s))
+    length, hop = round(length_s * 1e3), max(1, round(hop_s * 1e3))
+    assert len(found) == max(0, (duration - length) // hop + 1)
+    assert all(first * 1000 <= start and start + length * 1000 <= (first + duration) * 1000 for start, _, _ in found)
+
+
+def test_never_held_gives_no_window() -> None:
+    assert movements(truth_of(np.zeros(STEPS), held=slice(0, 0)), ALL) == []
+
+
+@given(st.floats(0, 3), st.floats(0, 5))
+def test_labels(rotation: float, translation: float) -> None:
+    label = label_of(rotation, translation, ALL)
+    assert (label == SLIP) == (rotation >= 1 or translation >= 2)
+    assert (label == HOLD) == (rotation < 0.1 and translation < 0.1)
+    equal = WindowSettings(slip_deg=0.5, hold_deg=0.5, slip_mm=1, hold_mm=1)
+    assert label_of(rotation, translation, equal) != UNCERTAIN
+
+
+def test_events_are_the_record_s_cropped_and_from_zero() -> None:
+    record = slip_record(0, slips=True)
+    windows = windows_of([record], ALL)
+    events = record.events
+    assert len(windows) > 3
+    for i, window in enumerate(windows[i] for i in range(len(windows))):
+        start = windows.start_us[i]
+        inside = (events.t_us >= start) & (events.t_us < start + 160_000)
+        inside &= (events.x >= 73) & (events.x < 273) & (events.y >= 10)
+        np.testing.assert_array_equal(window.t_us, events.t_us[inside] - start)
+        np.testing.assert_array_equal(window.x, events.x[inside] - 73)
+        np.testing.assert_array_equal(window.y, events.y[inside] - 10)
+        np.testing.assert_array_equal(window.p, events.p[inside])
+        assert events.body is not None
+        for body in (BACKGROUND, OBJECT):
+            assert windows.by_body[i, body] == (events.body[inside] == body).sum()
+
+
+def test_labels_counts_and_the_flag_of_a_known_slip() -> None:
+    windows = windows_of([slip_record(0, slips=True), slip_record(1, slips=False)], ALL)
+    turning = windows.name == "train/0000000"
+    np.testing.assert_array_equal(windows.label[turning], windows.start_us[turning] + 160_000 > 600_000)
+    np.testing.assert_array_equal(windows.recent[turning], windows.start_us[turning] > 604_000)
+    assert not windows.label[~turning].any() and not windows.recent[~turning].any()
+    assert len(windows) + windows.dropped == 2 * 6
+
+
+def test_slow_movement_is_dropped_and_counted() -> None:
+    slow = replace(slip_record(0, slips=False), truth=truth_of(np.arange(STEPS) * 3e-3))
+    windows = windows_of([slow, slip_record(1, slips=True)], ALL)
+    assert windows.dropped == 6 and not (windows.name == slow.name).any()
+
+
+def test_a_window_without_events_is_a_window() -> None:
+    silent = replace(slip_record(1, slips=False), events=empty_events())
+    windows = windows_of([silent, slip_record(0, slips=True)], ALL)
+    empty = windows.name == silent.name
+    assert empty.sum() == 6
+    assert all(len(windows[int(i)].t_us) == 0 for i in np.flatnonzero(empty))
+
+
+def test_records_without_truth_are_passed_over() -> None:
+    recording = replace(slip_record(0, slips=True), kind="recording", truth=None)
+    assert set(windows_of([recording, slip_record(1, slips=False)], ALL).name) == {"train/0000001"}
+    with pytest.raises(DataError, match="no window of 0.16 s"):
+        windows_of([recording])
+
+
+def test_balance_removes_only_the_commoner_label_and_obeys_the_seed() -> None:
+    everything, balanced, again, other = (
+        slip_windows(balance=False),
+        slip_windows(),
+        slip_windows(),
+        slip_windows(seed=1),
+    )
+    slips = int((everything.label == SLIP).sum())
+    assert 0 < slips < len(everything) / 2
+    assert (balanced.label == SLIP).sum() == (balanced.label == HOLD).sum() == slips
+    key = [f"{n} {s}" for n, s in zip(balanced.name, balanced.start_us, strict=True)]
+    assert key == [f"{n} {s}" for n, s in zip(again.name, again.start_us, strict=True)]
+    assert key != [f"{n} {s}" for n, s in zip(other.name, other.start_us, strict=True)]
+
+
+@given(fraction=st.floats(0.05, 0.6), seed=st.integers(0, 2**31))
+@settings(max_examples=25, deadline=None)
+def test_split_never_shares_a_trajectory(windows: Windows, fraction: float, seed: int) -> None:
+    first, second = windows.split_by_trajectory(fraction, seed)
+    assert not set(first.name) & set(second.name)
+    assert set(first.name) | set(second.name) == set(windows.name)
+    assert len(first) + len(second) == len(windows)
+    for part in (first, second):
+        assert set(part.label) == {HOLD, SLIP}
+        for i in (0, len(part) - 1):
+            j = int(np.flatnonzero((windows.name == part.name[i]) & (windows.start_us == part.start_us[i]))[0])
+            np.testing.assert_array_equal(part[i].t_us, windows[j].t_us)
+
+
+def test_too_few_trajectories_to_split() -> None:
+    with pytest.raises(DataError, match="too few"):
+        slip_windows(count=2).split_by_trajectory(0.2)
+
+
+def test_file_round_trip_has_equal_content_and_bytes(windows: Windows, tmp_path) -> None:
+    windows.save(tmp_path / "one.h5")
+    back = load_windows(tmp_path / "one.h5")
+    back.save(tmp_path / "two.h5")
+    assert back.settings == windows.settings and back.dropped == windows.dropped
+    for name in Windows.__dataclass_fields__:
+        value = getattr(windows, name)
+        if isinstance(value, np.ndarray):
+            np.testing.assert_array_equal(getattr(back, name), value)
+            assert getattr(back, name).dtype.kind == value.dtype.kind
+    assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "two.h5").read_bytes()
+
+
+@pytest.fixture
+def saved(windows: Windows, tmp_path):
+    windows.save(tmp_path / "windows.h5")
+    return tmp_path / "windows.h5"
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.9, 0.999])
+def test_truncated_file(saved, share: float) -> None:
+    data = saved.read_bytes()
+    saved.write_bytes(data[: int(len(data) * share)])
+    with pytest.raises(DataError, match=r"windows\.h5"):
+        load_windows(saved)
+
+
+def test_foreign_missing_and_folder(saved, tmp_path) -> None:
+    with pytest.raises(DataError, match="absent"):
+        load_windows(tmp_path / "absent.h5")
+    with pytest.raises(DataError):
+        load_windows(tmp_path)
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = [1, 2]
+    with pytest.raises(DataError, match="not one that `evslip windows` wrote"):
+        load_windows(tmp_path / "other.h5")
+    (tmp_path / "text.h5").write_text("hello")
+    with pytest.raises(DataError, match="not an HDF5 file"):
+        load_windows(tmp_path / "text.h5")
+
+
+def test_another_version(saved) -> None:
+    with h5py.File(saved, "r+") as file:
+        file.attrs["version"] = 99
+    with pytest.raises(DataError, match="version 99"):
+        load_windows(saved)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("x", 200), ("y", 250), ("t_us", 160_001), ("label", 2), ("offsets", -1), ("offsets", 10**12)],
+)
+def test_arrays_that_contradict_one_another(saved, name: str, value: int) -> None:
+    with h5py.File(saved, "r+") as file:
+        file[name][3] = value
+    with pytest.raises(DataError, match="contradict"):
+        load_windows(saved)
+
+
+def test_flipped_bits_are_found(saved, windows: Windows) -> None:
+    data = saved.read_bytes()
+    rng = np.random.default_rng(0)
+    for place in rng.integers(0, len(data), 40):
+        damaged = bytearray(data)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        saved.write_bytes(bytes(damaged))
+        try:
+            back = load_windows(saved)
+        except DataError:
+            continue
+        # A bit that nothing reads: then nothing has changed.
+        assert all(
+            np.array_equal(getattr(back, name), getattr(windows, name))
+            for name in ("t_us", "x", "y", "p", "offsets", "label", "name")
+        )
+
+
+def test_unwritable_place(windows: Windows, tmp_path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StorageError, match="cannot write"):
+        windows.save(tmp_path / "file" / "windows.h5")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"length_s": 0}, {"hop_s": -1}, {"hold_deg": 2.0}, {"hold_mm": 3.0}, {"width": 257}, {"height": 0}, {"left": -1}],
+)
+def test_wrong_settings(wrong: dict) -> None:
+    with pytest.raises(ConfigError):
+        WindowSettings(**wrong)
+
+
+def test_the_learning_half_never_imports_the_physics_nor_windows_torch() -> None:
+    script = (
+        "import sys, evslip.windows; assert 'torch' not in sys.modules; import evslip.learn; "
+        "assert not {'mujoco', 'evslip.simulate', 'evslip.scene'} & set(sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
