@@ -1,7 +1,7 @@
 """Speed of the event camera, one thread: python benchmarks/events.py [--frames N] [--repeat N]
 
 A textured square turns at 2 revolutions a second before a gradient, filmed at 2000 frames a second. Every figure is the
-best of some runs. "events" counts them per pixel and frame; their number decides what a frame costs beyond the fixed part.
+best of some runs. "events" counts them per pixel and frame: each costs about as much as forty quiet pixels.
 """
 
 import argparse

@@ -248,12 +248,14 @@ def events(
         camera: Preset of the event camera.
         seed: Seed of its noise.
     """
-    from evslip.codecs import write_events
+    from evslip.codecs import check_suffix, write_events
     from evslip.events import EventCamera
-    from evslip.events.sources import frames_from, size_of
+    from evslip.events.sources import frame_size, frames_from
 
-    size = size_of(frames)
-    stream = EventCamera(camera, size=size, seed=seed, intensity="uint8").run(frames_from(frames, fps))
+    check_suffix(out, writing=True)
+    source = frames_from(frames, fps)
+    size = frame_size(frames)
+    stream = EventCamera(camera, size=size, seed=seed, intensity="uint8").run(source)
     write_events(out, stream, size)
     console.print(f"{out}: {describe(stream, size)}")
 

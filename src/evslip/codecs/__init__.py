@@ -61,6 +61,11 @@ def import_recording(source: str | Path, out: str | Path) -> "Record":
     return recording
 
 
+def check_suffix(path: str | Path, writing: bool = False) -> None:
+    """Raise DataError unless the file's suffix is that of a format that can be read, or written."""
+    _codec(path, writing)
+
+
 def _codec(path: str | Path, writing: bool = False) -> ModuleType:
     name = FORMATS.get(Path(path).suffix.lower())
     if name is None or (writing and name in READ_ONLY):

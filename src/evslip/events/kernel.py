@@ -105,7 +105,7 @@ def begin(
             row[CANDIDATE_US, x] = next_candidate(rules, trait[RATE, x], pixel, 0, time_us)
             row[NOISE_0, x] = row[NOISE_1, x] = 0.0
             if rules.noise > 0.0:
-                point = np.int64(math.floor(time_us / rules.noise_step_us))
+                point = int(np.floor(time_us / rules.noise_step_us))
                 a, b, _, _ = uniforms(rules.seed, pixel, PHOTO, point)
                 row[NOISE_0, x] = rules.noise * normals(a, b)[0]
                 row[NOISE_1, x] = next_noise(rules, row[NOISE_0, x], row[CURRENT, x], pixel, point + 1)
@@ -231,7 +231,7 @@ def expose(
                     # The interval is cut where the noise is drawn anew.
                     if start_us == times_us[frame]:
                         photocurrent(images[frame, y], table, scale, offset, currents[2], logs[2], scratch)
-                    point = np.int64(math.floor(start_us / rules.noise_step_us)) + 1
+                    point = int(np.floor(start_us / rules.noise_step_us)) + 1
                     cut_us = min(point * rules.noise_step_us, end_us)
                     for x in range(columns):
                         log_1[x], current_1[x] = logs[2, x], currents[2, x]

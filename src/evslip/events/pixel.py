@@ -26,8 +26,8 @@ from evslip.events.noise import CANDIDATE, LEAK, PHOTO, normals, uniforms
 from evslip.events.stream import HOT, SHOT, SIGNAL
 from evslip.events.stream import LEAK as LEAK_CAUSE
 
-TOLERANCE_US = 0.1
-"""How far the cubics may shift an event's time."""
+TOLERANCE_US = 0.02
+"""How far the cubics may shift the time of an event of the signal."""
 
 
 # A sensor's memory is one float64 array of shape (rows, STATE, columns), and what never changes one of shape

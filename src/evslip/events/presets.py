@@ -45,7 +45,7 @@ class PixelModel:
     it. Replaces shot_rate_hz, leak_rate_hz and hot pixels; labelled shot, and independent of intensity."""
     photoreceptor_noise: float = 0.0
     """Standard deviation of the photoreceptor's noise in ln units; the pixel's low-pass limits its band, so cutoff_hz
-    must not be 0. Its events are labelled shot; unlike shot_rate_hz it also scatters the times of the signal's events."""
+    must not be 0. Its events are labelled shot; unlike shot_rate_hz it scatters the signal's times too."""
     refractory_us: float = 0.0
     """Time in microseconds after an event during which a pixel is held in reset."""
     dark: float = 1e-3

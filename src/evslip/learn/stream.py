@@ -29,6 +29,8 @@ class Detection:
     """Events of that window in the crop, int64 of shape (n,)."""
     threshold: float
     """From here on the detector says slip."""
+    start_us: int = 0
+    """Time of the stream's first event, from which a person counts."""
 
     def summary(self) -> str:
         """One line for a person."""
@@ -109,4 +111,4 @@ def detect(model: str | Path, events: Events, size: tuple[int, int], *, hop_s: f
     t_us, p_slip, counts = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("t_us", "p_slip", "events")
     )
-    return Detection(t_us, p_slip, counts, detector.description.threshold)
+    return Detection(t_us, p_slip, counts, detector.description.threshold, int(events.t_us[0]))

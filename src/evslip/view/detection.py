@@ -10,17 +10,21 @@ from evslip.learn.stream import Detection
 
 
 def write_csv(detection: Detection, path: Path) -> None:
-    """One row an answer: time in seconds, slip probability, whether that is slip, events. Raises StorageError."""
-    rows = zip(detection.t_us / 1e6, detection.p_slip, detection.p_slip >= detection.threshold, detection.events, strict=True)
-    lines = [f"{t:.6f},{p:.6f},{said:d},{events}" for t, p, said, events in rows]
-    atomic.write_text(path, "\n".join(["t_s,p_slip,slip,events", *lines]) + "\n")
+    """One row an answer: time of the window's end as in the recording and in seconds since its first event, slip
+    probability, whether that is slip, events in the window. Raises StorageError."""
+    t_s = (detection.t_us - detection.start_us) / 1e6
+    rows = zip(
+        detection.t_us, t_s, detection.p_slip, detection.p_slip >= detection.threshold, detection.events, strict=True
+    )
+    lines = [f"{t_us},{t:.6f},{p:.6f},{said:d},{count}" for t_us, t, p, said, count in rows]
+    atomic.write_text(path, "\n".join(["t_us,t_s,p_slip,slip,events", *lines]) + "\n")
 
 
 def write_png(detection: Detection, path: Path, title: str = "") -> None:
     """Probability with the threshold above, events a window below. Raises StorageError."""
     from matplotlib.figure import Figure
 
-    t_s = detection.t_us / 1e6
+    t_s = (detection.t_us - detection.start_us) / 1e6
     figure = Figure(figsize=(10, 4.5), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     top.fill_between(t_s, 0, 1, where=detection.p_slip >= detection.threshold, color="#d62728", alpha=0.15, step="mid")

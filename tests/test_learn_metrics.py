@@ -1,0 +1,67 @@
+"""Scores against their definitions."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evslip.learn.metrics import auroc, balanced_accuracy, best_threshold, confusion, measure
+from slip_records import slip_windows
+
+answers = st.lists(st.tuples(st.booleans(), st.integers(0, 10)), min_size=1, max_size=60).map(
+    lambda pairs: (np.array([p[0] for p in pairs], np.uint8), np.array([p[1] for p in pairs]) / 10)
+)
+
+
+@given(answers)
+def test_auroc_is_the_chance_that_a_slip_scores_higher(pairs) -> None:
+    labels, scores = pairs
+    slip, hold = scores[labels == 1], scores[labels == 0]
+    if not len(slip) or not len(hold):
+        assert np.isnan(auroc(labels, scores))
+        return
+    wins = (slip[:, None] > hold).mean() + (slip[:, None] == hold).mean() / 2
+    assert auroc(labels, scores) == pytest.approx(wins)
+    assert auroc(labels, 1 - scores) == pytest.approx(1 - wins)
+
+
+@given(answers)
+def test_confusion_counts_every_answer_once(pairs) -> None:
+    labels, scores = pairs
+    said = scores >= 0.5
+    table = confusion(labels, said)
+    for truth in (0, 1):
+        for answer in (0, 1):
+            assert table[truth, answer] == ((labels == truth) & (said == answer)).sum()
+
+
+@given(answers)
+def test_no_threshold_is_better_than_the_best(pairs) -> None:
+    labels, scores = pairs
+    best = balanced_accuracy(labels, scores >= best_threshold(labels, scores))
+    for threshold in np.arange(0.01, 1, 0.01):
+        assert best >= balanced_accuracy(labels, scores >= threshold) - 1e-12
+
+
+def test_best_threshold_of_separated_answers_lies_between_and_near_the_middle() -> None:
+    labels = np.array([0, 0, 1, 1], np.uint8)
+    assert best_threshold(labels, np.array([0.1, 0.2, 0.8, 0.9])) == pytest.approx(0.5)
+    assert 0.1 < best_threshold(labels, np.array([0.0, 0.1, 0.2, 0.3])) <= 0.2
+
+
+def test_scores_of_known_answers(tmp_path) -> None:
+    windows = slip_windows(4)
+    perfect = measure(windows, windows.label.astype(np.float32), 0.5)
+    number = len(windows) // 2
+    assert perfect.confusion == [[number, 0], [0, number]]
+    assert (
+        perfect.accuracy == perfect.balanced_accuracy == perfect.f1 == perfect.auroc == perfect.without_recent == 1.0
+    )
+    always = measure(windows, np.ones(len(windows), np.float32), 0.5)
+    assert (always.accuracy, always.auroc, always.f1) == (0.5, 0.5, pytest.approx(2 / 3))
+    perfect.save(tmp_path / "evaluation.json")
+    stored = json.loads((tmp_path / "evaluation.json").read_text())
+    assert stored["labels"] == windows.label.tolist() and stored["names"] == windows.name.tolist()
+    assert str(len(windows)) in perfect.table()
