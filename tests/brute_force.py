@@ -47,7 +47,9 @@ def luminance(
     uv = np.stack([p[:, 0], -p[:, 1]], 1) / params.surface.tile_m
     albedo = _texture(params.surface.texture, uv)
     normal = np.broadcast_to([0.0, 0.0, 1.0], p.shape)
-    result[on_floor] = _reflect(albedo, ambient.surface, p, normal, d[on_floor], lamp, params, casters, lamp_rays, gloss[0], rng)
+    result[on_floor] = _reflect(
+        albedo, ambient.surface, p, normal, d[on_floor], lamp, params, casters, lamp_rays, gloss[0], rng
+    )
 
     p = c + t_box[hit_box, None] * d[hit_box]
     local = (p - body[0]) @ body[1]
@@ -63,7 +65,9 @@ def luminance(
     normal = local_normal @ body[1].T
     n1 = np.concatenate([normal, np.ones((len(p), 1))], 1)
     around = np.einsum("ni,ij,nj->n", n1, ambient.matrix, n1)
-    result[hit_box] = _reflect(albedo, around, p, normal, d[hit_box], lamp, params, casters[1:], lamp_rays, gloss[1], rng)
+    result[hit_box] = _reflect(
+        albedo, around, p, normal, d[hit_box], lamp, params, casters[1:], lamp_rays, gloss[1], rng
+    )
     shape = camera.height, rays, camera.width, rays
     return result.reshape(shape).mean((1, 3))
 

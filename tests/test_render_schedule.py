@@ -2,7 +2,6 @@ import itertools
 
 import numpy as np
 import pytest
-from made_up import still, turning
 
 from evslip.camera import hand_camera
 from evslip.config import load_config
@@ -10,6 +9,7 @@ from evslip.errors import ConfigError
 from evslip.params import draw
 from evslip.render import frame_times
 from evslip.render.poses import Poses, interpolate, matrices
+from made_up import still, turning
 
 
 @pytest.fixture

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from brute_force import seen_share
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from brute_force import seen_share
 from evslip.render.lanes import LANES, SCRATCH, SEEN_NOW, U, V, W
-from evslip.render.shadow import begin_group, change_frame, disc_share, hide, may_shadow, pixel_blur, risen
+from evslip.render.shadow import begin_group, change_frame, disc_share, hide, may_shadow, pixel_steps, risen
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:
@@ -13,7 +13,7 @@ def rotation(rng: np.random.Generator) -> np.ndarray:
     return q * np.sign(np.linalg.det(q))
 
 
-def seen(points, turn, place, half, lamp, lamp_radius, blur=(0, 0, 0)):
+def seen(points, turn, place, half, lamp, lamp_radius, steps=((0, 0, 0), (0, 0, 0))):
     S = np.zeros(SCRATCH, np.float32)
     to_box, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
     change_frame(np.eye(3), np.zeros(3), turn, place, to_box, move)
@@ -26,7 +26,7 @@ def seen(points, turn, place, half, lamp, lamp_radius, blur=(0, 0, 0)):
         begin_group(S, len(chunk))
         hide(
             S, len(chunk), to_box, move, lamp_there, np.asarray(half, np.float32), np.float32(lamp_radius),
-            np.asarray(blur, np.float32),
+            np.asarray(steps, np.float32),
         )  # fmt: skip
         result.append(S[SEEN_NOW : SEEN_NOW + len(chunk)].copy())
     return np.concatenate(result)
@@ -61,10 +61,10 @@ def test_shadow_edges_are_no_sharper_than_a_pixel_and_keep_their_place():
     half, place, lamp = np.array([0.5, 0.05, 0.05]), np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 30.0])
     points = np.zeros((400, 3))
     points[:, 1] = np.linspace(0.03, 0.07, 400)
-    turn, blur = np.eye(3, dtype=np.float32), np.zeros(3, np.float32)
+    turn, steps = np.eye(3, dtype=np.float32), np.zeros((2, 3), np.float32)
     step = 0.004
-    pixel_blur(turn, (lamp - place).astype(np.float32), np.array([step, 0, 0]), np.array([0, step, 0]), blur)
-    soft = seen(points, np.eye(3), place, half, lamp, 1e-3, blur)
+    pixel_steps(turn, np.array([step, 0, 0]), np.array([0, step, 0]), steps)
+    soft = seen(points, np.eye(3), place, half, lamp, 1e-3, steps)
     sharp = seen(points, np.eye(3), place, half, lamp, 1e-3)
     spacing = points[1, 1] - points[0, 1]
     assert np.sum(1 - soft) * spacing == pytest.approx(np.sum(1 - sharp) * spacing, abs=step / 10)

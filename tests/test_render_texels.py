@@ -54,5 +54,6 @@ def test_continuous_in_place_and_footprint(image):
 
 @pytest.mark.parametrize("footprint", [1.0, 1.5, 2.0, 3.0, 5.7])
 def test_a_constant_stays_constant(footprint):
-    values = lookup(np.full((16, 16), 0.4), np.linspace(-1, 1, 40), np.zeros(40), footprint, probes=(4, 1), major=(0.1, 0.2))
+    grey = np.full((16, 16), 0.4)
+    values = lookup(grey, np.linspace(-1, 1, 40), np.zeros(40), footprint, probes=(4, 1), major=(0.1, 0.2))
     assert values == pytest.approx(0.4, abs=2e-5)

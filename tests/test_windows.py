@@ -13,11 +13,22 @@ from hypothesis import strategies as st
 from evslip.errors import ConfigError, DataError, StorageError
 from evslip.events.stream import empty_events
 from evslip.frame import BACKGROUND, OBJECT
+from evslip.record import Record
 from evslip.window_set import HOLD, SLIP, Windows, WindowSettings, load_windows
 from evslip.windows import UNCERTAIN, label_of, movements, windows_of
-from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of
+from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of, turning
 
 ALL = WindowSettings(balance=False)
+PER_RECORD = (HELD.stop - HELD.start) // 160
+
+
+def slipping() -> Record:
+    """Turns at 12 deg/s from 1 s on."""
+    return slip_record("slips", turning(1000, 2000, 12.0))
+
+
+def holding() -> Record:
+    return slip_record("holds", np.zeros(STEPS), seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +82,7 @@ def test_labels(rotation: float, translation: float) -> None:
 
 
 def test_events_are_the_record_s_cropped_and_from_zero() -> None:
-    record = slip_record(0, slips=True)
+    record = slipping()
     windows = windows_of([record], ALL)
     events = record.events
     assert len(windows) > 3
@@ -89,32 +100,35 @@ def test_events_are_the_record_s_cropped_and_from_zero() -> None:
 
 
 def test_labels_counts_and_the_flag_of_a_known_slip() -> None:
-    windows = windows_of([slip_record(0, slips=True), slip_record(1, slips=False)], ALL)
-    turning = windows.name == "train/0000000"
-    np.testing.assert_array_equal(windows.label[turning], windows.start_us[turning] + 160_000 > 600_000)
-    np.testing.assert_array_equal(windows.recent[turning], windows.start_us[turning] > 604_000)
-    assert not windows.label[~turning].any() and not windows.recent[~turning].any()
-    assert len(windows) + windows.dropped == 2 * 6
+    windows = windows_of([slipping(), holding()], ALL)
+    slips = windows.name == "slips"
+    inside = np.clip(windows.start_us + 160_000, 1e6, 2e6) - np.clip(windows.start_us, 1e6, 2e6)
+    np.testing.assert_allclose(windows.rotation_deg[slips], 12 * inside[slips] / 1e6, atol=1e-4)
+    np.testing.assert_array_equal(windows.label[slips], 12 * inside[slips] / 1e6 >= 1)
+    before = np.clip(windows.start_us, 1e6, 2e6) - np.clip(windows.start_us - 200_000, 1e6, 2e6)
+    np.testing.assert_array_equal(windows.recent[slips], 12 * before[slips] / 1e6 >= 0.1)
+    assert not windows.label[~slips].any() and not windows.recent[~slips].any()
+    assert len(windows) + windows.dropped == 2 * PER_RECORD
 
 
 def test_slow_movement_is_dropped_and_counted() -> None:
-    slow = replace(slip_record(0, slips=False), truth=truth_of(np.arange(STEPS) * 3e-3))
-    windows = windows_of([slow, slip_record(1, slips=True)], ALL)
-    assert windows.dropped == 6 and not (windows.name == slow.name).any()
+    slow = replace(holding(), name="slow", truth=truth_of(np.arange(STEPS) * 3e-3))
+    windows = windows_of([slow, slipping()], ALL)
+    assert windows.dropped >= PER_RECORD and not (windows.name == slow.name).any()
 
 
 def test_a_window_without_events_is_a_window() -> None:
-    silent = replace(slip_record(1, slips=False), events=empty_events())
-    windows = windows_of([silent, slip_record(0, slips=True)], ALL)
+    silent = replace(holding(), events=empty_events())
+    windows = windows_of([silent, slipping()], ALL)
     empty = windows.name == silent.name
-    assert empty.sum() == 6
+    assert empty.sum() == PER_RECORD
     assert all(len(windows[int(i)].t_us) == 0 for i in np.flatnonzero(empty))
 
 
 def test_records_without_truth_are_passed_over() -> None:
-    recording = replace(slip_record(0, slips=True), kind="recording", truth=None)
-    assert set(windows_of([recording, slip_record(1, slips=False)], ALL).name) == {"train/0000001"}
-    with pytest.raises(DataError, match="no window of 0.16 s"):
+    recording = replace(slipping(), name="real", kind="recording", truth=None)
+    assert set(windows_of([recording, holding()], ALL).name) == {"holds"}
+    with pytest.raises(DataError, match=r"no window of 0\.16 s"):
         windows_of([recording])
 
 
@@ -206,7 +220,7 @@ def test_another_version(saved) -> None:
 )
 def test_arrays_that_contradict_one_another(saved, name: str, value: int) -> None:
     with h5py.File(saved, "r+") as file:
-        file[name][3] = value
+        file[name][3] = value  # pyright: ignore[reportIndexIssue]
     with pytest.raises(DataError, match="contradict"):
         load_windows(saved)
 

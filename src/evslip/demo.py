@@ -45,13 +45,13 @@ def run_demo(out: Path, *, count: int, workers: int | None, seed: int, console: 
     for line in describe_truth(samples):
         say(line)
 
-    train_windows = samples.split("train").windows(WindowSettings(hop_s=0.08))
+    train_windows = samples.split("train").windows(WindowSettings(hop_s=0.04))
     test_windows = samples.split("test").windows(WindowSettings())
     train_windows.save(out / "windows-train.h5")
     test_windows.save(out / "windows-test.h5")
     say(f"windows: {train_windows.summary()} for training; {test_windows.summary()} for testing")
     shutil.rmtree(model, ignore_errors=True)
-    result = train(train_windows, model, TrainSettings(seed=seed))
+    result = train(train_windows, model, TrainSettings(seed=seed, epochs=8))
     say(f"trained: {result.summary()}")
     metrics = evaluate(model, test_windows)
     metrics.save(model / "evaluation.json")

@@ -12,8 +12,10 @@ import numpy as np
 from evslip.codecs.inputs import require_file
 from evslip.errors import DataError
 
-CHUNK_BYTES = 1 << 18
-"""Small enough to read in part, large enough to compress: 4 MB would save 1 % of a record, 64 kB cost 1.5 %."""
+CHUNK_BYTES = 1 << 20
+"""Small enough to read in part; smaller chunks compress worse, 64 kB ones by 3 %."""
+GZIP_LEVEL = 4
+"""Records of real size are 6 % smaller than with level 1 for 0.05 s per million events; level 6 costs twice as much."""
 _MOST_COMPRESSED = 1040
 """Deflate shrinks by at most 1032: a larger claim is a lie, found before memory is allocated for it."""
 
@@ -40,7 +42,7 @@ def put(group: h5py.Group, name: str, values: np.ndarray) -> None:
     rows = max(1, CHUNK_BYTES // max(1, values[0].nbytes))
     chunks = (min(rows, len(values)), *values.shape[1:])
     group.create_dataset(
-        name, data=values, chunks=chunks, compression="gzip", compression_opts=1, shuffle=True, fletcher32=True
+        name, data=values, chunks=chunks, compression="gzip", compression_opts=GZIP_LEVEL, shuffle=True, fletcher32=True
     )
 
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from evslip import seeds
 from evslip.errors import ConfigError
-from evslip.events import kernel
 from evslip.events.accurate import AccuratePixels
 from evslip.events.film import Film
 from evslip.events.intake import checked_image, checked_mask, checked_time
 from evslip.events.optics import INTENSITIES, Intensity
+from evslip.events.ordering import in_time_order, unpack
 from evslip.events.presets import NOT_IN_V2E, resolve
 from evslip.events.sensor import Sensor
 from evslip.events.stream import Events, concatenate, empty_events
@@ -180,8 +180,8 @@ class EventCamera:
         masks = film.masks[: count + 1] if film.labelled else film.masks[:0]
         events = self._sensor.expose(film.images[:count], film.times_us[: count + 1], masks)
         film.rewind()
-        times, words = kernel.in_time_order(events)
-        x, y, p, body, cause = kernel.unpack(words)
+        times, words = in_time_order(events)
+        x, y, p, body, cause = unpack(words)
         return Events(times, x, y, p, body if film.labelled else None, cause)
 
     def _checked(self, t_us: Any, image: Any, bodies: Any) -> tuple[float, np.ndarray, np.ndarray | None]:

@@ -36,7 +36,6 @@ _ROOT_HALF = np.uint64(0x3FE6A09E667F3BCD)
 _EXPONENT_ONE, _MANTISSA = np.uint64(0x3FF0000000000000), np.uint64(0x000FFFFFFFFFFFFF)
 _EXPONENT_SHIFT, _TWO_52 = np.uint64(52), np.uint64(0x4330000000000000)
 _EXPONENT_BIAS = 2.0**52 + 1023.0
-_DIGIT = 9
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -182,6 +181,52 @@ def _awake(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
+def _noise_at(row: np.ndarray, time_us: float, step_us: float, out: np.ndarray) -> None:
+    """The photoreceptor's noise of a row at a time between the grid points that its memory holds."""
+    share = time_us / step_us - math.floor(time_us / step_us)
+    for x in range(len(out)):
+        out[x] = row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _cut_by_noise(
+    row: np.ndarray,
+    first_pixel: int,
+    start_us: float,
+    end_us: float,
+    log_0: np.ndarray,
+    log_end: np.ndarray,
+    current_end: np.ndarray,
+    rules: Rules,
+    log_1: np.ndarray,
+    current_1: np.ndarray,
+    noise: np.ndarray,
+) -> float:
+    """End an interval of a row where the photoreceptor's noise is drawn anew, if that comes first.
+
+    Fills log_1 and current_1 at the new end, and noise, of shape (2, columns), at both ends. Returns the new end.
+    """
+    step_us = rules.noise_step_us
+    point = int(np.floor(start_us / step_us)) + 1
+    cut_us = min(point * step_us, end_us)
+    share = (cut_us - start_us) / (end_us - start_us)
+    for x in range(len(log_0)):
+        log_1[x], current_1[x] = log_end[x], current_end[x]
+        if cut_us < end_us:
+            log_1[x] = log_0[x] + (log_end[x] - log_0[x]) * share
+            current_1[x] = math.exp(log_1[x])
+    _noise_at(row, start_us, step_us, noise[0])
+    if cut_us < point * step_us:
+        _noise_at(row, cut_us, step_us, noise[1])
+        return cut_us
+    noise[1] = row[NOISE_1]
+    row[NOISE_0] = row[NOISE_1]
+    for x in range(len(log_0)):
+        row[NOISE_1, x] = next_noise(rules, row[NOISE_0, x], current_1[x], first_pixel + x, point + 1)
+    return cut_us
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
 def expose(
     images: np.ndarray,
     times_us: np.ndarray,
@@ -203,12 +248,8 @@ def expose(
     """
     frames, _, columns = images.shape
     scratch = np.empty((2, columns))
-    logs, currents, filtered, noise = (
-        np.empty((3, columns)),
-        np.empty((3, columns)),
-        np.empty((2, columns)),
-        np.zeros((2, columns)),
-    )
+    logs, currents = np.empty((3, columns)), np.empty((3, columns))
+    filtered, noise = np.empty((2, columns)), np.zeros((2, columns))
     awake = np.zeros(-(-columns // 8) * 8, np.uint8)
     groups = awake.view(np.uint64)
     events, count = np.empty((1024, 2), np.int64), 0
@@ -228,26 +269,11 @@ def expose(
                 if rules.noise == 0.0:
                     photocurrent(images[frame, y], table, scale, offset, current_1, log_1, scratch)
                 else:
-                    # The interval is cut where the noise is drawn anew.
                     if start_us == times_us[frame]:
                         photocurrent(images[frame, y], table, scale, offset, currents[2], logs[2], scratch)
-                    point = int(np.floor(start_us / rules.noise_step_us)) + 1
-                    cut_us = min(point * rules.noise_step_us, end_us)
-                    for x in range(columns):
-                        log_1[x], current_1[x] = logs[2, x], currents[2, x]
-                        if cut_us < end_us:
-                            log_1[x] = log_0[x] + (logs[2, x] - log_0[x]) * (cut_us - start_us) / (end_us - start_us)
-                            current_1[x] = math.exp(log_1[x])
-                    end_us = cut_us
-                    _noise_at(row, start_us, rules.noise_step_us, noise[0])
-                    if end_us < point * rules.noise_step_us:
-                        _noise_at(row, end_us, rules.noise_step_us, noise[1])
-                    else:
-                        noise[1] = row[NOISE_1]
-                        for x in range(columns):
-                            row[NOISE_0, x] = row[NOISE_1, x]
-                            pixel = y * columns + x
-                            row[NOISE_1, x] = next_noise(rules, row[NOISE_0, x], current_1[x], pixel, point + 1)
+                    end_us = _cut_by_noise(
+                        row, y * columns, start_us, end_us, log_0, logs[2], currents[2], rules, log_1, current_1, noise
+                    )
                 if rules.lowpass:
                     base, gain = rules.base * (end_us - start_us), rules.gain * (end_us - start_us)
                     _lowpass(log_0, log_1, current_0, current_1, filtered_0, base, gain, filtered_1)
@@ -284,61 +310,3 @@ def expose(
                 start_us = end_us
         row[LOG], row[CURRENT], row[FILTERED] = logs[now], currents[now], filtered[now]
     return events[:count]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _noise_at(row: np.ndarray, time_us: float, step_us: float, out: np.ndarray) -> None:
-    """The photoreceptor's noise of a row at a time between the grid points that its memory holds."""
-    share = time_us / step_us - math.floor(time_us / step_us)
-    for x in range(len(out)):
-        out[x] = row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def in_time_order(events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times and words of events of shape (n, 2), sorted by time, equal times by frame, then as given: a radix sort.
-
-    The times of a frame never come before those of the frame before it, so time + frame number sorts by both.
-    """
-    count = len(events)
-    keys, words = np.empty(count, np.int64), np.empty(count, np.int64)
-    if count == 0:
-        return keys, words
-    for i in range(count):
-        words[i] = events[i, 1]
-        keys[i] = events[i, 0] + (words[i] >> 48)
-    first, last = keys.min(), keys.max()
-    keys -= first
-    other_keys, other_words = np.empty_like(keys), np.empty_like(words)
-    shift = 0
-    while (last - first) >> shift > 0:
-        starts = np.zeros((1 << _DIGIT) + 1, np.int64)
-        for i in range(count):
-            starts[((keys[i] >> shift) & ((1 << _DIGIT) - 1)) + 1] += 1
-        for digit in range(1 << _DIGIT):
-            starts[digit + 1] += starts[digit]
-        for i in range(count):
-            digit = (keys[i] >> shift) & ((1 << _DIGIT) - 1)
-            place = starts[digit]
-            starts[digit] += 1
-            other_keys[place], other_words[place] = keys[i], words[i]
-        keys, other_keys = other_keys, keys
-        words, other_words = other_words, words
-        shift += _DIGIT
-    return keys + first - (words >> 48), words
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def unpack(words: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(x, y, p, body, cause) of event words."""
-    count = len(words)
-    x, y = np.empty(count, np.uint16), np.empty(count, np.uint16)
-    p, body, cause = np.empty(count, np.bool_), np.empty(count, np.uint8), np.empty(count, np.uint8)
-    for i in range(count):
-        word = words[i]
-        p[i] = word & 1
-        cause[i] = (word >> 1) & 127
-        body[i] = (word >> 8) & 255
-        x[i] = (word >> 16) & 65535
-        y[i] = (word >> 32) & 65535
-    return x, y, p, body, cause

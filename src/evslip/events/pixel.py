@@ -26,8 +26,8 @@ from evslip.events.noise import CANDIDATE, LEAK, PHOTO, normals, uniforms
 from evslip.events.stream import HOT, SHOT, SIGNAL
 from evslip.events.stream import LEAK as LEAK_CAUSE
 
-TOLERANCE_US = 0.02
-"""How far the cubics may shift the time of an event of the signal."""
+TOLERANCE = 2e-7
+"""How far the cubics may lie from lp, in ln units: a microsecond where lp moves by 0.2 a second."""
 
 
 # A sensor's memory is one float64 array of shape (rows, STATE, columns), and what never changes one of shape
@@ -176,18 +176,16 @@ def _crossing(
 
 
 @njit(cache=True, error_model="numpy")
-def _pieces(change: float, exponent: float, length_us: float) -> int:
-    """How often an interval is halved for the cubics.
+def _pieces(change: float, exponent: float, lag: float) -> int:
+    """How often an interval is halved for the cubics; lag: the largest distance between L and lp.
 
-    A cubic through end values and slopes misses by h^4 / 384 of the fourth derivative; that shifts times by about
-    (K + |x|)^3 / 384 of h.
+    A cubic through end values and slopes misses by h^4 / 384 of the fourth derivative: about (K + |x|)^4 / 384 of the
+    lag.
     """
     count = halvings(change, exponent)
     bend = (exponent + abs(change)) / (1 << count)
-    length_us /= 1 << count
-    while count < 16 and bend * bend * bend * length_us > 384.0 * TOLERANCE_US:
+    while count < 16 and lag * (bend * bend) * (bend * bend) > 384.0 * TOLERANCE:
         bend *= 0.5
-        length_us *= 0.5
         count += 1
     return count
 
@@ -231,7 +229,8 @@ def fire(
     parts = 1
     if rules.lowpass:
         steepest = (rules.base + rules.gain * max(interval.current_0, interval.current_1)) * length
-        parts = 1 << _pieces(change, steepest, length)
+        lag = max(abs(interval.log_0 - interval.filtered_0), abs(interval.log_1 - interval.filtered_1))
+        parts = 1 << _pieces(change, steepest, lag)
     span = length / parts
     log_a, current_a, value_a = interval.log_0, interval.current_0, interval.filtered_0
     for part in range(parts):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.render.lanes import kernel
+from evslip.render.lanes import formula
 
 AZIMUTHS, ELEVATIONS = 128, 64
 NORMALS = 400
@@ -50,7 +50,7 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
     return Ambient(surface, matrix)
 
 
-@kernel
+@formula
 def irradiance(matrix, x, y, z):
     """The quadratic form of `Ambient.matrix` for a normal; of the type of its arguments."""
     squares = matrix[0, 0] * x * x + matrix[1, 1] * y * y + matrix[2, 2] * z * z

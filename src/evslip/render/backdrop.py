@@ -6,7 +6,7 @@ import numpy as np
 
 from evslip.render.lanes import GROUND, LANES, ONE, RAY_X, RAY_Y, RESULT, TILE_H, TILE_W, ZERO, f32, kernel
 from evslip.render.plane import PLANE, describe, meet_plane, reflect, reflect_below_horizon
-from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_blur, place_lamp
+from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, place_lamp
 from evslip.render.sphere import draw_lamp, glow, meet_sphere, unroll
 from evslip.render.texels import sample
 
@@ -42,7 +42,7 @@ def backdrop(
     for k in range(count):
         change_frame(axes, origin, caster_turns[k], caster_places[k], turns[k], moves[k])
         sizes[k] = math.sqrt(caster_halves[k, 0] ** 2 + caster_halves[k, 1] ** 2 + caster_halves[k, 2] ** 2)
-    active, blurs = np.zeros(count, np.bool_), np.zeros((count, 3), np.float32)
+    active, steps = np.zeros(count, np.bool_), np.zeros((count, 2, 3), np.float32)
     towards, angle = _bearing(camera, turn, lamp, lamp_radius)
 
     surface = (
@@ -53,7 +53,7 @@ def backdrop(
         sphere_cells, sphere_levels, f32(repetitions), f32(sphere_radius), f32(sphere_luminance),
         camera32, turn32, towards, angle, f32(lamp_luminance),
     )  # fmt: skip
-    shadows = (active, turns, moves, lamps, caster_halves.astype(np.float32), blurs)
+    shadows = (active, turns, moves, lamps, caster_halves.astype(np.float32), steps)
     where = np.empty(LANES, np.int64)
     flat = out.reshape(-1)
     for y0 in range(0, height, TILE_H):
@@ -134,12 +134,12 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
         meet_plane(
             S, n, plane, pixel, power, lamp_radius, gloss, per_m * levels[0, 1], PROBES, 1, ENDLESS, ENDLESS
         )  # fmt: skip
-        active, turns, moves, lamps, halves, blurs = shadows
+        active, turns, moves, lamps, halves, steps = shadows
         if active.any():
             begin_group(S, n)
             for k in range(active.size):
                 if active[k]:
-                    hide(S, n, turns[k], moves[k], lamps[k], halves[k], lamp_radius, blurs[k])
+                    hide(S, n, turns[k], moves[k], lamps[k], halves[k], lamp_radius, steps[k])
                 if k == 0:  # the object's shadow and the gripper's overlap; the gripper's parts are one body
                     end_group(S, n)
                     begin_group(S, n)
@@ -155,8 +155,8 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
 def _choose_casters(
     x0, y0, x1, y1, height, width, camera, turn, focal, lamp, lamp_radius, sphere_radius, plane, places, sizes, shadows
 ):  # fmt: skip
-    """Which casters can shadow the surface in a tile, and how a pixel there blurs each one's shadow."""
-    active, turns, _, lamps, _, blurs = shadows
+    """Which casters can shadow the surface in a tile, and how a pixel there steps each one's shadow."""
+    active, turns, _, _, _, steps = shadows
     active[:] = False
     points = np.empty((5, 3))
     ray = np.empty(3)
@@ -189,7 +189,7 @@ def _choose_casters(
     for k in range(active.size):
         if may_shadow(middle, spread * 1.1 + 0.01, places[k], sizes[k], lamp, lamp_radius):
             active[k] = True
-            pixel_blur(turns[k], lamps[k], right, down, blurs[k])
+            pixel_steps(turns[k], right, down, steps[k])
 
 
 @kernel

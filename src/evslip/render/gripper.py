@@ -7,7 +7,7 @@ import numpy as np
 from evslip.render.ambient import irradiance
 from evslip.render.lanes import LANES, LIT, ONE, RESULT, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
 from evslip.render.layers import FINGER, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
-from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_blur, risen
+from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
 
 TOUCHING_M = 0.0015
 """A fragment this far behind the object's near face still counts as in front: pads sink into a soft contact."""
@@ -35,7 +35,7 @@ def shade_gripper(
     turns, moves, lamps = np.empty((2, 3, 3), np.float32), np.empty((2, 3), np.float32), np.zeros((2, 3), np.float32)
     change_frame(eye, zero, axes_here, place_here, turns[0], moves[0])
     change_frame(eye, zero, palm_turn, palm_place, turns[1], moves[1])
-    halves, blurs = np.empty((2, 3), np.float32), np.zeros((2, 3), np.float32)
+    halves, steps = np.empty((2, 3), np.float32), np.zeros((2, 2, 3), np.float32)
     sizes = np.zeros(2)
     right, down = np.zeros(3), np.zeros(3)
     right[0] = down[1] = -place_here[2] / focal
@@ -48,7 +48,7 @@ def shade_gripper(
                 total += turns[k, j, i] * lamp_here[i]
             lamps[k, j] = f32(total)
         sizes[k] = math.sqrt(sizes[k])
-        pixel_blur(turns[k], lamps[k], right, down, blurs[k])
+        pixel_steps(turns[k], right, down, steps[k])
     lamp32, radius = lamp_here.astype(np.float32), f32(lamp_radius)
     power, shine = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss)
     planes = _near_faces(axes_here, place_here, object_half)
@@ -65,11 +65,11 @@ def shade_gripper(
             middle, reach = bounds[chunk, :3], bounds[chunk, 3] + 0.001
             begin_group(S, n)
             if may_shadow(middle, reach, place_here, sizes[0], lamp_here, lamp_radius):
-                hide(S, n, turns[0], moves[0], lamps[0], halves[0], radius, blurs[0])
+                hide(S, n, turns[0], moves[0], lamps[0], halves[0], radius, steps[0])
             end_group(S, n)
             if finger > ZERO and may_shadow(middle, reach, palm_place, sizes[1], lamp_here, lamp_radius):
                 begin_group(S, n)
-                hide(S, n, turns[1], moves[1], lamps[1], halves[1], radius, blurs[1])
+                hide(S, n, turns[1], moves[1], lamps[1], halves[1], radius, steps[1])
                 for i in range(n):
                     S[SEEN + i] *= ONE - own[FINGER, i] * (ONE - S[SEEN_NOW + i])
         for i in range(n):

@@ -26,10 +26,13 @@ TILE_W, TILE_H = 32, 8
 ) = (slot * LANES for slot in range(20))  # fmt: skip
 SCRATCH = 20 * LANES
 
-kernel = compiled(fastmath={"nnan", "ninf", "nsz"}, error_model="numpy")
+_OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
+kernel = compiled(**_OPTIONS)
 """The compiler may assume ordinary numbers, which lets minima become vector instructions. It may not reorder or fuse
-operations: how it would do so depends on where a function is inlined, and frames would differ in their last bits between
-a process that compiles and one that loads the code from disk."""
+operations: how it would do so depends on where a function is inlined, and frames would differ in their last bits
+between a process that compiles and one that loads the code from disk."""
+formula = compiled(**_OPTIONS, forceinline=True)
+"""A kernel that is always copied into its caller: what stands inside a loop that is to become vector instructions."""
 
 f32 = np.float32
 ZERO, HALF, ONE, TWO = f32(0), f32(0.5), f32(1), f32(2)

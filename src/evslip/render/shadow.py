@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from evslip.render.lanes import HALF, ONE, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
+from evslip.render.lanes import HALF, ONE, SEEN, SEEN_NOW, TWO, ZERO, U, V, W, f32, formula, kernel
 
-TINY = f32(1e-9)
+TINY = f32(1e-12)
 
 
-@kernel
+@formula
 def disc_share(x):
     """Share of a unit disc on the inner side of a line at signed distance x; polynomial, within 0.013,
     that leaves 0 and 1 with slope 0."""
@@ -18,7 +18,7 @@ def disc_share(x):
     return HALF + x * (f32(0.63662) + y * (f32(-0.0232) + y * f32(-0.1134)))
 
 
-@kernel
+@formula
 def risen(height):
     """Mean of max(0, height + y) over a unit disc in y, for height in [-1, 1]: the cosine of a lamp that is cut by the
     receiver's horizon, in units of its angular radius. Fit to the integral within 0.002; 0 at -1 and `height` at 1.
@@ -27,38 +27,50 @@ def risen(height):
     return HALF * height + f32(0.2122066) + y * (f32(0.3255868) - y * f32(0.0377934))
 
 
-@kernel
-def wedge(py, pz, ly, lz, hy, hz, lamp_radius, blur):
+@formula
+def past_corner(ay, az, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z):
+    """How far the lamp at (dy, dz) stands past the line to a corner at (ay, az), in units of the penumbra's half width.
+
+    The penumbra is widened by what half a pixel's steps (right, down) turn that line, so that no shadow edge is sharper
+    than a pixel; a step along the line, as towards the foot of a standing box, turns nothing.
+    """
+    square = ay * ay + az * az
+    turned = lamp_distance * (abs(right_y * az - right_z * ay) + abs(down_y * az - down_z * ay))
+    return (dy * az - dz * ay) * math.sqrt(square) / (lamp_radius * square + HALF * turned + TINY)
+
+
+@formula
+def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z):
     """Share of the lamp's disc inside the wedge that the rectangle |y| <= hy, |z| <= hz subtends from (py, pz).
 
-    The two tangent lines cut the disc; `blur` widens their penumbrae to the pixel's own width, in the units of the
-    cross products below, so that no shadow edge is sharper than a pixel.
+    The wedge's rims are the farthest corners to either side. Corners between them count as well: it changes nothing
+    for a point, but a pixel near the rectangle's edge reaches to both sides of it, and its shadow must pass on smoothly
+    from one corner to the next. So does the shadow of a point that comes to lie inside.
     """
-    # Mirrored so that the point lies at positive y and z; then the corners seen at the rims are always the same two.
-    ly = ly if py > ZERO else -ly
-    lz = lz if pz > ZERO else -lz
+    # Mirrored so that the point lies at positive y and z; then only three corners can be rims.
+    mirror_y = ONE if py > ZERO else -ONE
+    mirror_z = ONE if pz > ZERO else -ONE
+    right_y, down_y = right_y * mirror_y, down_y * mirror_y
+    right_z, down_z = right_z * mirror_z, down_z * mirror_z
     py, pz = abs(py), abs(pz)
-    beside_y = py > hy
-    beside_z = pz > hz
-    ay = hy - py
-    az = (-hz if beside_y else hz) - pz
-    by = (-hy if beside_z else hy) - py
-    bz = hz - pz
-    dy = ly - py
-    dz = lz - pz
-    first = (dy * az - dz * ay) / (lamp_radius * math.sqrt(ay * ay + az * az) + blur)
-    second = (by * dz - bz * dy) / (lamp_radius * math.sqrt(by * by + bz * bz) + blur)
-    share = max(ZERO, disc_share(first) + disc_share(second) - ONE)
-    return share if (beside_y or beside_z) else ONE
+    dy, dz = ly * mirror_y - py, lz * mirror_z - pz
+    near_y, near_z = hy - py, hz - pz
+    first = past_corner(near_y, -hz - pz, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
+    middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
+    last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
+    between = disc_share(max(first, middle)) + disc_share(max(-last, -middle)) - ONE
+    inside_y = near_y / (abs(right_y) + abs(down_y) + TINY)
+    inside_z = near_z / (abs(right_z) + abs(down_z) + TINY)
+    return max(max(ZERO, between), disc_share(TWO * min(inside_y, inside_z)))
 
 
 @kernel
-def hide(S, n, turn, move, lamp, half, lamp_radius, blur):
+def hide(S, n, turn, move, lamp, half, lamp_radius, steps):
     """SEEN_NOW = min(SEEN_NOW, share of the lamp that a box leaves visible from the points U, V, W).
 
     turn (3, 3), move (3,): receiver frame -> box frame; lamp (3,): its centre in the box frame; half (3,): the box;
-    blur (3,): as in `wedge`, for the projections along x, y, z. The box's silhouette is the intersection of its three
-    wedges; their shares are multiplied.
+    steps (2, 3): of `pixel_steps`. The box's silhouette is the intersection of its three wedges; their shares are
+    multiplied.
     """
     m00, m01, m02 = turn[0, 0], turn[0, 1], turn[0, 2]
     m10, m11, m12 = turn[1, 0], turn[1, 1], turn[1, 2]
@@ -66,15 +78,17 @@ def hide(S, n, turn, move, lamp, half, lamp_radius, blur):
     o0, o1, o2 = move[0], move[1], move[2]
     l0, l1, l2 = lamp[0], lamp[1], lamp[2]
     h0, h1, h2 = half[0], half[1], half[2]
-    k0, k1, k2 = blur[0] + TINY, blur[1] + TINY, blur[2] + TINY
+    r0, r1, r2 = steps[0, 0], steps[0, 1], steps[0, 2]
+    d0, d1, d2 = steps[1, 0], steps[1, 1], steps[1, 2]
+    far0, far1, far2 = math.sqrt(l1 * l1 + l2 * l2), math.sqrt(l2 * l2 + l0 * l0), math.sqrt(l0 * l0 + l1 * l1)
     for i in range(n):
         u, v, w = S[U + i], S[V + i], S[W + i]
         x = o0 + m00 * u + m01 * v + m02 * w
         y = o1 + m10 * u + m11 * v + m12 * w
         z = o2 + m20 * u + m21 * v + m22 * w
-        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, k0)
-        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, k1)
-        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, k2)
+        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2)
+        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0)
+        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1)
         S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
 
 
@@ -91,20 +105,12 @@ def end_group(S, n):
 
 
 @kernel
-def pixel_blur(turn, lamp, right, down, blur):
-    """blur (3,) for `wedge`: half of what one pixel's steps on the receiver change in its cross products.
-
-    right, down (3,): the receiver point's movement by one pixel, in the receiver frame.
-    """
+def pixel_steps(turn, right, down, steps):
+    """steps (2, 3): how a receiver point moves, in the box frame, from one pixel to the next; right, down (3,): the
+    same in the receiver frame."""
     for k in range(3):
-        blur[k] = ZERO
-    for step in (right, down):
-        x = turn[0, 0] * step[0] + turn[0, 1] * step[1] + turn[0, 2] * step[2]
-        y = turn[1, 0] * step[0] + turn[1, 1] * step[1] + turn[1, 2] * step[2]
-        z = turn[2, 0] * step[0] + turn[2, 1] * step[1] + turn[2, 2] * step[2]
-        blur[0] += HALF * abs(lamp[2] * y - lamp[1] * z)
-        blur[1] += HALF * abs(lamp[0] * z - lamp[2] * x)
-        blur[2] += HALF * abs(lamp[1] * x - lamp[0] * y)
+        steps[0, k] = turn[k, 0] * right[0] + turn[k, 1] * right[1] + turn[k, 2] * right[2]
+        steps[1, k] = turn[k, 0] * down[0] + turn[k, 1] * down[1] + turn[k, 2] * down[2]
 
 
 @kernel

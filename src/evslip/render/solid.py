@@ -8,7 +8,7 @@ from evslip.render.ambient import irradiance
 from evslip.render.lanes import HALF as HALF
 from evslip.render.lanes import LANES, RAY_X, RAY_Y, RESULT, ZERO, f32, kernel
 from evslip.render.plane import PLANE, describe, meet_plane, reflect
-from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_blur, place_lamp
+from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, place_lamp
 from evslip.render.texels import sample
 
 PROBES = 2
@@ -52,7 +52,7 @@ def draw_solid(
     lamps = np.empty((count, 3), np.float32)
     place_lamp(caster_turns, caster_places, lamp, lamps)
     turns, moves = np.empty((count, 3, 3), np.float32), np.empty((count, 3), np.float32)
-    blurs, halves = np.zeros((count, 3), np.float32), caster_halves.astype(np.float32)
+    steps, halves = np.zeros((count, 2, 3), np.float32), caster_halves.astype(np.float32)
     u_axis, v_axis, normal, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     frame, plane = np.empty((3, 3)), np.zeros(PLANE)
     right, down = np.zeros(3), np.zeros(3)
@@ -79,7 +79,7 @@ def draw_solid(
             active[c] = active[c] and may_shadow(origin, reach, caster_places[c], size, lamp, lamp_radius)
             if active[c]:
                 change_frame(frame, origin, caster_turns[c], caster_places[c], turns[c], moves[c])
-                pixel_blur(turns[c], lamps[c], right, down, blurs[c])
+                pixel_steps(turns[c], right, down, steps[c])
         for row in range(rows[k, 0], rows[k, 1]):
             first, last = spans[k, row, 0], spans[k, row, 1]
             while first < last and keep[row, first] <= ZERO:
@@ -98,7 +98,7 @@ def draw_solid(
                     begin_group(S, n)
                     for c in range(1, count):
                         if active[c]:
-                            hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, blurs[c])
+                            hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, steps[c])
                     end_group(S, n)
                 sample(
                     S, n, cells, fetched, own, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF,

@@ -19,13 +19,14 @@ from evslip.render.lanes import (
     V,
     W,
     f32,
+    formula,
     kernel,
 )  # fmt: skip
 
 INVERSE_TURN = f32(0.15915494)
 
 
-@kernel
+@formula
 def arctangent(y, x):
     """atan2 within 2e-6; the compiler has no vector version of the library's."""
     ax, ay = abs(x), abs(y)

@@ -19,6 +19,7 @@ from evslip.render.lanes import (
     U,
     V,
     f32,
+    formula,
     kernel,
 )  # fmt: skip
 
@@ -52,7 +53,7 @@ def halve(image: np.ndarray, axis: int) -> np.ndarray:
     return (image[tuple(first)] + image[tuple(second)]) * image.dtype.type(0.5)
 
 
-@kernel
+@formula
 def floor32(x):
     rounded = f32(np.int32(x))
     return rounded - ONE if rounded > x else rounded

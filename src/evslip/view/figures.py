@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from evslip.events.stream import Events
+from evslip.frame import OBJECT
 from evslip.truth import Truth
 from evslip.view.pictures import OFF_COLOR, ON_COLOR
 
@@ -23,39 +24,53 @@ def array(values: np.ndarray) -> dict[str, str]:
 
 
 def space_time(events: Events, size: tuple[int, int], most: int = 20_000) -> Figure:
-    """A stream as points in (time, column, row), thinned evenly to at most `most`."""
+    """A stream as points in (time, column, row), thinned evenly to at most `most`.
+
+    Where events know their body, those of the object stand out: they tell a slip from a hold.
+    """
     shown = events.select(np.unique(np.linspace(0, max(0, events.count - 1), min(most, events.count)).astype(int)))
-    start_s = events.t_us[0] / 1e6 if events.count else 0.0
+    on_object = np.ones(shown.count, bool) if shown.body is None else shown.body == OBJECT
+    of = "" if shown.body is None else " of the object"
+    kinds = (
+        ("others", "rgb(140,140,140)", ~on_object, 1.0, 0.45),
+        (f"ON{of}", f"rgb{ON_COLOR}", on_object & shown.p, 2.0, 0.9),
+        (f"OFF{of}", f"rgb{OFF_COLOR}", on_object & ~shown.p, 2.0, 0.9),
+    )
     traces = []
-    for name, color, which in (("ON", ON_COLOR, shown.p), ("OFF", OFF_COLOR, ~shown.p)):
+    for name, color, which, marker_size, opacity in kinds:
         part = shown.select(which)
-        traces.append(
-            {
-                "type": "scatter3d",
-                "mode": "markers",
-                "name": name,
-                "x": array((part.t_us / 1e6).astype(np.float32)),
-                "y": array(part.x),
-                "z": array(part.y),
-                "marker": {"size": 1.4, "color": f"rgb{color}", "opacity": 0.75},
-                "hovertemplate": "%{x:.4f} s, column %{y}, row %{z}<extra>" + name + "</extra>",
-            }
-        )
+        if part.count or name != "others":
+            traces.append(
+                {
+                    "type": "scatter3d",
+                    "mode": "markers",
+                    "name": name,
+                    "x": array((part.t_us / 1e6).astype(np.float32)),
+                    "y": array(part.x),
+                    "z": array(part.y),
+                    "marker": {"size": marker_size, "color": color, "opacity": opacity},
+                    "hovertemplate": "%{x:.4f} s, column %{y}, row %{z}<extra>" + name + "</extra>",
+                }
+            )
     width, height = size
-    end_s = events.t_us[-1] / 1e6 if events.count else 1.0
+    level = {"tickangle": 0, "nticks": 5}
     return {
         "data": traces,
         "layout": {
-            "height": 430,
+            "height": 400,
             "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
             "legend": {"x": 0, "y": 1, "itemsizing": "constant", "orientation": "h"},
             "scene": {
-                "xaxis": {"title": {"text": "time (s)"}, "range": [start_s, end_s]},
-                "yaxis": {"title": {"text": "column"}, "range": [0, width]},
-                "zaxis": {"title": {"text": "row"}, "range": [height, 0]},
+                "xaxis": {"title": {"text": "time (s)"}, **level},
+                "yaxis": {"title": {"text": "column"}, "range": [0, width], **level},
+                "zaxis": {"title": {"text": "row"}, "range": [height, 0], **level},
                 "aspectmode": "manual",
-                "aspectratio": {"x": 2.1, "y": 1.0, "z": height / width},
-                "camera": {"eye": {"x": 0.55, "y": -1.75, "z": 0.75}, "center": {"x": 0, "y": 0, "z": -0.12}},
+                "aspectratio": {"x": 1.7, "y": 1.0, "z": height / width},
+                "camera": {
+                    "eye": {"x": -0.9, "y": -2.0, "z": 0.75},
+                    "center": {"x": 0.05, "y": 0, "z": -0.12},
+                    "projection": {"type": "orthographic"},
+                },
             },
         },
     }
@@ -68,7 +83,7 @@ def theta(
     phases: Mapping[str, tuple[int, int]],
     thresholds_deg: tuple[float, float],
 ) -> Figure:
-    """Angular difference over time with both thresholds; the time in which the object is held is shaded.
+    """Angular difference over time with both thresholds; the times in which the two objects are held are shaded.
 
     `thresholds_deg` are those of hold and of slip.
     """
@@ -77,13 +92,13 @@ def theta(
         if truth is not None:
             traces.append(_angle(truth, name, color, 2.5, 5, True))
     truths = [truth for truth in (slip, hold, *others) if truth is not None]
-    spans = [truth.t_us[truth.held][[0, -1]] / 1e6 for truth in truths if truth.held.any()]
     begin, end = min(float(truth.span_us[0]) for truth in truths) / 1e6, max(t.span_us[1] for t in truths) / 1e6
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
-    if spans:
-        held = min(s[0] for s in spans), max(s[1] for s in spans)
-        shapes.append(_band(float(held[0]), float(held[1]), "rgba(120,140,200,0.13)"))
+    for truth, color in ((slip, "rgba(224,123,0,0.09)"), (hold, "rgba(10,143,108,0.09)")):
+        if truth is not None and truth.held.any():
+            first_us, last_us = truth.t_us[truth.held][[0, -1]]
+            shapes.append(_band(first_us / 1e6, last_us / 1e6, color))
     for name, (start_us, end_us) in phases.items():
         start, stop = max(start_us / 1e6, begin), min(end_us / 1e6, end)
         if stop > start:
@@ -93,7 +108,7 @@ def theta(
     for value, text in zip(thresholds_deg, ("below: hold", "above: slip"), strict=True):
         line = {"color": "rgba(200,60,60,0.9)", "width": 1.5, "dash": "dash"}
         shapes.append({"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": value, "y1": value, "line": line})
-        side = {"x": 1, "xref": "paper", "xanchor": "right", "yanchor": "bottom", "showarrow": False}
+        side = {"x": 0.13, "xref": "paper", "xanchor": "left", "yanchor": "bottom", "showarrow": False}
         # On a logarithmic axis Plotly wants the exponent; the page replaces it when the axis is made linear.
         notes.append({**side, "y": float(np.log10(value)), "text": f"{value:g}° · {text}", "name": f"{value:g}"})
     top = max([float(truth.theta_deg.max(initial=0)) for truth in truths] + [thresholds_deg[1]])

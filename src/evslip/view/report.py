@@ -27,6 +27,8 @@ PHASES = ("initial", "lift", "tilt", "back", "placement")
 """What the frame strip shows, each in its middle."""
 SHOWN_US = 20_000
 """Length of time whose events are drawn over a frame."""
+CLOUD_US = 600_000
+"""Length of time of a space-time plot."""
 MOST_LINES = 60
 """Samples whose angle is drawn besides those of the strip."""
 
@@ -152,19 +154,31 @@ def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
         f'<img src="{data_uri(image)}" alt="{_text(alt + what)}">'
         for image, what in ((frame, ""), (overlay(frame, events), ", with events"))
     )
-    caption = f"<b>{_text(phase)}</b> {t_us / 1e6:.2f} s · {angle:.2f}° · {events.count:,} events"
+    caption = f"<b>{_text(phase)}</b> {t_us / 1e6:.2f} s · {angle:.2f}°<br>{events.count:,} events"
     return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"
 
 
 def _clouds(examples: Mapping[str, Record]) -> str:
     if not examples:
         return ""
+    onset = examples["slip"].truth.onset_us if "slip" in examples and examples["slip"].truth else None
     columns = []
     for label, record in examples.items():
-        head = f"<h3>{_swatch(label)}{_text(label)}: {_text(record.name)}, {record.events.count:,} events</h3>"
-        columns.append(f"<div>{head}{_figure(f'cloud-{label}', figures.space_time(record.events, record.size))}</div>")
-    note = "Every point is an event (thinned evenly). Drag to turn, scroll to zoom."
+        start_us = _cloud_start(record) if onset is None else onset - CLOUD_US // 4
+        events = record.events.between(start_us, start_us + CLOUD_US)
+        head = f"<h3>{_swatch(label)}{_text(label)}: {_text(record.name)}, {events.count:,} events</h3>"
+        columns.append(f"<div>{head}{_figure(f'cloud-{label}', figures.space_time(events, record.size))}</div>")
+    note = (
+        f"Every point is an event, thinned evenly; {CLOUD_US / 1e6:g} s about the onset of the slip, the same time of "
+        "both. Where the object holds, it is still before the camera and gives next to none. Drag to turn, scroll to zoom."
+    )
     return _section("Their events in space and time", note, f'<div class="columns">{"".join(columns)}</div>')
+
+
+def _cloud_start(record: Record) -> int:
+    """Where a cloud begins when no slip says it: with the lift."""
+    assert record.params is not None  # a simulated record has them
+    return phase_times(record.params)["lift"][0]
 
 
 def _angles(dataset: Dataset, examples: Mapping[str, Record], settings: WindowSettings) -> str:
@@ -184,7 +198,7 @@ def _angles(dataset: Dataset, examples: Mapping[str, Record], settings: WindowSe
     note = (
         "How far the object has turned in the hand since the grip closed. A window is slip or hold by its change of "
         f"this angle: at least {settings.slip_deg:g}° or less than {settings.hold_deg:g}° in {settings.length_s:g} s. "
-        "Shaded: the object is held, free of the surface."
+        "Shaded: the object of the sample of that colour is held, free of the surface."
     )
     button = '<button data-scale="theta">linear axis</button>'
     return _section("Angular difference over time", note, button + _figure("theta", figure))
@@ -274,7 +288,7 @@ def _describe(label: str, record: Record) -> str:
         f"{1000 * params.object.mass_kg:.3g} g",
         f"grip {params.grip.force_n:.3g} N, friction {params.grip.friction:.2g}",
         "never slips" if onset is None else f"slips from {onset / 1e6:.2f} s",
-        f"at most {float(record.truth.theta_deg.max()):.3g}°",
+        f"turns by at most {float(record.truth.theta_deg[record.truth.held].max(initial=0)):.3g}°",
     ]
     return _text(f"{label}: {', '.join(facts)}")
 

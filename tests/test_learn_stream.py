@@ -1,0 +1,76 @@
+"""The streaming detector against windows cut one by one, through silence and disorder."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from evslip.errors import ConfigError, DataError
+from evslip.events.stream import Events, empty_events
+from evslip.learn import Detector, build_model, detect
+from evslip.learn.checkpoint import Description, save_model
+from evslip.learn.evaluate import probabilities
+from evslip.window_set import WindowSettings
+from evslip.windows import windows_of
+from slip_records import HELD, SIZE, slip_record, turning
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory) -> Path:
+    """Fresh weights: what a stream gives must not depend on how good the answers are."""
+    torch.manual_seed(0)
+    folder = tmp_path_factory.mktemp("model")
+    save_model(folder, build_model("cnn3d"), Description("cnn3d", 0.5, WindowSettings(), {}))
+    return folder
+
+
+def test_answers_equal_those_on_the_windows(model: Path) -> None:
+    record = slip_record("a", turning(600, 1900, 15.0))
+    # One event at the start of holding, so that the detector's hops fall on the windows' starts.
+    start_us = HELD.start * 1000
+    events = record.events.between(start_us, 2_400_000)
+    first = Events(np.array([start_us]), np.zeros(1, np.uint16), np.zeros(1, np.uint16), np.ones(1, bool))
+    events = Events(*(np.concatenate([a, b]) for a, b in zip(first[:4], events[:4], strict=True)))
+    windows = windows_of([record], WindowSettings(balance=False, hold_deg=1, hold_mm=2))
+    found = detect(model, events, SIZE, hop_s=0.16)
+    which = np.isin(found.t_us, windows.start_us + 160_000)
+    assert which.sum() == len(windows) == 13
+    detector = Detector(model)
+    expected = probabilities(detector._network, windows)
+    np.testing.assert_allclose(found.p_slip[which], expected, atol=1e-5)
+    np.testing.assert_array_equal(found.events[which], np.diff(windows.offsets))
+
+
+def test_silence_is_answered_too(model: Path) -> None:
+    detector = Detector(model, hop_s=0.1)
+    assert len(detector.push(empty_events()).t_us) == 0
+    one = Events(np.array([1_000_000]), np.array([100], np.uint16), np.array([100], np.uint16), np.ones(1, bool))
+    assert len(detector.push(one).t_us) == 0
+    answers = detector.push(empty_events(), until_us=1_500_000)
+    assert answers.t_us.tolist() == [1_160_000, 1_260_000, 1_360_000, 1_460_000]
+    assert answers.events.tolist() == [1, 0, 0, 0]
+    assert detector._kept.count == 0
+
+
+def test_memory_is_bounded_by_a_window(model: Path) -> None:
+    events = slip_record("a", turning(600, 1900, 15.0)).events
+    detector = Detector(model, hop_s=0.02)
+    for i in range(0, events.count, 500):
+        detector.push(events.select(slice(i, i + 500)))
+        kept = detector._kept
+        assert not kept.count or kept.t_us[-1] - kept.t_us[0] <= 160_000
+
+
+def test_events_out_of_order_are_refused(model: Path) -> None:
+    events = slip_record("a", turning(600, 1900, 15.0)).events
+    detector = Detector(model)
+    detector.push(events.select(slice(2000, 2500)))
+    with pytest.raises(DataError, match="time order"):
+        detector.push(events.select(slice(0, 10)))
+
+
+@pytest.mark.parametrize("hop_s", [0, -0.1, float("nan")])
+def test_wrong_hop(model: Path, hop_s: float) -> None:
+    with pytest.raises(ConfigError, match="hop_s"):
+        Detector(model, hop_s=hop_s)
