@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 import evslip
-from evslip.generate import STAGES
+from evslip.generation import STAGES
 
 
 def main() -> None:

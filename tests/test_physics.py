@@ -11,7 +11,7 @@ from evslip.motion import minimum_jerk, plan, tool_path
 from evslip.params import Params
 from evslip.phases import phase_times
 from evslip.robot import ARM_JOINTS
-from evslip.simulate import simulate
+from evslip.simulation import simulate
 from evslip.truth import measure
 
 

@@ -261,6 +261,6 @@ def test_wrong_settings(wrong: dict) -> None:
 def test_the_learning_half_never_imports_the_physics_nor_windows_torch() -> None:
     script = (
         "import sys, evslip.windows; assert 'torch' not in sys.modules; import evslip.learn; "
-        "assert not {'mujoco', 'evslip.simulate', 'evslip.scene'} & set(sys.modules)"
+        "assert not {'mujoco', 'evslip.simulation', 'evslip.scene'} & set(sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

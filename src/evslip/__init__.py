@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from evslip.events import EventCamera
     from evslip.events.stream import Events
     from evslip.frame import Frame
-    from evslip.generate import generate
+    from evslip.generation import generate
     from evslip.learn import Detector
     from evslip.params import Params, draw
     from evslip.record import Record
     from evslip.render import render
-    from evslip.simulate import simulate
+    from evslip.simulation import simulate
     from evslip.trajectory import Trajectory
     from evslip.truth import Truth, angular_difference, measure
 
@@ -37,13 +37,13 @@ _HOME = {
     "Truth": "truth",
     "angular_difference": "truth",
     "draw": "params",
-    "generate": "generate",
+    "generate": "generation",
     "load_config": "config",
     "measure": "truth",
     "open_dataset": "dataset",
     "read_events": "codecs",
     "render": "render",
-    "simulate": "simulate",
+    "simulate": "simulation",
     "write_events": "codecs",
 }
 __all__ = [

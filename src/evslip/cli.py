@@ -81,8 +81,8 @@ def generate(
         runner: Who does the work.
     """
     from evslip.config import load_config
-    from evslip.generate import STAGES
-    from evslip.generate import generate as run
+    from evslip.generation import STAGES
+    from evslip.generation import generate as run
 
     config = load_config(preset, overrides(set))
     with progress_bar(f"generate {split}", count) as advance:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from evslip.config import load_config
 from evslip.dataset import Dataset, open_dataset
 from evslip.errors import ConfigError
-from evslip.generate import generate
+from evslip.generation import generate
 from evslip.window_set import WindowSettings
 
 TEST_SHARE = 1 / 3

@@ -15,7 +15,7 @@ class Trajectory(NamedTuple):
     t_us: np.ndarray
     """Sample times in microseconds, int64 of shape (n,)."""
     gripper_pose: np.ndarray
-    """Hand frame (panda_hand) in the world: position, then quaternion wxyz; float64 of shape (n, 7)."""
+    """Hand frame (panda_hand) in the world: position, then quaternion wxyz; float32 of shape (n, 7)."""
     object_pose: np.ndarray
     """Object frame (centre of the cuboid) in the world, as gripper_pose; of shape (n, 7)."""
     joints: np.ndarray

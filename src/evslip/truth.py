@@ -64,9 +64,9 @@ def measure(trajectory: Trajectory) -> Truth:
     t_us = trajectory.t_us
     return Truth(
         t_us=t_us,
-        theta_deg=angular_difference(trajectory),
-        rotation=relative.as_quat(scalar_first=True),
-        position_m=position,
+        theta_deg=angular_difference(trajectory).astype(np.float32),
+        rotation=relative.as_quat(scalar_first=True).astype(np.float32),
+        position_m=position.astype(np.float32),
         held=held,
         span_us=(int(t_us[closed]), int(t_us[opening])),
         onset_us=None if onset is None else int(t_us[first + onset]),

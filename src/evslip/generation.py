@@ -18,7 +18,7 @@ from evslip.params import Params, draw
 from evslip.record import Record, encode, provenance
 from evslip.render import render
 from evslip.runners import runner
-from evslip.simulate import simulate
+from evslip.simulation import simulate
 from evslip.truth import measure
 
 STAGES = ("physics", "frames and events", "file")
