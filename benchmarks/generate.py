@@ -1,4 +1,7 @@
-"""Seconds, events and bytes a sample, by stage: python benchmarks/generate.py [--preset simple] [--count 16] [--workers 2]"""
+"""Seconds, events and bytes a sample, by stage.
+
+python benchmarks/generate.py [--preset simple] [--count 16] [--workers 2]
+"""
 
 import argparse
 import tempfile

@@ -17,8 +17,8 @@ def luminance(
     params: Params, camera: Camera, frame: tuple, body: tuple, boxes: tuple, ambient: Ambient, *, rays: int = 4,
     lamp_rays: int = 9, gloss: tuple[float, float] = (0.1, 0.2),
 ) -> np.ndarray:  # fmt: skip
-    """cd/m2 of shape (height, width). frame, body: position and rotation of camera and object in the world; boxes: turns,
-    places and halves of the gripper's shadow boxes in camera axes; gloss: of surface and object."""
+    """cd/m2 of shape (height, width). frame, body: position and rotation of camera and object in the world; boxes:
+    turns, places and halves of the gripper's shadow boxes in camera axes; gloss: of surface and object."""
     rng = np.random.default_rng(0)
     c, turn = frame
     step = (np.arange(rays) + 0.5) / rays

@@ -5,9 +5,8 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from slip_records import slip_record, slip_records, turning
 
-from evslip.errors import ConfigError, DataError
+from evslip.errors import ConfigError, DataError, EvslipError
 from evslip.learn import Detector, TrainSettings, build_model, detect, evaluate, load_model, train
 from evslip.learn.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.network import Geometry
@@ -15,6 +14,7 @@ from evslip.learn.occupancy import Binner
 from evslip.learn.sparse_conv import dense, sparse_conv3d
 from evslip.window_set import HOLD, SLIP, WindowEvents, WindowSettings
 from evslip.windows import windows_of
+from slip_records import slip_record, slip_records, turning
 
 
 def random_window(seed: int, count: int, width: int = 200, height: int = 250) -> WindowEvents:
@@ -71,7 +71,9 @@ def test_time_lies_on_the_time_axis():
     """The public code reshaped where it had to permute, which scrambles time: an event must move along axis 2 alone."""
     network = build_model("cnn3d")
     for t_us in (0, 80_000, 159_999):
-        one = WindowEvents(np.array([t_us], np.uint32), *(np.array([v], np.uint8) for v in (100, 125)), np.array([True]))
+        one = WindowEvents(
+            np.array([t_us], np.uint32), *(np.array([v], np.uint8) for v in (100, 125)), np.array([True])
+        )
         where = dense([network.prepare(one)], network.grid).nonzero()
         assert where.tolist() == [[0, 0, t_us * 350 // 160_000, 126 // 4, 101 // 4]]
 
@@ -225,3 +227,47 @@ def test_the_network_fits_any_geometry():
     network = build_model("cnn3d_bn", Geometry(120, 160, 100_000)).eval()
     window = random_window(0, 500, 120, 160)
     assert network([network.prepare(window._replace(t_us=window.t_us // 2))]).shape == (1, 2)
+
+
+def test_silence_is_answered_and_time_may_not_go_back(model):
+    events = slip_record("a", turning(800, 1500, 10.0)).events
+    detector = Detector(model, hop_s=0.05)
+    detector.push(events)
+    until = int(events.t_us[-1]) + 2_000_000
+    quiet = detector.push(events.select(slice(0, 0)), until_us=until)
+    assert quiet.t_us[-1] > until - 50_000
+    assert (quiet.events[5:] == 0).all()
+    assert len(set(quiet.p_slip[5:])) == 1
+    with pytest.raises(DataError, match="time order"):
+        detector.push(events)
+    far = events.select(slice(0, 1))._replace(t_us=np.array([10**15]))
+    with pytest.raises(DataError, match="an hour"):
+        detector.push(far)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"optimiser": "sgd"},
+        {"weight_decay": -1},
+        {"seed": -1},
+        {"epochs": 0},
+        {"batch": 1},
+        {"lr": 0},
+        {"val_fraction": 1},
+    ],
+)
+def test_impossible_training_settings_are_refused(wrong):
+    with pytest.raises(ConfigError, match=next(iter(wrong))):
+        TrainSettings(**wrong)
+
+
+def test_a_crop_too_small_for_the_network_is_refused():
+    with pytest.raises(ConfigError, match="too small"):
+        build_model("cnn3d", Geometry(40, 40, 160_000))
+
+
+def test_training_into_a_file_is_refused(windows, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(EvslipError, match="cannot write"):
+        train(windows, tmp_path / "file", QUICK, quiet=True)

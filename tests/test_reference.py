@@ -6,4 +6,4 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "parameters.md"
 
 
 def test_the_documented_parameters_are_those_of_the_schema():
-    assert parameters_table() in PAGE.read_text(), "run: evslip show parameters, and put the table into docs/parameters.md"
+    assert parameters_table() in PAGE.read_text(), "put the output of `evslip show parameters` into docs/parameters.md"

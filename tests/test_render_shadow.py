@@ -63,7 +63,7 @@ def test_shadow_edges_are_no_sharper_than_a_pixel_and_keep_their_place():
     points[:, 1] = np.linspace(0.03, 0.07, 400)
     turn, steps = np.eye(3, dtype=np.float32), np.zeros((2, 3), np.float32)
     step = 0.004
-    pixel_steps(turn, np.array([step, 0, 0]), np.array([0, step, 0]), steps)
+    pixel_steps(turn, np.array([step, 0, 0]), np.array([0, step, 0]), half, steps)
     soft = seen(points, np.eye(3), place, half, lamp, 1e-3, steps)
     sharp = seen(points, np.eye(3), place, half, lamp, 1e-3)
     spacing = points[1, 1] - points[0, 1]

@@ -19,7 +19,7 @@ def test_every_task_is_done_once_by_any_number_of_workers():
 
 
 def test_an_exception_of_a_task_ends_the_run():
-    with pytest.raises(ValueError, match="domain|negative|nonneg"):
+    with pytest.raises(ValueError, match=r"domain|negative|nonneg"):
         list(run_local(math.sqrt, [4.0, -1.0], 2))
 
 
@@ -62,7 +62,7 @@ def alive(pid: int) -> bool:
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see the worker processes")
 def test_workers_do_not_outlive_a_parent_that_is_killed():
-    script = "import time; from evslip.runners.local import run_local; list(run_local(time.sleep, [0.0, 90.0, 90.0], 2))"
+    script = "import time; from evslip.runners import local; list(local.run_local(time.sleep, [0.0, 90.0, 90.0], 2))"
     parent = subprocess.Popen([sys.executable, "-c", script])
     deadline = time.monotonic() + 30
     workers: list[int] = []

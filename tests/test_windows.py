@@ -64,7 +64,7 @@ def test_windows_lie_in_the_held_time(length_s: float, hop_s: float, first: int,
     truth = truth_of(np.zeros(STEPS), held=slice(first, first + duration))
     found = movements(truth, WindowSettings(length_s=length_s, hop_s=hop_s))
     length, hop = round(length_s * 1e3), max(1, round(hop_s * 1e3))
-    assert len(found) == max(0, (duration - length) // hop + 1)
+    assert len(found) == max(0, (duration - 1 - length) // hop + 1)  # both end poses are held
     assert all(first * 1000 <= start and start + length * 1000 <= (first + duration) * 1000 for start, _, _ in found)
 
 

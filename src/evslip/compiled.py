@@ -21,7 +21,7 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def decorate(function: Callable[..., Any]) -> Any:
         try:
-            dispatcher = njit(cache=True, nogil=True, **options)(function)
+            dispatcher: Any = njit(cache=True, nogil=True, **options)(function)
         except RuntimeError:  # no writable folder for the cache
             return njit(nogil=True, **options)(function)
         index = dispatcher._cache._cache_file

@@ -40,20 +40,30 @@ class WindowSettings:
     """Columns of the crop, at most 256."""
     height: int = 250
     """Rows of the crop, at most 256."""
+    sensor_width: int = 346
+    """Columns of the sensor that the crop is meant for; sensors of another size are aligned at their centre."""
+    sensor_height: int = 260
+    """Rows of that sensor."""
     balance: bool = True
     """Remove windows of the commoner label at random until both are equally many."""
     seed: int = 0
     """Seed of that removal."""
 
     def __post_init__(self) -> None:
-        if not (self.length_s > 0 and self.hop_s > 0):
-            raise ConfigError(f"length_s {self.length_s:g}, hop_s {self.hop_s:g}: expected more than 0")
+        if not (0.001 <= self.length_s <= 10 and 0.001 <= self.hop_s <= 1000):
+            raise ConfigError(
+                f"length_s {self.length_s:g}, hop_s {self.hop_s:g}: expected 0.001 to 10 and 0.001 to 1000"
+            )
         if self.hold_deg > self.slip_deg or self.hold_mm > self.slip_mm or min(self.hold_deg, self.hold_mm) < 0:
             raise ConfigError(
                 f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}: expected 0 <= hold <= slip, also in mm"
             )
-        if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and min(self.left, self.top) >= 0):
-            raise ConfigError(f"crop of {self.width}x{self.height}: expected 1 to 256 columns and rows")
+        inside = self.left + self.width <= self.sensor_width and self.top + self.height <= self.sensor_height
+        if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and min(self.left, self.top) >= 0 and inside):
+            raise ConfigError(
+                f"crop of {self.width}x{self.height} from ({self.left}, {self.top}): expected 1 to 256 columns and "
+                f"rows inside the sensor of {self.sensor_width}x{self.sensor_height}"
+            )
 
 
 class WindowEvents(NamedTuple):
@@ -117,9 +127,11 @@ class Windows:
         return replace(self, **changed, **kept, offsets=np.concatenate([[0], np.cumsum(sizes)]))
 
     def balanced(self, seed: int = 0) -> "Windows":
-        """As many holds as slips: windows of the commoner label are removed at random."""
+        """As many holds as slips: windows of the commoner label are removed at random. With one label alone, all."""
         indices = [np.flatnonzero(self.label == label) for label in (HOLD, SLIP)]
         number = min(map(len, indices))
+        if not number:
+            return self
         rng = np.random.default_rng([seed, 0xBA1A])
         chosen = np.concatenate([rng.choice(which, number, replace=False) for which in indices])
         return self.take(np.sort(chosen))
@@ -161,7 +173,8 @@ class Windows:
     def _fill(self, file: h5py.File) -> None:
         file.attrs.update({"format": FORMAT, "version": VERSION, "dropped": self.dropped, **asdict(self.settings)})
         for name, (dtype, _) in _ARRAYS.items():
-            hdf5.put(file, name, getattr(self, name).astype(dtype))
+            values = np.char.encode(self.name, "utf-8") if name == "name" else getattr(self, name).astype(dtype)
+            hdf5.put(file, name, values)
 
 
 _ARRAYS = {
@@ -171,7 +184,7 @@ _ARRAYS = {
     "p": (np.uint8, ()),
     "offsets": (np.int64, ()),
     "label": (np.uint8, ()),
-    "name": ("S64", ()),
+    "name": ("S", ()),
     "start_us": (np.int64, ()),
     "rotation_deg": (np.float32, ()),
     "translation_mm": (np.float32, ()),

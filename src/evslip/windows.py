@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.errors import DataError
+from evslip.events.stream import Events
 from evslip.frame import BODIES
 from evslip.record import Record
 from evslip.truth import Truth
@@ -52,7 +53,7 @@ def movements(truth: Truth, settings: WindowSettings) -> list[tuple[int, float, 
     length, hop = (round(seconds * 1e6 / step_us) for seconds in (settings.length_s, settings.hop_s))
     orientation = Rotation.from_quat(truth.rotation, scalar_first=True)
     found = []
-    for first in range(held[0], held[-1] + 2 - length, max(1, hop)):
+    for first in range(held[0], held[-1] + 1 - length, max(1, hop)):
         part = slice(first, first + length + 1)
         turned = np.degrees((orientation[first].inv() * orientation[part]).magnitude()).max()
         slid = 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[first], axis=1).max()
@@ -67,10 +68,16 @@ def label_of(rotation_deg: float, translation_mm: float, settings: WindowSetting
     return HOLD if rotation_deg < settings.hold_deg and translation_mm < settings.hold_mm else UNCERTAIN
 
 
-def crop(x: np.ndarray, y: np.ndarray, settings: WindowSettings) -> np.ndarray:
-    """Indices of the events at columns x and rows y, each of shape (n,), that lie in the crop."""
-    inside = (x >= settings.left) & (x < settings.left + settings.width)
-    return np.flatnonzero(inside & (y >= settings.top) & (y < settings.top + settings.height))
+def crop(events: Events, size: tuple[int, int], settings: WindowSettings) -> Events:
+    """The events in the crop, columns and rows (uint8) counted from its corner.
+
+    `size` is the sensor's (width, height); another sensor than the one the crop is meant for is aligned at its centre.
+    """
+    left = settings.left - (settings.sensor_width - size[0]) // 2
+    top = settings.top - (settings.sensor_height - size[1]) // 2
+    x, y = events.x.astype(np.int32) - left, events.y.astype(np.int32) - top
+    inside = np.flatnonzero((x >= 0) & (x < settings.width) & (y >= 0) & (y < settings.height))
+    return events.select(inside)._replace(x=x[inside].astype(np.uint8), y=y[inside].astype(np.uint8))
 
 
 def _append(
@@ -83,14 +90,14 @@ def _append(
     translation: float,
 ) -> None:
     events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
-    inside = crop(events.x, events.y, settings)
-    bodies = np.zeros(0, np.uint8) if events.body is None else events.body[inside]
+    inside = crop(events, record.size, settings)
+    bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
     row = {
-        "t_us": (events.t_us[inside] - start_us).astype(np.uint32),
-        "x": (events.x[inside] - settings.left).astype(np.uint8),
-        "y": (events.y[inside] - settings.top).astype(np.uint8),
-        "p": events.p[inside],
-        "offsets": np.array([len(inside)]),
+        "t_us": (inside.t_us - start_us).astype(np.uint32),
+        "x": inside.x,
+        "y": inside.y,
+        "p": inside.p,
+        "offsets": np.array([inside.count]),
         "label": np.array([label], np.uint8),
         "name": np.array([record.name]),
         "start_us": np.array([start_us]),

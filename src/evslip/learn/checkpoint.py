@@ -86,6 +86,8 @@ def _description(folder: Path) -> Description:
         windows = plain["windows"]
         known = {field.name: windows[field.name] for field in fields(WindowSettings)}
         model, threshold = str(plain["model"]), float(plain["threshold"])
+        if not 0 <= threshold <= 1:
+            raise ValueError(f"threshold {threshold:g}, expected 0 to 1")
         build_model(model, geometry_of(WindowSettings(**known)))
         return Description(model, threshold, WindowSettings(**known), dict(plain["training"]))
     except (KeyError, TypeError, ValueError, RuntimeError, EvslipError) as error:

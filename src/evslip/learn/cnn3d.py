@@ -6,6 +6,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from evslip.errors import ConfigError
 from evslip.learn.network import Geometry, Network
 from evslip.learn.occupancy import Binner, Occupancy
 from evslip.learn.sparse_conv import dense, output_shape, sparse_conv3d
@@ -31,6 +32,11 @@ class CNN3d(Network):
         for _ in range(2):
             shape = output_shape(shape, (5, 3, 3), (3, 2, 2))
         self.dropout = nn.Dropout(dropout)
+        if min(shape) < 1:
+            raise ConfigError(
+                f"windows of {self.geometry.width}x{self.geometry.height} pixels are too small for a cnn3d; "
+                "expected at least 120x120"
+            )
         self.head = nn.Linear(8 * shape[0] * shape[1] * shape[2], 2)
 
     def prepare(self, events: WindowEvents) -> Occupancy:

@@ -39,7 +39,8 @@ class Metrics:
 
     def save(self, path: str | Path) -> None:
         """Write everything as JSON. Raises StorageError."""
-        atomic.write_text(Path(path), json.dumps(asdict(self), indent=1) + "\n")
+        plain = {name: None if value != value else value for name, value in asdict(self).items()}  # JSON has no nan
+        atomic.write_text(Path(path), json.dumps(plain, indent=1, allow_nan=False) + "\n")
 
     def table(self) -> str:
         """A few lines for a person."""

@@ -7,7 +7,8 @@ fixed width, so that the same movement looks the same wherever in the window it 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from evslip.compiled import compiled
 
 POOL, PADDING = 4, 1
 
@@ -26,7 +27,7 @@ def pooled_size(pixels: int) -> int:
     return (pixels + 2 * PADDING) // POOL
 
 
-@njit(cache=True)
+@compiled()
 def _pool(t_us, x, y, p, length_us, bins, rows, columns, masks, touched):  # type: ignore[no-untyped-def]
     """Set one bit a pixel in its cell's mask; list the cells in order of first touch. Returns how many there are."""
     count = 0
@@ -44,7 +45,7 @@ def _pool(t_us, x, y, p, length_us, bins, rows, columns, masks, touched):  # typ
     return count
 
 
-@njit(cache=True)
+@compiled()
 def _drain(masks, touched, count, values):  # type: ignore[no-untyped-def]
     """Count each mask's bits and clear it."""
     for i in range(count):

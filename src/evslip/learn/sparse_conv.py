@@ -8,8 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import torch
-from numba import njit, prange
+from numba import prange
 
+from evslip.compiled import compiled
 from evslip.learn.occupancy import Occupancy
 
 Shape3 = tuple[int, int, int]
@@ -21,13 +22,13 @@ def output_shape(grid: Shape3, kernel: Shape3, stride: Shape3) -> Shape3:
     return first, second, third
 
 
-@njit(cache=True)
+@compiled()
 def _range(position, kernel, stride, size):  # type: ignore[no-untyped-def]
     """First and last + 1 output that sees an input position along one axis."""
     return max(0, (position - kernel + stride) // stride), min(size, position // stride + 1)
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _forward(starts, cells, values, weight, grid, stride, out):  # type: ignore[no-untyped-def]
     outputs, _, kt, ky, kx = weight.shape
     for b in prange(len(starts) - 1):
@@ -49,7 +50,7 @@ def _forward(starts, cells, values, weight, grid, stride, out):  # type: ignore[
                             )
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _backward(starts, cells, values, gradient, grid, stride, by_window):  # type: ignore[no-untyped-def]
     _, outputs, _, kt, ky, kx = by_window.shape
     for b in prange(len(starts) - 1):

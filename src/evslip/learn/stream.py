@@ -2,19 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events, concatenate, empty_events
 from evslip.learn.checkpoint import load_model
-from evslip.learn.evaluate import answer
+from evslip.learn.evaluate import BATCH, answer
 from evslip.window_set import WindowEvents
 from evslip.windows import crop
 
-TRAINED_SIZE = (346, 260)
-"""Sensor whose crop the detectors are trained on."""
+MOST_SILENCE_US = 3_600_000_000
+"""A longer gap is a broken clock, not a silent scene."""
+_NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
 
 
 @dataclass(frozen=True)
@@ -41,61 +41,67 @@ class Detection:
 class Detector:
     """Answers every `hop_s` seconds with the slip probability of the last window's events.
 
-    Sensors of another size than the one it was trained for are aligned at the centre: pixels beyond the crop are
-    ignored, pixels that the sensor lacks stay silent. Memory is bounded by the events of one window and one push.
+    `size` is the sensor's (width, height); another one than the detector was trained for is aligned at its centre:
+    pixels beyond the crop are ignored, pixels that the sensor lacks stay silent. Memory is bounded by the events of one
+    window and one push. Raises DataError for a model that cannot be read.
     """
 
-    def __init__(self, model: str | Path, *, size: tuple[int, int] = TRAINED_SIZE, hop_s: float = 0.005):
-        if not hop_s > 0:
-            raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected more than 0")
+    def __init__(self, model: str | Path, *, size: tuple[int, int] | None = None, hop_s: float = 0.005):
+        if not 0.001 <= hop_s <= 1000:
+            raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected 0.001 to 1000")
         self._network, self.description = load_model(model)
         self._settings = self.description.windows
-        self._length_us, self._hop_us = self._network.geometry.length_us, max(1, round(hop_s * 1e6))
-        self._shift = (TRAINED_SIZE[0] - size[0]) // 2, (TRAINED_SIZE[1] - size[1]) // 2
+        self._size = size or (self._settings.sensor_width, self._settings.sensor_height)
+        self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
         self._kept = empty_events()
-        self._next_us: int | None = None
+        self._last_us: int | None = None
+        self._next_us = 0
+        self._silent = float(answer(self._network, [self._network.prepare(_NOTHING)])[0])
 
     def push(self, events: Events, until_us: int | None = None) -> Detection:
         """Take the next events of the stream and answer for every hop that they complete.
 
         `until_us` says that the stream is known up to that time, where it is silent after the last event. Raises
-        DataError for events that lie before those pushed earlier.
+        DataError for events that lie before those pushed earlier or more than an hour after them.
         """
-        if events.count and self._kept.count and events.t_us[0] < self._kept.t_us[-1]:
-            raise DataError(
-                f"events at {events.t_us[0]} us pushed after events at {self._kept.t_us[-1]} us; expected time order"
-            )
+        now = self._advance(events, until_us)
         stream = concatenate([self._kept, Events(*events[:4])])
-        if self._next_us is None:
-            if not stream.count:
-                return self._detection([], [], [])
-            self._next_us = int(stream.t_us[0]) + self._length_us
-        now = until_us if until_us is not None else int(stream.t_us[-1]) if stream.count else self._next_us - 1
-        ends, inputs, counts = [], [], []
-        while self._next_us <= now:
-            window = self._window(stream, self._next_us - self._length_us)
-            ends.append(self._next_us)
-            counts.append(len(window.t_us))
-            inputs.append(self._network.prepare(window))
-            self._next_us += self._hop_us
-        self._kept = stream.between(self._next_us - self._length_us, now + 1)
-        return self._detection(ends, inputs, counts)
+        ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
+        counts = np.zeros(len(ends), np.int64)
+        p_slip = np.full(len(ends), self._silent, np.float32)
+        bounds = np.searchsorted(stream.t_us, (ends - self._length_us, ends))
+        busy = np.flatnonzero(bounds[1] > bounds[0])
+        for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
+            windows = [
+                self._window(stream.select(slice(*bounds[:, i])), int(ends[i]) - self._length_us) for i in chosen
+            ]
+            counts[chosen] = [len(window.t_us) for window in windows]
+            p_slip[chosen] = answer(self._network, [self._network.prepare(window) for window in windows])
+        if len(ends):
+            self._next_us = int(ends[-1]) + self._hop_us
+        self._kept = stream.select(slice(int(np.searchsorted(stream.t_us, self._next_us - self._length_us)), None))
+        return Detection(ends, p_slip, counts, self.description.threshold)
 
-    def _window(self, stream: Events, start_us: int) -> WindowEvents:
-        part = stream.between(start_us, start_us + self._length_us)
-        x = part.x.astype(np.int32) + self._shift[0]
-        y = part.y.astype(np.int32) + self._shift[1]
-        inside = crop(x, y, self._settings)
-        return WindowEvents(
-            (part.t_us[inside] - start_us).astype(np.uint32),
-            (x[inside] - self._settings.left).astype(np.uint8),
-            (y[inside] - self._settings.top).astype(np.uint8),
-            part.p[inside],
-        )
+    def _advance(self, events: Events, until_us: int | None) -> int:
+        """Check that time goes on, and return up to when the stream is now known."""
+        if not events.count and until_us is None:
+            return self._next_us - 1
+        first = int(events.t_us[0]) if events.count else int(until_us or 0)
+        last = max(int(events.t_us[-1]) if events.count else first, first if until_us is None else until_us)
+        if self._last_us is None:
+            self._next_us = first + self._length_us
+        elif not 0 <= first - self._last_us <= MOST_SILENCE_US:
+            raise DataError(
+                f"events at {first} us pushed after {self._last_us} us; expected time order and no gap of over an hour"
+            )
+        if last - first > MOST_SILENCE_US and not events.count:
+            raise DataError(f"until_us {last}: more than an hour after {first} us; expected the stream's own clock")
+        self._last_us = last
+        return last
 
-    def _detection(self, ends: list[int], inputs: list[Any], counts: list[int]) -> Detection:
-        scores = answer(self._network, inputs)
-        return Detection(np.array(ends, np.int64), scores, np.array(counts, np.int64), self.description.threshold)
+    def _window(self, events: Events, start_us: int) -> WindowEvents:
+        inside = crop(events, self._size, self._settings)
+        return WindowEvents((inside.t_us - start_us).astype(np.uint32), inside.x, inside.y, inside.p)
 
 
 def detect(model: str | Path, events: Events, size: tuple[int, int], *, hop_s: float = 0.02) -> Detection:

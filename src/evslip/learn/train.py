@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -25,6 +25,7 @@ from evslip.learn.registry import build_model
 from evslip.window_set import SLIP, WindowEvents, Windows
 
 HISTORY = "history.json"
+OPTIMISERS = {"adam": torch.optim.AdamW, "rmsprop": torch.optim.RMSprop}
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ class TrainSettings:
     """Windows a step."""
     lr: float = 4e-3
     """Highest learning rate; it rises at the start and falls to nothing along a cosine."""
-    optimiser: Literal["adam", "rmsprop"] = "adam"
+    optimiser: str = "adam"
+    """adam (AdamW) or rmsprop."""
     weight_decay: float = 1e-4
     smoothing: float = 0.05
     """Label smoothing: keeps the probabilities of few windows from running to 0 and 1."""
@@ -57,6 +59,13 @@ class TrainSettings:
             raise ConfigError(
                 f"epochs {self.epochs}, batch {self.batch}, lr {self.lr:g}, patience {self.patience}: "
                 "expected at least 1, at least 2, more than 0, at least 1"
+            )
+        if self.optimiser not in OPTIMISERS:
+            raise ConfigError(f"optimiser {self.optimiser!r}: expected one of {', '.join(OPTIMISERS)}")
+        if not 0 <= self.weight_decay < 1 or not 0 <= self.smoothing < 1 or self.seed < 0:
+            raise ConfigError(
+                f"weight_decay {self.weight_decay:g}, smoothing {self.smoothing:g}, seed {self.seed}: "
+                "expected at least 0 and less than 1, the same, at least 0"
             )
         if not 0 < self.val_fraction < 1:
             raise ConfigError(f"val_fraction {self.val_fraction:g}: expected more than 0 and less than 1")
@@ -90,6 +99,8 @@ def train(windows: Windows, out: str | Path, settings: TrainSettings | None = No
     """
     settings = settings or TrainSettings()
     out = Path(out)
+    with atomic.storage_errors(out):
+        out.mkdir(parents=True, exist_ok=True)
     training, validation = windows.split_by_trajectory(settings.val_fraction, settings.seed)
     torch.manual_seed(settings.seed)
     network = build_model(settings.model, geometry_of(windows.settings))
@@ -108,8 +119,9 @@ def train(windows: Windows, out: str | Path, settings: TrainSettings | None = No
                     break
         except _NotFinite as error:
             failure = error
-    if failure and not best[1]:
-        raise DataError(f"{failure}; lower the learning rate (lr {settings.lr:g})")
+    if not best[1]:
+        reason = failure or "the validation loss was never finite"
+        raise DataError(f"{reason}; lower the learning rate (lr {settings.lr:g})")
     network.load_state_dict(best[2])
     scores = probabilities(network, validation)
     threshold = best_threshold(validation.label, scores, validation.name)
@@ -145,8 +157,7 @@ def _epochs(
     network: Network, training: Windows, validation: Windows, settings: TrainSettings, show: Any
 ) -> Iterator[dict[str, float]]:
     """Train epoch by epoch; yields loss and accuracy on both sides after each."""
-    kinds = {"adam": torch.optim.AdamW, "rmsprop": torch.optim.RMSprop}
-    optimiser = kinds[settings.optimiser](network.parameters(), lr=settings.lr, weight_decay=settings.weight_decay)
+    optimiser = OPTIMISERS[settings.optimiser](network.parameters(), lr=settings.lr, weight_decay=settings.weight_decay)
     steps = math.ceil(len(training) / settings.batch)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
         optimiser, settings.lr, total_steps=steps * settings.epochs, pct_start=0.2, cycle_momentum=False

@@ -156,7 +156,7 @@ def _choose_casters(
     x0, y0, x1, y1, height, width, camera, turn, focal, lamp, lamp_radius, sphere_radius, plane, places, sizes, shadows
 ):  # fmt: skip
     """Which casters can shadow the surface in a tile, and how a pixel there steps each one's shadow."""
-    active, turns, _, _, _, steps = shadows
+    active, turns, _, _, halves, steps = shadows
     active[:] = False
     points = np.empty((5, 3))
     ray = np.empty(3)
@@ -189,7 +189,7 @@ def _choose_casters(
     for k in range(active.size):
         if may_shadow(middle, spread * 1.1 + 0.01, places[k], sizes[k], lamp, lamp_radius):
             active[k] = True
-            pixel_steps(turns[k], right, down, steps[k])
+            pixel_steps(turns[k], right, down, halves[k], steps[k])
 
 
 @kernel

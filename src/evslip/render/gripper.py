@@ -48,7 +48,7 @@ def shade_gripper(
                 total += turns[k, j, i] * lamp_here[i]
             lamps[k, j] = f32(total)
         sizes[k] = math.sqrt(sizes[k])
-        pixel_steps(turns[k], right, down, steps[k])
+        pixel_steps(turns[k], right, down, halves[k], steps[k])
     lamp32, radius = lamp_here.astype(np.float32), f32(lamp_radius)
     power, shine = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss)
     planes = _near_faces(axes_here, place_here, object_half)

@@ -40,12 +40,12 @@ def past_corner(ay, az, dy, dz, lamp_radius, lamp_distance, right_y, right_z, do
 
 
 @formula
-def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z):
+def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, soft):
     """Share of the lamp's disc inside the wedge that the rectangle |y| <= hy, |z| <= hz subtends from (py, pz).
 
     The wedge's rims are the farthest corners to either side. Corners between them count as well: it changes nothing
     for a point, but a pixel near the rectangle's edge reaches to both sides of it, and its shadow must pass on smoothly
-    from one corner to the next. So does the shadow of a point that comes to lie inside.
+    from one corner to the next. So must it where a point comes to lie inside, over a pixel's step but at least `soft`.
     """
     # Mirrored so that the point lies at positive y and z; then only three corners can be rims.
     mirror_y = ONE if py > ZERO else -ONE
@@ -59,8 +59,8 @@ def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, 
     middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
     last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
     between = disc_share(max(first, middle)) + disc_share(max(-last, -middle)) - ONE
-    inside_y = near_y / (abs(right_y) + abs(down_y) + TINY)
-    inside_z = near_z / (abs(right_z) + abs(down_z) + TINY)
+    inside_y = near_y / (abs(right_y) + abs(down_y) + soft)
+    inside_z = near_z / (abs(right_z) + abs(down_z) + soft)
     return max(max(ZERO, between), disc_share(TWO * min(inside_y, inside_z)))
 
 
@@ -81,14 +81,15 @@ def hide(S, n, turn, move, lamp, half, lamp_radius, steps):
     r0, r1, r2 = steps[0, 0], steps[0, 1], steps[0, 2]
     d0, d1, d2 = steps[1, 0], steps[1, 1], steps[1, 2]
     far0, far1, far2 = math.sqrt(l1 * l1 + l2 * l2), math.sqrt(l2 * l2 + l0 * l0), math.sqrt(l0 * l0 + l1 * l1)
+    soft = math.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + d0 * d0 + d1 * d1 + d2 * d2) * f32(0.25) + TINY
     for i in range(n):
         u, v, w = S[U + i], S[V + i], S[W + i]
         x = o0 + m00 * u + m01 * v + m02 * w
         y = o1 + m10 * u + m11 * v + m12 * w
         z = o2 + m20 * u + m21 * v + m22 * w
-        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2)
-        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0)
-        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1)
+        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2, soft)
+        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0, soft)
+        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1, soft)
         S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
 
 
@@ -105,12 +106,17 @@ def end_group(S, n):
 
 
 @kernel
-def pixel_steps(turn, right, down, steps):
+def pixel_steps(turn, right, down, half, steps):
     """steps (2, 3): how a receiver point moves, in the box frame, from one pixel to the next; right, down (3,): the
-    same in the receiver frame."""
-    for k in range(3):
-        steps[0, k] = turn[k, 0] * right[0] + turn[k, 1] * right[1] + turn[k, 2] * right[2]
-        steps[1, k] = turn[k, 0] * down[0] + turn[k, 1] * down[1] + turn[k, 2] * down[2]
+    same in the receiver frame. No longer than the mean half side of the box: a shadow much smaller than its pixel, as
+    close to the horizon, is nothing to be spread."""
+    longest = (half[0] + half[1] + half[2]) / 3
+    for m in range(2):
+        step = right if m == 0 else down
+        length = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
+        scale = min(1.0, longest / (length + 1e-12))
+        for k in range(3):
+            steps[m, k] = f32(scale * (turn[k, 0] * step[0] + turn[k, 1] * step[1] + turn[k, 2] * step[2]))
 
 
 @kernel

@@ -79,7 +79,7 @@ def draw_solid(
             active[c] = active[c] and may_shadow(origin, reach, caster_places[c], size, lamp, lamp_radius)
             if active[c]:
                 change_frame(frame, origin, caster_turns[c], caster_places[c], turns[c], moves[c])
-                pixel_steps(turns[c], right, down, steps[c])
+                pixel_steps(turns[c], right, down, halves[c], steps[c])
         for row in range(rows[k, 0], rows[k, 1]):
             first, last = spans[k, row, 0], spans[k, row, 1]
             while first < last and keep[row, first] <= ZERO:

@@ -1,0 +1,35 @@
+"""Speed of the fast renderer over whole recorded spans: python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT]"""
+
+import sys
+import time
+
+import numpy as np
+
+from evslip.config import load_config
+from evslip.params import draw
+from evslip.render import frame_times, recorded_span, render
+from evslip.simulation import simulate
+
+
+def main(preset: str = "complex", count: str = "5", *size: str) -> None:
+    shape = (int(size[0]), int(size[1])) if size else None
+    config = load_config(preset)
+    start = time.perf_counter()
+    warm = simulate(draw(config, 0))
+    next(render(warm, size=shape))
+    print(f"first frame after {time.perf_counter() - start:.1f} s (compiles when the cache is cold)")
+    milliseconds, frames = [], []
+    for index in range(int(count)):
+        traj = simulate(draw(config, index))
+        times = frame_times(traj, *recorded_span(traj))
+        start = time.process_time()
+        number = sum(1 for _ in render(traj, size=shape))
+        spent = (time.process_time() - start) * 1e3
+        milliseconds.append(spent / number)
+        frames.append(len(times))
+        print(f"sample {index}: {number} frames, {spent / number:.2f} CPU-ms a frame, {spent / 1e3:.2f} CPU-s in all")
+    print(f"mean: {np.mean(frames):.0f} frames a sample, {np.average(milliseconds, weights=frames):.2f} CPU-ms a frame")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
