@@ -5,7 +5,16 @@ from hypothesis import strategies as st
 
 from brute_force import seen_share
 from evslip.render.lanes import LANES, SCRATCH, SEEN_NOW, U, V, W
-from evslip.render.shadow import begin_group, change_frame, disc_share, hide, may_shadow, pixel_steps, risen
+from evslip.render.shadow import (
+    begin_group,
+    box_may_shadow,
+    change_frame,
+    disc_share,
+    hide,
+    may_shadow,
+    pixel_steps,
+    risen,
+)
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:
@@ -82,3 +91,6 @@ def test_culling_never_drops_a_shadow(seed):
     points = middle + rng.uniform(-1, 1, (40, 3)) * (reach, reach, 0) / np.sqrt(2)
     dark = seen(points, turn, place, half, lamp, lamp_radius).min() < 0.99
     assert not dark or may_shadow(middle, reach, place, float(np.linalg.norm(half)), lamp, lamp_radius)
+    assert not dark or box_may_shadow(
+        *middle, reach, turn.T.copy(), -place @ turn, half, (lamp - place) @ turn, lamp_radius
+    )

@@ -133,7 +133,7 @@ def generate(
     if workers < 1:
         raise ConfigError(f"workers: {workers} is out of range, expected 1 or more")
     run = runner(runner_name)
-    draw(config, count - 1, split)  # a configuration that cannot be drawn from shall leave no folder behind
+    camera_for(draw(config, count - 1, split))  # what cannot be drawn or seen shall leave no folder behind
     root, text = Path(out).absolute(), dump_config(config)
     dataset.create(root, text)
     dataset.plan(root, split, count)

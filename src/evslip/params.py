@@ -1,6 +1,6 @@
 """The concrete parameters of one sample, and how they are drawn."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -57,6 +57,8 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
             else:
                 position = int(rng.integers(len(choices)))
             value = choices[position]
+        if name == "texture":
+            _of_section(section, textures.check, value)
         tree[section][name] = value.draw(rng, odd=split == "test") if isinstance(value, Range) else value
     return Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
 
@@ -75,7 +77,15 @@ def _leaves(config: Config) -> Iterator[tuple[str, str, Any]]:
     """
     for section in SampleSpec.model_fields:
         for name, value in getattr(config, section):
-            yield section, name, textures.expand(value) if name == "texture" else value
+            yield section, name, _of_section(section, textures.expand, value) if name == "texture" else value
+
+
+def _of_section(section: str, function: Callable[[Any], Any], value: Any) -> Any:
+    """Call a function of textures, whose errors begin with the key's last part."""
+    try:
+        return function(value)
+    except ConfigError as error:
+        raise ConfigError(f"{section}.{error}") from None
 
 
 def _share(config: Config, key: str, choices: Sequence[Any], split: str) -> Sequence[Any]:

@@ -41,6 +41,12 @@ def expand(value: object) -> object:
     return files
 
 
+def check(name: str) -> None:
+    """Raise ConfigError unless a texture of the pool or a file has this name."""
+    if name not in pool() and not Path(name).expanduser().is_file():
+        raise ConfigError(f"texture: {name!r} is neither a file nor one of the pool ({', '.join(pool()[:3])}, ...)")
+
+
 @lru_cache(maxsize=12)
 def load(name: str) -> np.ndarray:
     """Linear RGB of a texture, read-only float32 of shape (512, 512, 3) in [0, 1].
@@ -57,11 +63,9 @@ def load(name: str) -> np.ndarray:
 
 
 def _photograph(name: str) -> np.ndarray:
-    path = Path(name).expanduser()
-    if not path.is_file():
-        raise ConfigError(f"texture: {name!r} is neither a file nor one of the pool ({', '.join(pool()[:3])}, ...)")
+    check(name)
     try:
-        with Image.open(path) as picture:
+        with Image.open(Path(name).expanduser()) as picture:
             if max(picture.size) > MAX_SIDE_PX:
                 raise ConfigError(
                     f"texture: {name}: {picture.size} pixels is too large, expected at most {MAX_SIDE_PX}"

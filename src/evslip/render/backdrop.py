@@ -4,13 +4,22 @@ import math
 
 import numpy as np
 
-from evslip.render.lanes import GROUND, LANES, ONE, RAY_X, RAY_Y, RESULT, TILE_H, TILE_W, ZERO, f32, kernel
+from evslip.render.lanes import GROUND, HALF, LANES, ONE, RAY_X, RAY_Y, RESULT, TILE_H, TILE_W, ZERO, U, V, f32, kernel
 from evslip.render.plane import PLANE, describe, meet_plane, reflect, reflect_below_horizon
-from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, place_lamp
+from evslip.render.shadow import (
+    begin_group,
+    box_may_shadow,
+    change_frame,
+    end_group,
+    hide,
+    may_shadow,
+    pixel_steps,
+    place_lamp,
+)
 from evslip.render.sphere import draw_lamp, glow, meet_sphere, unroll
 from evslip.render.texels import sample
 
-PROBES = 4
+PROBES = 3
 """Texture probes along the footprint of a pixel on the surface, which is seen at a grazing angle."""
 ENDLESS = f32(1e30)
 
@@ -136,9 +145,12 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
         )  # fmt: skip
         active, turns, moves, lamps, halves, steps = shadows
         if active.any():
+            u, v, reach = _around(S, n)
             begin_group(S, n)
             for k in range(active.size):
-                if active[k]:
+                if active[k] and box_may_shadow(
+                    u, v, ZERO, reach, turns[k], moves[k], halves[k], lamps[k], lamp_radius
+                ):
                     hide(S, n, turns[k], moves[k], lamps[k], halves[k], lamp_radius, steps[k])
                 if k == 0:  # the object's shadow and the gripper's overlap; the gripper's parts are one body
                     end_group(S, n)
@@ -149,6 +161,18 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
             reflect(S, n, ambient)
         else:
             reflect_below_horizon(S, n, ambient)
+
+
+@kernel
+def _around(S, n):
+    """Middle and radius of a circle around the points U, V, with room for the blur of shadows at its rim."""
+    low_u, high_u, low_v, high_v = ENDLESS, -ENDLESS, ENDLESS, -ENDLESS
+    for i in range(n):
+        low_u, high_u = min(low_u, S[U + i]), max(high_u, S[U + i])
+        low_v, high_v = min(low_v, S[V + i]), max(high_v, S[V + i])
+    width, height = high_u - low_u, high_v - low_v
+    reach = HALF * math.sqrt(width * width + height * height)
+    return HALF * (low_u + high_u), HALF * (low_v + high_v), f32(1.2) * reach + f32(0.005)
 
 
 @kernel

@@ -150,6 +150,31 @@ def may_shadow(receiver, receiver_radius, caster, caster_radius, lamp, lamp_radi
 
 
 @kernel
+def box_may_shadow(u, v, w, reach, turn, move, half, lamp, lamp_radius):
+    """As `may_shadow`, for the box itself and so with fewer false alarms. u, v, w, reach: sphere around the receiver in
+    its frame; turn, move, half, lamp: as in `hide`."""
+    start = (
+        turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w + move[0],
+        turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w + move[1],
+        turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w + move[2],
+    )
+    size, away, length = 0.0, 0.0, 0.0
+    for k in range(3):
+        size += half[k] ** 2
+        away += start[k] ** 2
+        length += (lamp[k] - start[k]) ** 2
+    # The cone from lamp to receiver, widened everywhere to its width at the far end of the box.
+    margin = reach + lamp_radius * min(1.0, math.sqrt(away / length) + math.sqrt(size / length))
+    first, last = 0.0, 1.0
+    for k in range(3):
+        step = lamp[k] - start[k]
+        step = step if abs(step) > 1e-9 else 1e-9
+        a, b = (-half[k] - margin - start[k]) / step, (half[k] + margin - start[k]) / step
+        first, last = max(first, min(a, b)), min(last, max(a, b))
+    return first <= last
+
+
+@kernel
 def place_lamp(caster_turns, caster_places, lamp, lamps):
     """lamps (k, 3): the lamp's centre in every caster's frame."""
     for k in range(caster_places.shape[0]):
