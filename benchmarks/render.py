@@ -7,7 +7,7 @@ import numpy as np
 
 from evslip.config import load_config
 from evslip.params import draw
-from evslip.render import frame_times, recorded_span, render
+from evslip.render import render
 from evslip.simulation import simulate
 
 
@@ -21,12 +21,11 @@ def main(preset: str = "complex", count: str = "5", *size: str) -> None:
     milliseconds, frames = [], []
     for index in range(int(count)):
         traj = simulate(draw(config, index))
-        times = frame_times(traj, *recorded_span(traj))
         start = time.process_time()
         number = sum(1 for _ in render(traj, size=shape))
         spent = (time.process_time() - start) * 1e3
         milliseconds.append(spent / number)
-        frames.append(len(times))
+        frames.append(number)
         print(f"sample {index}: {number} frames, {spent / number:.2f} CPU-ms a frame, {spent / 1e3:.2f} CPU-s in all")
     print(f"mean: {np.mean(frames):.0f} frames a sample, {np.average(milliseconds, weights=frames):.2f} CPU-ms a frame")
 
