@@ -7,7 +7,7 @@ import numpy as np
 
 from evslip.config import load_config
 from evslip.params import draw
-from evslip.render import render
+from evslip.rendering import render
 from evslip.simulation import simulate
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import evslip
 from evslip.events import camera_for
 from evslip.phases import phase_times
-from evslip.render import render_color
+from evslip.rendering import render_color
 from evslip.view.pictures import overlay
 
 PHASES = ("initial", "lift", "tilt", "back", "placement")

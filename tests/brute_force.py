@@ -1,4 +1,4 @@
-"""The scene of `evslip.render`, drawn again in the plainest way: many rays a pixel, many rays to the lamp.
+"""The scene of `evslip.rendering`, drawn again in the plainest way: many rays a pixel, many rays to the lamp.
 
 Shares no code with the renderer but the camera and the ambient light; the gripper appears only through its shadow.
 """
@@ -8,7 +8,7 @@ import numpy as np
 from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
-from evslip.render.ambient import Ambient
+from evslip.rendering.ambient import Ambient
 
 LUMA = np.array([0.2126, 0.7152, 0.0722])
 

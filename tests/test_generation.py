@@ -48,10 +48,7 @@ def test_generating_again_makes_nothing_and_changes_nothing(finished):
 
 @pytest.mark.slow
 def test_a_killed_generator_resumes_to_the_same_bytes(finished, tmp_path):
-    script = (
-        "import evslip; "
-        f"evslip.generate(evslip.load_config('demo', {SMALL!r}), {str(tmp_path)!r}, 4, workers=2)"
-    )
+    script = f"import evslip; evslip.generate(evslip.load_config('demo', {SMALL!r}), {str(tmp_path)!r}, 4, workers=2)"
     process = subprocess.Popen([sys.executable, "-c", script], start_new_session=True)
     deadline = time.monotonic() + 120
     while not list(tmp_path.rglob("*.h5")) and time.monotonic() < deadline:

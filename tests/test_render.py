@@ -9,13 +9,13 @@ from evslip.config import load_config
 from evslip.errors import ConfigError
 from evslip.frame import BACKGROUND, GRIPPER, OBJECT, SURFACE
 from evslip.params import draw
-from evslip.render import RENDERERS, raycast, render, render_color
-from evslip.render.poses import Poses
-from evslip.render.raycast import Raycaster
-from evslip.render.setting import make_lamp
+from evslip.rendering import RENDERERS, raycast, render, render_color
+from evslip.rendering.poses import Poses
+from evslip.rendering.raycast import Raycaster
+from evslip.rendering.setting import make_lamp
 from made_up import still, turning
 
-render_module = importlib.import_module("evslip.render")  # as an attribute of evslip, that name is the function
+render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function
 SOFT = {"object__texture": "gradient-0", "surface__texture": "gradient-2", "background__texture": "gradient-3"}
 
 

@@ -4,9 +4,9 @@ import pytest
 from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.params import draw
-from evslip.render.hand import LEFT, RIGHT, assemble, shadow_boxes
-from evslip.render.layers import FINGER, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
-from evslip.render.openings import Openings
+from evslip.rendering.hand import LEFT, RIGHT, assemble, shadow_boxes
+from evslip.rendering.layers import FINGER, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
+from evslip.rendering.openings import Openings
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.errors import ConfigError
 from evslip.params import draw
-from evslip.render import frame_times
-from evslip.render.poses import Poses, interpolate, matrices
+from evslip.rendering import frame_times
+from evslip.rendering.poses import Poses, interpolate, matrices
 from made_up import still, turning
 
 

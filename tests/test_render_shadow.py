@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import seen_share
-from evslip.render.lanes import LANES, SCRATCH, SEEN_NOW, U, V, W
-from evslip.render.shadow import (
+from evslip.rendering.lanes import LANES, SCRATCH, SEEN_NOW, U, V, W
+from evslip.rendering.shadow import (
     begin_group,
     box_may_shadow,
     change_frame,

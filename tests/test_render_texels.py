@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from evslip.render.lanes import LANES, MAJOR_U, MAJOR_V, MINOR, SCRATCH, TEX, TEXELS, U, V
-from evslip.render.texels import bake, sample
+from evslip.rendering.lanes import LANES, MAJOR_U, MAJOR_V, MINOR, SCRATCH, TEX, TEXELS, U, V
+from evslip.rendering.texels import bake, sample
 
 
 def lookup(image, u, v, texels, wrap=True, probes=(1, 1), major=(0.0, 0.0)):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from evslip.learn import Detector
     from evslip.params import Params, draw
     from evslip.record import Record
-    from evslip.render import render
+    from evslip.rendering import render
     from evslip.simulation import simulate
     from evslip.trajectory import Trajectory
     from evslip.truth import Truth, angular_difference, measure
@@ -42,7 +42,7 @@ _HOME = {
     "measure": "truth",
     "open_dataset": "dataset",
     "read_events": "codecs",
-    "render": "render",
+    "render": "rendering",
     "simulate": "simulation",
     "write_events": "codecs",
 }

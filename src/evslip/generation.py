@@ -16,7 +16,7 @@ from evslip.events.stream import empty_events
 from evslip.frame import Frame
 from evslip.params import Params, draw
 from evslip.record import Record, encode, provenance
-from evslip.render import render
+from evslip.rendering import render
 from evslip.runners import runner
 from evslip.simulation import simulate
 from evslip.truth import measure

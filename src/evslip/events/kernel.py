@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from evslip.compiled import compiled
 from evslip.events.lowpass import MAX_CHANGE, MAX_PRODUCT, NEAR, advance, advance_far, exponent, weighed, weights_near
 from evslip.events.noise import PHOTO, normals, uniforms
 from evslip.events.pixel import (
@@ -38,7 +38,7 @@ _EXPONENT_SHIFT, _TWO_52 = np.uint64(52), np.uint64(0x4330000000000000)
 _EXPONENT_BIAS = 2.0**52 + 1023.0
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def photocurrent(
     image: np.ndarray,
     table: np.ndarray,
@@ -77,7 +77,7 @@ def photocurrent(
         log[x] = (scratch[0, x] - _EXPONENT_BIAS) * math.log(2.0) + 2.0 * s * series
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def begin(
     image: np.ndarray,
     table: np.ndarray,
@@ -112,7 +112,7 @@ def begin(
                 row[REFERENCE, x] += row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def _lowpass(
     log_0: np.ndarray,
     log_1: np.ndarray,
@@ -150,7 +150,7 @@ def _lowpass(
             out[x] = advance_far(log_0[x], log_1[x], current_0[x], current_1[x], filtered[x], base, gain)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def _awake(
     log_0: np.ndarray,
     log_1: np.ndarray,
@@ -180,7 +180,7 @@ def _awake(
         out[x] = 0 if quiet_on and quiet_off and candidate_us[x] > end_us else 1
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def _noise_at(row: np.ndarray, time_us: float, step_us: float, out: np.ndarray) -> None:
     """The photoreceptor's noise of a row at a time between the grid points that its memory holds."""
     share = time_us / step_us - math.floor(time_us / step_us)
@@ -188,7 +188,7 @@ def _noise_at(row: np.ndarray, time_us: float, step_us: float, out: np.ndarray) 
         out[x] = row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def _cut_by_noise(
     row: np.ndarray,
     first_pixel: int,
@@ -226,7 +226,7 @@ def _cut_by_noise(
     return cut_us
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def expose(
     images: np.ndarray,
     times_us: np.ndarray,

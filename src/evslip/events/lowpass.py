@@ -23,7 +23,8 @@ how a ramp is cut into frames.
 """
 
 import numpy as np
-from numba import njit
+
+from evslip.compiled import compiled
 
 MAX_CHANGE, MAX_PRODUCT = 0.8, 0.16
 """Limits of |x| and K |x| for one application of `advance`."""
@@ -31,7 +32,7 @@ NEAR = 0.5
 """Limit of K for `weights_near`."""
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def decayed(exponent: float) -> float:
     """1 - exp(-exponent) to full relative accuracy; branch-free, so that loops over it become vector code."""
     r = min(exponent, 40.0) * 0.015625
@@ -46,7 +47,7 @@ def decayed(exponent: float) -> float:
     return e * (2.0 - e)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def exponent(log_0: float, log_1: float, current_0: float, current_1: float, base: float, gain: float) -> float:
     """K of an interval; base and gain already multiplied by its length."""
     x = log_1 - log_0
@@ -57,7 +58,7 @@ def exponent(log_0: float, log_1: float, current_0: float, current_1: float, bas
     return base + gain * (middle if small else slope)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def weights(exponent: float) -> tuple[float, float, float]:
     """1 - exp(-K), j0 and C for any K."""
     lost = decayed(exponent)
@@ -67,7 +68,7 @@ def weights(exponent: float) -> tuple[float, float, float]:
     return lost, lost * inverse if exponent > 1e-12 else 1.0, far if exponent > 0.03 else near
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def weights_near(exponent: float) -> tuple[float, float, float]:
     """As `weights` for K up to NEAR, as series: no division, half the time, errors below 1e-10."""
     k = exponent
@@ -77,7 +78,7 @@ def weights_near(exponent: float) -> tuple[float, float, float]:
     return k * j0, j0, c
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def weighed(
     x: float, rise: float, filtered_lag: float, log_1: float, exponent: float, lost: float, j0: float, c: float
 ) -> float:
@@ -88,7 +89,7 @@ def weighed(
     return log_1 + (1.0 - lost) * filtered_lag - x * share
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def advance(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, gain: float, exponent: float
 ) -> float:
@@ -97,7 +98,7 @@ def advance(
     return weighed(log_1 - log_0, gain * (current_1 - current_0), filtered - log_0, log_1, exponent, lost, j0, c)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def halvings(change: float, exponent: float) -> int:
     """How often an interval must be halved until `advance` holds for each part; exponent: K, or more."""
     change = abs(change)
@@ -109,7 +110,7 @@ def halvings(change: float, exponent: float) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def advance_far(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, base: float, gain: float
 ) -> float:

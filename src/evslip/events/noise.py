@@ -7,7 +7,8 @@ in 32 bits. The key is the camera's seed, the counter is (pixel, purpose, number
 import math
 
 import numpy as np
-from numba import njit
+
+from evslip.compiled import compiled
 
 TRAITS, LEAK, CANDIDATE, DEFECT, FRAME, PHOTO = range(6)
 """What a draw is for: thresholds and leak map, leak jitter, the noise process, hot and dead pixels, v2e's frames,
@@ -19,7 +20,7 @@ _LOW, _SHIFT = np.uint64(0xFFFFFFFF), np.uint64(32)
 _UNIT = 2.0**-32
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def uniforms(seed: int, pixel: int, purpose: int, number: int) -> tuple[float, float, float, float]:
     """Four independent uniform numbers in the open interval (0, 1), with 32 bits each.
 
@@ -40,14 +41,14 @@ def uniforms(seed: int, pixel: int, purpose: int, number: int) -> tuple[float, f
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def normals(u: float, v: float) -> tuple[float, float]:
     """Two independent standard normal numbers from two uniform ones (Box and Muller 1958)."""
     radius = math.sqrt(-2.0 * math.log(u))
     return radius * math.cos(2.0 * math.pi * v), radius * math.sin(2.0 * math.pi * v)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def normal_maps(seed: int, count: int) -> np.ndarray:
     """Standard normal numbers of shape (3, count): for theta_on, theta_off and the leak map."""
     maps = np.empty((3, count))
@@ -58,7 +59,7 @@ def normal_maps(seed: int, count: int) -> np.ndarray:
     return maps
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def uniform_maps(seed: int, count: int, purpose: int) -> np.ndarray:
     """Uniform numbers of shape (3, count)."""
     maps = np.empty((3, count))

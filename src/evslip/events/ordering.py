@@ -1,13 +1,14 @@
 """Raw events of a sensor into sorted columns."""
 
 import numpy as np
-from numba import njit
+
+from evslip.compiled import compiled
 
 _DIGIT = 9
 """Bits that one pass of the sort takes."""
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def in_time_order(events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Times and words of events of shape (n, 2), sorted by time, equal times by frame, then as given: a radix sort.
 
@@ -41,7 +42,7 @@ def in_time_order(events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return keys + first - (words >> 48), words
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(error_model="numpy")
 def unpack(words: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """(x, y, p, body, cause) of event words."""
     count = len(words)

@@ -19,8 +19,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from evslip.compiled import compiled
 from evslip.events.lowpass import advance, exponent, halvings
 from evslip.events.noise import CANDIDATE, LEAK, PHOTO, normals, uniforms
 from evslip.events.stream import HOT, SHOT, SIGNAL
@@ -90,7 +90,7 @@ class Interval(NamedTuple):
     noise_1: float
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def next_leak(rules: Rules, mean: float, pixel: int, resets: int) -> float:
     """Slope of the leak after a reset; never negative."""
     if mean == 0.0 or rules.leak_jitter == 0.0:
@@ -99,7 +99,7 @@ def next_leak(rules: Rules, mean: float, pixel: int, resets: int) -> float:
     return mean * max(0.0, 1.0 + rules.leak_jitter * normals(a, b)[0])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def next_candidate(rules: Rules, rate: float, pixel: int, candidates: int, now_us: float) -> float:
     """Time of the noise candidate after `now_us`: exponential waiting times make a Poisson process."""
     if rate == 0.0:
@@ -108,7 +108,7 @@ def next_candidate(rules: Rules, rate: float, pixel: int, candidates: int, now_u
     return now_us - math.log(wait) / rate
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def next_noise(rules: Rules, noise: float, current: float, pixel: int, number: int) -> float:
     """The photoreceptor's noise one grid step after `noise`: white noise through the pixel's own low-pass.
 
@@ -119,7 +119,7 @@ def next_noise(rules: Rules, noise: float, current: float, pixel: int, number: i
     return kept * noise + rules.noise * math.sqrt(1.0 - kept * kept) * normals(a, b)[0]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _root(c0: float, c1: float, c2: float, c3: float, low: float, high: float) -> float:
     """Where the cubic crosses zero between two points where its signs differ: Newton's method, kept in the bracket."""
     at_low = c0 + low * (c1 + low * (c2 + low * c3))
@@ -146,7 +146,7 @@ def _root(c0: float, c1: float, c2: float, c3: float, low: float, high: float) -
     return w
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _crossing(
     c0: float, c1: float, c2: float, c3: float, low: float, high: float, on: float, off: float
 ) -> tuple[float, int]:
@@ -175,7 +175,7 @@ def _crossing(
     return high, 0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _pieces(change: float, exponent: float, lag: float) -> int:
     """How often an interval is halved for the cubics; lag: the largest distance between L and lp.
 
@@ -190,14 +190,14 @@ def _pieces(change: float, exponent: float, lag: float) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _longer(events: np.ndarray) -> np.ndarray:
     longer = np.empty((2 * len(events), 2), np.int64)
     longer[: len(events)] = events
     return longer
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def fire(
     interval: Interval,
     state: np.ndarray,

@@ -21,8 +21,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from evslip.compiled import compiled
 from evslip.events.noise import FRAME, normal_maps, normals, uniforms
 from evslip.events.optics import FULL, KNEE, WHITE, Intensity, decode_srgb, linear_to_log
 from evslip.events.presets import PixelModel
@@ -30,7 +30,7 @@ from evslip.events.stream import SHOT
 from evslip.events.traits import leak_map, thresholds
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def _floor_divide(a: float, b: float) -> int:
     """floor(a / b) as torch computes it, from the exact remainder."""
     quotient = (a - a % b) / b
@@ -38,7 +38,7 @@ def _floor_divide(a: float, b: float) -> int:
     return int(floor + 1 if quotient - floor > 0.5 else floor)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def count_events(
     log: np.ndarray,
     i01: np.ndarray,
@@ -82,7 +82,7 @@ def count_events(
     return most
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def emit_events(
     counts: np.ndarray,
     most: int,

@@ -120,7 +120,7 @@ def _strips(examples: Mapping[str, Record], picture: Picture | None) -> str:
     if not examples:
         return ""
     if picture is None:
-        from evslip.render import render_color
+        from evslip.rendering import render_color
 
         picture = render_color
     rows = []

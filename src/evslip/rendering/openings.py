@@ -4,8 +4,8 @@ from collections import OrderedDict
 from typing import NamedTuple
 
 from evslip.camera import Camera
-from evslip.render.hand import Boxes, shadow_boxes
-from evslip.render.layers import Layers, resolve
+from evslip.rendering.hand import Boxes, shadow_boxes
+from evslip.rendering.layers import Layers, resolve
 
 FINE_M, COARSE_M = 1e-4, 5e-4
 """Steps in which the finger travel is rounded: fine near the held one, coarse while the hand closes on nothing."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from evslip.render.lanes import HALF, ONE, SEEN, SEEN_NOW, TWO, ZERO, U, V, W, f32, formula, kernel
+from evslip.rendering.lanes import HALF, ONE, SEEN, SEEN_NOW, TWO, ZERO, U, V, W, f32, formula, kernel
 
 TINY = f32(1e-12)
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.render.lanes import formula
+from evslip.rendering.lanes import formula
 
 AZIMUTHS, ELEVATIONS = 128, 64
 NORMALS = 400

@@ -2,7 +2,7 @@
 
 import math
 
-from evslip.render.lanes import (
+from evslip.rendering.lanes import (
     GROUND,
     HALF,
     MAJOR_U,

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from evslip.render.ambient import irradiance
-from evslip.render.lanes import LANES, LIT, ONE, RESULT, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
-from evslip.render.layers import FINGER, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
-from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
+from evslip.rendering.ambient import irradiance
+from evslip.rendering.lanes import LANES, LIT, ONE, RESULT, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
+from evslip.rendering.layers import FINGER, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
+from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
 
 TOUCHING_M = 0.0015
 """A fragment this far behind the object's near face still counts as in front: pads sink into a soft contact."""

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from evslip.render.ambient import irradiance
-from evslip.render.lanes import HALF as HALF
-from evslip.render.lanes import LANES, RAY_X, RAY_Y, RESULT, ZERO, f32, kernel
-from evslip.render.plane import PLANE, describe, meet_plane, reflect
-from evslip.render.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, place_lamp
-from evslip.render.texels import sample
+from evslip.rendering.ambient import irradiance
+from evslip.rendering.lanes import HALF as HALF
+from evslip.rendering.lanes import LANES, RAY_X, RAY_Y, RESULT, ZERO, f32, kernel
+from evslip.rendering.plane import PLANE, describe, meet_plane, reflect
+from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, place_lamp
+from evslip.rendering.texels import sample
 
 PROBES = 2
 """Texture probes along each side of a pixel's footprint."""

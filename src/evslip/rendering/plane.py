@@ -2,7 +2,7 @@
 
 import math
 
-from evslip.render.lanes import (
+from evslip.rendering.lanes import (
     GLOSS,
     GROUND,
     HALF,
@@ -24,7 +24,7 @@ from evslip.render.lanes import (
     f32,
     kernel,
 )  # fmt: skip
-from evslip.render.shadow import risen
+from evslip.rendering.shadow import risen
 
 PLANE = 15
 """Floats that describe a plane to the passes; see `describe`."""

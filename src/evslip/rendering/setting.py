@@ -8,9 +8,9 @@ import numpy as np
 from evslip import textures
 from evslip.errors import ConfigError
 from evslip.params import Params
-from evslip.render.ambient import Ambient, surround
-from evslip.render.layers import LUMA_WEIGHTS
-from evslip.render.texels import bake, halve
+from evslip.rendering.ambient import Ambient, surround
+from evslip.rendering.layers import LUMA_WEIGHTS
+from evslip.rendering.texels import bake, halve
 
 SKY_TEXELS = 64
 """Side of the coarse background texture that the ambient light is taken from."""

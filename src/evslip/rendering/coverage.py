@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from evslip.render.lanes import f32, kernel
+from evslip.rendering.lanes import f32, kernel
 
 FULL = 0.9999
 NEAR_M = 0.005

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.camera import Camera
-from evslip.render.hand import HAND, assemble
-from evslip.render.lanes import LANES, kernel
+from evslip.rendering.hand import HAND, assemble
+from evslip.rendering.lanes import LANES, kernel
 
 GRID = 8
 """Samples along each side of a pixel."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.render.lanes import (
+from evslip.rendering.lanes import (
     FRAC_X,
     FRAC_Y,
     HALF,

@@ -4,18 +4,18 @@ import numpy as np
 
 from evslip.camera import Camera
 from evslip.params import Params
-from evslip.render.backdrop import backdrop
-from evslip.render.coverage import cover_box
-from evslip.render.gripper import make_room, merge_gripper, put_over, shade_gripper
-from evslip.render.hand import PALM
-from evslip.render.lanes import LANES, SCRATCH
-from evslip.render.layers import RED
-from evslip.render.lens import SPREAD, expose
-from evslip.render.openings import Opening, Openings
-from evslip.render.poses import Poses
-from evslip.render.setting import LUMA, prepare
-from evslip.render.shadow import casters
-from evslip.render.solid import draw_solid
+from evslip.rendering.backdrop import backdrop
+from evslip.rendering.coverage import cover_box
+from evslip.rendering.gripper import make_room, merge_gripper, put_over, shade_gripper
+from evslip.rendering.hand import PALM
+from evslip.rendering.lanes import LANES, SCRATCH
+from evslip.rendering.layers import RED
+from evslip.rendering.lens import SPREAD, expose
+from evslip.rendering.openings import Opening, Openings
+from evslip.rendering.poses import Poses
+from evslip.rendering.setting import LUMA, prepare
+from evslip.rendering.shadow import casters
+from evslip.rendering.solid import draw_solid
 
 SURFACE_GLOSS, OBJECT_GLOSS, GRIPPER_GLOSS = 0.1, 0.2, 0.3
 """Strength of the highlights. A smooth dielectric (Fresnel 0.04) with exponent 32 has 0.2."""

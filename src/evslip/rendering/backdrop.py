@@ -4,9 +4,24 @@ import math
 
 import numpy as np
 
-from evslip.render.lanes import GROUND, HALF, LANES, ONE, RAY_X, RAY_Y, RESULT, TILE_H, TILE_W, ZERO, U, V, f32, kernel
-from evslip.render.plane import PLANE, describe, meet_plane, reflect, reflect_below_horizon
-from evslip.render.shadow import (
+from evslip.rendering.lanes import (
+    GROUND,
+    HALF,
+    LANES,
+    ONE,
+    RAY_X,
+    RAY_Y,
+    RESULT,
+    TILE_H,
+    TILE_W,
+    ZERO,
+    U,
+    V,
+    f32,
+    kernel,
+)
+from evslip.rendering.plane import PLANE, describe, meet_plane, reflect, reflect_below_horizon
+from evslip.rendering.shadow import (
     begin_group,
     box_may_shadow,
     change_frame,
@@ -16,8 +31,8 @@ from evslip.render.shadow import (
     pixel_steps,
     place_lamp,
 )
-from evslip.render.sphere import draw_lamp, glow, meet_sphere, unroll
-from evslip.render.texels import sample
+from evslip.rendering.sphere import draw_lamp, glow, meet_sphere, unroll
+from evslip.rendering.texels import sample
 
 PROBES = 3
 """Texture probes along the footprint of a pixel on the surface, which is seen at a grazing angle."""

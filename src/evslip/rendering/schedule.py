@@ -7,7 +7,7 @@ import numpy as np
 from evslip.camera import Camera, hand_camera
 from evslip.errors import ConfigError
 from evslip.params import Params
-from evslip.render.poses import Poses
+from evslip.rendering.poses import Poses
 from evslip.trajectory import Trajectory
 
 GRID = 7

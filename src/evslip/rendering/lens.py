@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.render.lanes import kernel
+from evslip.rendering.lanes import kernel
 
 SPREAD = np.float32(0.125)
 """Weight of each of two neighbours: with the pixel's own square aperture, a point spread of about 0.58 px standard

@@ -9,14 +9,14 @@ import numpy as np
 from evslip.camera import Camera, hand_camera
 from evslip.errors import ConfigError
 from evslip.frame import Frame
-from evslip.render.poses import Poses
-from evslip.render.schedule import check_span, frame_times
+from evslip.rendering.poses import Poses
+from evslip.rendering.schedule import check_span, frame_times
 from evslip.textures import linear_to_srgb
 from evslip.trajectory import Trajectory
 
 __all__ = ["RENDERERS", "frame_times", "render", "render_color"]
 
-RENDERERS = {"raycast": "evslip.render.raycast:Raycaster"}
+RENDERERS = {"raycast": "evslip.rendering.raycast:Raycaster"}
 """Name -> module:class. A renderer is made from (params, camera, held finger travel, channel) and draws poses."""
 MIDDLE_GREY = 0.25
 """What the median of the first held frame becomes when the exposure is set per sample."""
