@@ -198,7 +198,7 @@ def test_streaming_in_any_pieces_equals_the_whole(model):
     events = slip_record("a", turning(800, 1500, 10.0)).events
     whole = detect(model, events, (346, 260), hop_s=0.05)
     detector = Detector(model, hop_s=0.05)
-    parts = [detector.push(events.select(slice(i, i + 997))) for i in range(0, events.count, 997)]
+    parts = [detector.follow(events.select(slice(i, i + 997))) for i in range(0, events.count, 997)]
     assert np.array_equal(np.concatenate([p.t_us for p in parts]), whole.t_us)
     assert np.allclose(np.concatenate([p.p_slip for p in parts]), whole.p_slip, atol=1e-5)
 
@@ -232,17 +232,17 @@ def test_the_network_fits_any_geometry():
 def test_silence_is_answered_and_time_may_not_go_back(model):
     events = slip_record("a", turning(800, 1500, 10.0)).events
     detector = Detector(model, hop_s=0.05)
-    detector.push(events)
+    detector.follow(events)
     until = int(events.t_us[-1]) + 2_000_000
-    quiet = detector.push(events.select(slice(0, 0)), until_us=until)
+    quiet = detector.follow(events.select(slice(0, 0)), until_us=until)
     assert quiet.t_us[-1] > until - 50_000
     assert (quiet.events[5:] == 0).all()
     assert len(set(quiet.p_slip[5:])) == 1
     with pytest.raises(DataError, match="time order"):
-        detector.push(events)
+        detector.follow(events)
     far = events.select(slice(0, 1))._replace(t_us=np.array([10**15]))
     with pytest.raises(DataError, match="an hour"):
-        detector.push(far)
+        detector.follow(far)
 
 
 @pytest.mark.parametrize(
@@ -271,3 +271,13 @@ def test_training_into_a_file_is_refused(windows, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(EvslipError, match="cannot write"):
         train(windows, tmp_path / "file", QUICK, quiet=True)
+
+
+def test_push_gives_the_newest_probability(model):
+    events = slip_record("a", turning(800, 1500, 10.0)).events
+    detector, follower = Detector(model, hop_s=0.05), Detector(model, hop_s=0.05)
+    assert np.isnan(detector.push(events.between(0, 100_000)))
+    follower.follow(events.between(0, 100_000))
+    rest = events.between(100_000, 3_000_000)
+    assert detector.push(rest) == pytest.approx(follower.follow(rest).p_slip[-1])
+    assert detector.push(rest.select(slice(0, 0))) == detector.push(rest.select(slice(0, 0)))

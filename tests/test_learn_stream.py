@@ -44,10 +44,10 @@ def test_answers_equal_those_on_the_windows(model: Path) -> None:
 
 def test_silence_is_answered_too(model: Path) -> None:
     detector = Detector(model, hop_s=0.1)
-    assert len(detector.push(empty_events()).t_us) == 0
+    assert len(detector.follow(empty_events()).t_us) == 0
     one = Events(np.array([1_000_000]), np.array([100], np.uint16), np.array([100], np.uint16), np.ones(1, bool))
-    assert len(detector.push(one).t_us) == 0
-    answers = detector.push(empty_events(), until_us=1_500_000)
+    assert len(detector.follow(one).t_us) == 0
+    answers = detector.follow(empty_events(), until_us=1_500_000)
     assert answers.t_us.tolist() == [1_160_000, 1_260_000, 1_360_000, 1_460_000]
     assert answers.events.tolist() == [1, 0, 0, 0]
     assert detector._kept.count == 0
@@ -57,7 +57,7 @@ def test_memory_is_bounded_by_a_window(model: Path) -> None:
     events = slip_record("a", turning(600, 1900, 15.0)).events
     detector = Detector(model, hop_s=0.02)
     for i in range(0, events.count, 500):
-        detector.push(events.select(slice(i, i + 500)))
+        detector.follow(events.select(slice(i, i + 500)))
         kept = detector._kept
         assert not kept.count or kept.t_us[-1] - kept.t_us[0] <= 160_000
 
@@ -65,9 +65,9 @@ def test_memory_is_bounded_by_a_window(model: Path) -> None:
 def test_events_out_of_order_are_refused(model: Path) -> None:
     events = slip_record("a", turning(600, 1900, 15.0)).events
     detector = Detector(model)
-    detector.push(events.select(slice(2000, 2500)))
+    detector.follow(events.select(slice(2000, 2500)))
     with pytest.raises(DataError, match="time order"):
-        detector.push(events.select(slice(0, 10)))
+        detector.follow(events.select(slice(0, 10)))
 
 
 @pytest.mark.parametrize("hop_s", [0, -0.1, float("nan")])

@@ -14,6 +14,7 @@ from evslip.errors import ConfigError, GraspFailed
 from evslip.events import camera_for
 from evslip.events.stream import empty_events
 from evslip.frame import Frame
+from evslip.journal import Entry
 from evslip.params import Params, draw
 from evslip.record import Record, encode, provenance
 from evslip.rendering import render
@@ -52,8 +53,8 @@ class Job:
 class Made(NamedTuple):
     """What became of a job."""
 
-    entry: dict
-    """The journal line: name, kind, sha256, bytes, events."""
+    entry: Entry
+    """The journal's line."""
     seconds: dict[str, float]
     """By stage."""
 

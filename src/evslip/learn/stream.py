@@ -56,9 +56,20 @@ class Detector:
         self._kept = empty_events()
         self._last_us: int | None = None
         self._next_us = 0
+        self._newest = float("nan")
         self._silent = float(answer(self._network, [self._network.prepare(_NOTHING)])[0])
 
-    def push(self, events: Events, until_us: int | None = None) -> Detection:
+    def push(self, events: Events, until_us: int | None = None) -> float:
+        """Take the next events of the stream; the newest slip probability, nan until a first window is complete.
+
+        Arguments and errors are those of `follow`, which gives the answers of all hops.
+        """
+        found = self.follow(events, until_us)
+        if len(found.p_slip):
+            self._newest = float(found.p_slip[-1])
+        return self._newest
+
+    def follow(self, events: Events, until_us: int | None = None) -> Detection:
         """Take the next events of the stream and answer for every hop that they complete.
 
         `until_us` says that the stream is known up to that time, where it is silent after the last event. Raises
@@ -113,7 +124,7 @@ def detect(model: str | Path, events: Events, size: tuple[int, int], *, hop_s: f
         raise DataError(f"the recording lasts {span:.3f} s; expected at least one window of {needed:g} s")
     # In pieces, so that the windows prepared at one time stay few.
     edges = np.arange(0, events.count, 500_000)
-    parts = [detector.push(events.select(slice(first, first + 500_000))) for first in edges]
+    parts = [detector.follow(events.select(slice(first, first + 500_000))) for first in edges]
     t_us, p_slip, counts = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("t_us", "p_slip", "events")
     )
