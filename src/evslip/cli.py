@@ -2,16 +2,15 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tyro
-from rich.console import Console
 from tyro.conf import Positional, UseAppendAction, arg
 
 from evslip import __version__
+from evslip.console import console, progress_bar
 from evslip.errors import EvslipError
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
@@ -19,7 +18,6 @@ Split = Literal["train", "test"]
 DESCRIPTION = (
     "Event-camera data for slip detection: generate, label, train, measure. `evslip VERB --help` explains a verb."
 )
-console = Console(highlight=False, soft_wrap=True)
 
 
 def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int | None = None, seed: int = 0) -> None:
@@ -33,7 +31,7 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
     """
     from evslip.demo import run_demo
 
-    run_demo(out, count=count, workers=workers, seed=seed, console=console)
+    run_demo(out, count=count, workers=workers, seed=seed)
 
 
 def show(preset: Positional[str], *, set: Overrides = (), index: int | None = None, split: Split = "train") -> None:
@@ -344,24 +342,6 @@ def describe(stream: Any, size: tuple[int, int]) -> str:
     seconds = (int(stream.t_us[-1]) - int(stream.t_us[0])) / 1e6
     rate = f", {stream.count / seconds / 1e3:,.1f} k events/s" if seconds else ""
     return f"{stream.count:,} events in {seconds:.3f} s{rate}, {stream.p.mean():.0%} ON, {size[0]}x{size[1]}"
-
-
-@contextmanager
-def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar with the time left; yields what advances it by one."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, TextColumn("left"), TimeRemainingColumn(), console=console) as bar:
-        task = bar.add_task(title, total=total)
-        yield lambda: bar.advance(task)
 
 
 def main() -> None:

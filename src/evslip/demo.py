@@ -1,14 +1,13 @@
 """The whole pipeline in one command."""
 
-import shutil
 import time
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 from evslip.config import load_config
+from evslip.console import console, progress_bar
 from evslip.dataset import Dataset, open_dataset
 from evslip.errors import ConfigError
 from evslip.generation import generate
@@ -17,7 +16,7 @@ from evslip.window_set import WindowSettings
 TEST_SHARE = 1 / 3
 
 
-def run_demo(out: Path, *, count: int, workers: int | None, seed: int, console: Console) -> Path:
+def run_demo(out: Path, *, count: int, workers: int | None, seed: int) -> Path:
     """Generate, cut, train, evaluate, report. Returns the path of the report. Raises EvslipError."""
     if count < 6:
         raise ConfigError(f"count: {count} is out of range, expected 6 or more, to have both labels on both sides")
@@ -34,8 +33,9 @@ def run_demo(out: Path, *, count: int, workers: int | None, seed: int, console: 
     data, model = out / "data", out / "model"
     made = []
     for split, number in (("train", count - held_out), ("test", held_out)):
-        say(f"generating {number} samples for {split}")
-        made += generate(config, data, number, split=split, workers=workers).made
+        with progress_bar(f"generate {split}", number) as advance:
+            run = generate(config, data, number, split=split, workers=workers, progress=lambda _: advance())
+        made += run.made
     if made:
         events = np.mean([m.entry["events"] for m in made])
         size = np.mean([m.entry["bytes"] for m in made])
@@ -50,7 +50,6 @@ def run_demo(out: Path, *, count: int, workers: int | None, seed: int, console: 
     train_windows.save(out / "windows-train.h5")
     test_windows.save(out / "windows-test.h5")
     say(f"windows: {train_windows.summary()} for training; {test_windows.summary()} for testing")
-    shutil.rmtree(model, ignore_errors=True)
     result = train(train_windows, model, TrainSettings(seed=seed, epochs=8))
     say(f"trained: {result.summary()}")
     metrics = evaluate(model, test_windows)

@@ -22,7 +22,7 @@ from evslip.runners import runner
 from evslip.simulation import simulate
 from evslip.truth import measure
 
-STAGES = ("physics", "frames and events", "file")
+STAGES = ("physics", "frames", "events", "file")
 
 
 @dataclass
@@ -80,9 +80,11 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
             truth = measure(trajectory)
     except GraspFailed as failure:
         return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
-    with watch.stage("frames and events"):
-        frames = _Counter(render(trajectory, start_us=truth.span_us[0], end_us=truth.span_us[1]))
+    with watch.stage("events"):
+        frames = _Frames(render(trajectory, start_us=truth.span_us[0], end_us=truth.span_us[1]))
         events = camera_for(params).run(frames)
+    watch.seconds["frames"] += frames.seconds
+    watch.seconds["events"] -= frames.seconds
     return _record(
         params, kind="simulated", events=events, trajectory=trajectory, truth=truth, stats={"frames": frames.count}
     )
@@ -148,14 +150,22 @@ def generate(
     return Summary(made, count - len(jobs), time.perf_counter() - start)
 
 
-class _Counter:
-    """Counts what passes through an iterator."""
+class _Frames:
+    """Counts and times frames on their way from the renderer to the pixels."""
 
-    def __init__(self, items: Iterator[Frame]):
-        self._items = items
+    def __init__(self, frames: Iterator[Frame]):
+        self._frames = frames
         self.count = 0
+        self.seconds = 0.0
 
     def __iter__(self) -> Iterator[Frame]:
-        for item in self._items:
-            self.count += 1
-            yield item
+        return self
+
+    def __next__(self) -> Frame:
+        start = time.perf_counter()
+        try:
+            frame = next(self._frames)
+        finally:
+            self.seconds += time.perf_counter() - start
+        self.count += 1
+        return frame
