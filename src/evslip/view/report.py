@@ -170,7 +170,8 @@ def _clouds(examples: Mapping[str, Record]) -> str:
         columns.append(f"<div>{head}{_figure(f'cloud-{label}', figures.space_time(events, record.size))}</div>")
     note = (
         f"Every point is an event, thinned evenly; {CLOUD_US / 1e6:g} s about the onset of the slip, the same time of "
-        "both. Where the object holds, it is still before the camera and gives next to none. Drag to turn, scroll to zoom."
+        "both. Where the object holds, it is still before the camera and gives next to none. Drag to turn, scroll to "
+        "zoom."
     )
     return _section("Their events in space and time", note, f'<div class="columns">{"".join(columns)}</div>')
 
