@@ -292,6 +292,7 @@ def test_killed_at_any_moment_nothing_is_corrupt(tmp_path: Path):
         problems = [p for p in open_dataset(root).verify() if "temporary" not in p]
         assert len(problems) <= 1  # the one that was written but not yet journaled
         assert all("surplus" in p for p in problems)
+    dataset.create(root, TOML)  # as generating again does
     for index in range(len(finished) + 1):
         if ("train", index) not in finished:
             add(root, simulated(index))
@@ -404,3 +405,18 @@ def test_a_failed_append_does_not_glue_two_lines(tmp_path: Path, monkeypatch: py
     assert journal.read_journals(tmp_path) == ({("train", 0): [entry]}, [])
     assert sorted(len(p.read_bytes()) for p in tmp_path.iterdir())[0] == 10
     assert json.loads(max(p.read_text() for p in tmp_path.iterdir() if p.stat().st_size > 10))["name"] == "train/0"
+
+
+def test_generating_again_removes_what_a_killed_rewriter_of_a_finished_sample_left(tmp_path: Path):
+    root = tmp_path / "data"
+    dataset.create(root, TOML)
+    add(root, simulated(3))
+    left = dataset.sample_path(root, "train", 3).with_name(".0000003.h5.0123abcd.tmp")
+    other = dataset.sample_path(root, "train", 4).with_name(".0000004.h5.0123abcd.tmp")
+    left.write_bytes(b"half")
+    other.write_bytes(b"of a sample that another process may be writing")
+    dataset.create(root, TOML)
+    assert not left.exists()
+    assert other.exists()
+    add(root, simulated(4))
+    assert open_dataset(root).verify() == []

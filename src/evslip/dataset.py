@@ -167,6 +167,7 @@ def create(root: Path, config_toml: str) -> None:
             raise DataError(f"{root}: holds {sorted(foreign)[0]} but no {CONFIG}; expected a data set or a new folder")
         atomic.write_text(path, config_toml)
     _sweep(path)
+    _sweep_finished(root)
 
 
 def plan(root: Path, split: str, count: int) -> None:
@@ -253,6 +254,16 @@ def _sweep(path: Path) -> None:
     """Remove temporary files that killed writers of this path left beside it."""
     for left in path.parent.glob(f".{path.name}.*.tmp"):
         left.unlink(missing_ok=True)
+
+
+def _sweep_finished(root: Path) -> None:
+    """Remove temporary files of samples that are finished. Those of others go when they are made again."""
+    left = [path for path in (root / SAMPLES).rglob(".*.tmp") if _TEMPORARY.fullmatch(path.name)]
+    if left:
+        whole = {sample_path(root, *key) for key in finished(root)}
+        for path in left:
+            if path.with_name(path.name.lstrip(".").rsplit(".", 2)[0]) in whole:
+                path.unlink(missing_ok=True)
 
 
 def _size(path: Path) -> int | None:
