@@ -30,7 +30,7 @@ def main() -> None:
     print(f"{options.preset}, {len(made)} samples, {options.workers} workers")
     print(f"{'wall seconds a sample':28} {summary.seconds / len(made):8.2f}")
     for stage in STAGES:
-        print(f"{stage + ', worker seconds':28} {np.mean([m.seconds[stage] for m in made]):8.2f}")
+        print(f"{stage + ', CPU seconds':28} {np.mean([m.seconds[stage] for m in made]):8.2f}")
     events = np.array([m.entry["events"] for m in made])
     size = np.array([m.entry["bytes"] for m in made])
     print(f"{'frames a sample':28} {np.mean(frames):8.0f}")

@@ -96,7 +96,7 @@ def generate(
         each = ", ".join(f"{stage} {value:.2f} s" for stage, value in seconds.items())
         events = sum(entry["events"] for entry in entries) / len(entries)
         size = sum(entry["bytes"] for entry in entries) / len(entries)
-        console.print(f"a sample on average: {each}; {events:,.0f} events, {size / 1e6:.2f} MB")
+        console.print(f"a sample on average, processor time: {each}; {events:,.0f} events, {size / 1e6:.2f} MB")
 
 
 def status(dataset: Positional[Path]) -> None:

@@ -40,7 +40,7 @@ def run_demo(out: Path, *, count: int, workers: int | None, seed: int) -> Path:
         events = np.mean([m.entry["events"] for m in made])
         size = np.mean([m.entry["bytes"] for m in made])
         each = ", ".join(f"{stage} {np.mean([m.seconds[stage] for m in made]):.2f} s" for stage in made[0].seconds)
-        say(f"a sample on average: {each}; {events:,.0f} events, {size / 1e6:.2f} MB")
+        say(f"a sample on average, processor time: {each}; {events:,.0f} events, {size / 1e6:.2f} MB")
     samples = open_dataset(data)
     for line in describe_truth(samples):
         say(line)

@@ -27,17 +27,17 @@ STAGES = ("physics", "frames", "events", "file")
 
 @dataclass
 class Stopwatch:
-    """Seconds spent in each stage."""
+    """Processor seconds spent in each stage: they say what a sample costs, however busy the machine is."""
 
     seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
+        start = time.process_time()
         try:
             yield
         finally:
-            self.seconds[name] += time.perf_counter() - start
+            self.seconds[name] += time.process_time() - start
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Made(NamedTuple):
     entry: Entry
     """The journal's line."""
     seconds: dict[str, float]
-    """By stage."""
+    """Processor seconds by stage."""
 
 
 class Summary(NamedTuple):
@@ -162,10 +162,10 @@ class _Frames:
         return self
 
     def __next__(self) -> Frame:
-        start = time.perf_counter()
+        start = time.process_time()
         try:
             frame = next(self._frames)
         finally:
-            self.seconds += time.perf_counter() - start
+            self.seconds += time.process_time() - start
         self.count += 1
         return frame

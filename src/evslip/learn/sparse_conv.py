@@ -22,54 +22,53 @@ def output_shape(grid: Shape3, kernel: Shape3, stride: Shape3) -> Shape3:
     return first, second, third
 
 
-@compiled()
-def _range(position, kernel, stride, size):  # type: ignore[no-untyped-def]
+@compiled(inline="always")
+def _reach(position, kernel, stride, size):  # type: ignore[no-untyped-def]
     """First and last + 1 output that sees an input position along one axis."""
     return max(0, (position - kernel + stride) // stride), min(size, position // stride + 1)
 
 
+@compiled()
+def _seen_by(cell, grid, kernel, stride, size):  # type: ignore[no-untyped-def]
+    """Channel, time, row and column of a cell, then the ranges of outputs that see it in time, row and column."""
+    x = cell % grid[2]
+    y = cell // grid[2] % grid[1]
+    t = cell // (grid[2] * grid[1]) % grid[0]
+    c = cell // (grid[2] * grid[1] * grid[0])
+    return (
+        c, t, y, x,
+        _reach(t, kernel[0], stride[0], size[0]),
+        _reach(y, kernel[1], stride[1], size[1]),
+        _reach(x, kernel[2], stride[2], size[2]),
+    )  # fmt: skip
+
+
 @compiled(parallel=True)
 def _forward(starts, cells, values, weight, grid, stride, out):  # type: ignore[no-untyped-def]
-    outputs, _, kt, ky, kx = weight.shape
+    kernel, size = weight.shape[2:], out.shape[2:]
     for b in prange(len(starts) - 1):
         for i in range(starts[b], starts[b + 1]):
-            cell, value = cells[i], values[i]
-            x = cell % grid[2]
-            y = cell // grid[2] % grid[1]
-            t = cell // (grid[2] * grid[1]) % grid[0]
-            c = cell // (grid[2] * grid[1] * grid[0])
-            t0, t1 = _range(t, kt, stride[0], out.shape[2])
-            y0, y1 = _range(y, ky, stride[1], out.shape[3])
-            x0, x1 = _range(x, kx, stride[2], out.shape[4])
-            for o in range(outputs):
+            c, t, y, x, (t0, t1), (y0, y1), (x0, x1) = _seen_by(cells[i], grid, kernel, stride, size)
+            for o in range(weight.shape[0]):
                 for ot in range(t0, t1):
                     for oy in range(y0, y1):
                         for ox in range(x0, x1):
-                            out[b, o, ot, oy, ox] += (
-                                value * weight[o, c, t - ot * stride[0], y - oy * stride[1], x - ox * stride[2]]
-                            )
+                            tap = weight[o, c, t - ot * stride[0], y - oy * stride[1], x - ox * stride[2]]
+                            out[b, o, ot, oy, ox] += values[i] * tap
 
 
 @compiled(parallel=True)
 def _backward(starts, cells, values, gradient, grid, stride, by_window):  # type: ignore[no-untyped-def]
-    _, outputs, _, kt, ky, kx = by_window.shape
+    kernel, size = by_window.shape[3:], gradient.shape[2:]
     for b in prange(len(starts) - 1):
         for i in range(starts[b], starts[b + 1]):
-            cell, value = cells[i], values[i]
-            x = cell % grid[2]
-            y = cell // grid[2] % grid[1]
-            t = cell // (grid[2] * grid[1]) % grid[0]
-            c = cell // (grid[2] * grid[1] * grid[0])
-            t0, t1 = _range(t, kt, stride[0], gradient.shape[2])
-            y0, y1 = _range(y, ky, stride[1], gradient.shape[3])
-            x0, x1 = _range(x, kx, stride[2], gradient.shape[4])
-            for o in range(outputs):
+            c, t, y, x, (t0, t1), (y0, y1), (x0, x1) = _seen_by(cells[i], grid, kernel, stride, size)
+            for o in range(by_window.shape[1]):
                 for ot in range(t0, t1):
                     for oy in range(y0, y1):
                         for ox in range(x0, x1):
-                            by_window[b, o, c, t - ot * stride[0], y - oy * stride[1], x - ox * stride[2]] += (
-                                value * gradient[b, o, ot, oy, ox]
-                            )
+                            tap = o, c, t - ot * stride[0], y - oy * stride[1], x - ox * stride[2]
+                            by_window[b, *tap] += values[i] * gradient[b, o, ot, oy, ox]
 
 
 class _SparseConv3d(torch.autograd.Function):
