@@ -102,5 +102,13 @@ def test_wrong_arguments_leave_no_folder_behind(arguments, words, tmp_path):
 
 def test_an_unreachable_object_stops_the_run_and_names_sample_and_key(tmp_path):
     with pytest.raises(ConfigError, match=r"sample train/0: object\.x_m 0\.9.*cannot reach"):
-        evslip.generate(small_config(**{"object.x_m": 0.9}), tmp_path, 1, workers=1)
+        evslip.generate(small_config(**{"object.x_m": 0.9}), tmp_path / "new", 1, workers=1)
+    assert not (tmp_path / "new").exists()
+
+
+def test_an_object_out_of_reach_at_some_index_only_stops_there_and_a_mended_configuration_goes_on(tmp_path):
+    config = small_config(**{"sampling": "grid", "object.mass_kg": 0.012, "object.x_m": [0.9, 0.461], "test_share": 0})
+    with pytest.raises(ConfigError, match=r"sample train/0: object\.x_m 0\.9.*cannot reach"):
+        evslip.generate(config, tmp_path, 2, workers=1)
     assert not list(tmp_path.rglob("*.h5"))
+    assert len(evslip.generate(small_config(), tmp_path, 1, workers=1).made) == 1

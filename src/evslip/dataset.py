@@ -150,14 +150,16 @@ def open_dataset(path: str | Path) -> Dataset:
 
 
 def create(root: Path, config_toml: str) -> None:
-    """Make a data set, or check that the one there has the same configuration.
+    """Make a data set, or check that the one there has the same configuration. One without a sample yet takes the new.
 
     Raises ConfigError with the difference if not, DataError if the folder holds something else, StorageError.
     """
     path = root / CONFIG
     if path.exists():
         differences = list(_differences(_leaves(_toml(path)), _leaves(tomllib.loads(config_toml))))
-        if differences:
+        if differences and not finished(root):
+            atomic.write_text(path, config_toml)
+        elif differences:
             shown = "; ".join(differences[:3]) + (f"; and {len(differences) - 3} more" if len(differences) > 3 else "")
             raise ConfigError(f"{root}: holds a data set of another configuration: {shown}")
     else:

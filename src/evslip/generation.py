@@ -19,7 +19,7 @@ from evslip.params import Params, draw
 from evslip.record import Record, encode, provenance
 from evslip.rendering import render
 from evslip.runners import runner
-from evslip.simulation import simulate
+from evslip.simulation import check_reach, simulate
 from evslip.truth import measure
 
 STAGES = ("physics", "frames", "events", "file")
@@ -90,6 +90,15 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
     )
 
 
+def _check(params: Params) -> None:
+    """Raise ConfigError for what can be known to fail, before a folder is made."""
+    camera_for(params)
+    try:
+        check_reach(params)
+    except ConfigError as error:
+        raise ConfigError(f"sample {params.split}/{params.index}: {error}") from None
+
+
 def _record(params: Params, **parts: Any) -> Record:
     name = f"{params.split}/{params.index:07d}"
     size = (params.camera.width, params.camera.height)
@@ -136,7 +145,7 @@ def generate(
     if workers < 1:
         raise ConfigError(f"workers: {workers} is out of range, expected 1 or more")
     run = runner(runner_name)
-    camera_for(draw(config, count - 1, split))  # what cannot be drawn or seen shall leave no folder behind
+    _check(draw(config, count - 1, split))
     root, text = Path(out).absolute(), dump_config(config)
     dataset.create(root, text)
     dataset.plan(root, split, count)

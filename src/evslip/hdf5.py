@@ -15,7 +15,7 @@ from evslip.errors import DataError
 CHUNK_BYTES = 1 << 20
 """Small enough to read in part; smaller chunks compress worse, 64 kB ones by 3 %."""
 GZIP_LEVEL = 4
-"""Records of real size are 6 % smaller than with level 1 for 0.05 s per million events; level 6 costs twice as much."""
+"""Records are 6 % smaller than with level 1 for at most 0.1 s per million events; level 6 takes twice as long."""
 _MOST_COMPRESSED = 1040
 """Deflate shrinks by at most 1032: a larger claim is a lie, found before memory is allocated for it."""
 

@@ -11,6 +11,11 @@ from evslip.params import Params
 from evslip.trajectory import Trajectory
 
 
+def check_reach(params: Params) -> None:
+    """Raise ConfigError if the motion of these parameters is out of the arm's reach."""
+    plan(params, scene.build(params))
+
+
 def simulate(params: Params) -> Trajectory:
     """Run the pick-and-place of one sample at 1 kHz; bit-identical for equal parameters on one machine.
 

@@ -65,7 +65,7 @@ def space_time(events: Events, size: tuple[int, int], most: int = 20_000) -> Fig
                 "yaxis": {"title": {"text": "column"}, "range": [0, width], **level},
                 "zaxis": {"title": {"text": "row"}, "range": [height, 0], **level},
                 "aspectmode": "manual",
-                "aspectratio": {"x": 2.3, "y": 1.35, "z": 1.35 * height / width},
+                "aspectratio": {"x": 2.0, "y": 1.2, "z": 1.2 * height / width},
                 "camera": {
                     "eye": {"x": -0.9, "y": -2.0, "z": 0.75},
                     "center": {"x": 0.03, "y": 0, "z": -0.08},
