@@ -142,7 +142,7 @@ def test_a_real_recording_agrees_with_independent_readers(tmp_path: Path):
     recording = import_recording(path, tmp_path / "out.h5")
     events = recording.events
     assert_equal(record.read(tmp_path / "out.h5"), recording)
-    # As dv-processing 2.0.4, aedat 2.3.0 and faery 0.7.1 give them.
+    # As dv-processing 2.0.4 and aedat 2.3.0 give them.
     assert (events.count, recording.size) == (111_954, (320, 240))
     rows = [tuple(int(column[i]) for column in events[:4]) for i in (0, 1, 2, -3, -2, -1)]
     assert rows == [

@@ -60,10 +60,11 @@ def test_hidden_share_of_the_lamp_matches_rays(seed):
     place = np.array([0.0, 0.0, 0.15])
     points = np.concatenate([rng.uniform(-0.25, 0.25, (600, 2)), np.zeros((600, 1))], 1)
     rays = seen_share(points, lamp, lamp_radius, [(place, turn, half)], 200, rng)
-    error = seen(points, turn, place, half, lamp, lamp_radius) - rays
-    assert np.abs(error).mean() < 0.02
-    assert np.abs(error).max() < 0.45  # where two silhouette edges cut the disc at once, shares are only multiplied
-    assert abs(error.mean()) < 0.01
+    error = np.abs(seen(points, turn, place, half, lamp, lamp_radius) - rays)
+    assert error.mean() < 0.01
+    # Where two silhouette edges cut the disc at once, shares are only multiplied: a few points are far off.
+    assert np.quantile(error, 0.98) < 0.12
+    assert (error > 0.3).mean() < 0.01
 
 
 def test_shadow_edges_are_no_sharper_than_a_pixel_and_keep_their_place():
