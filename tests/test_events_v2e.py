@@ -43,21 +43,28 @@ def test_equal_to_v2e(name):
     assert np.all(np.diff(events.t_us) >= 0)
 
 
-def test_noise_has_v2es_statistics():
-    # Measured on v2e: a static ramp from 0 to 255, preset noisy, in events a second and pixel.
-    ramp = np.tile(np.linspace(0, 255, 256).astype(np.uint8), (100, 1))
-    sensor = EventCamera("noisy", size=(256, 100), mode="v2e", intensity="uint8", seed=1)
-    seconds = 10
-    events = sensor.run((t_us, ramp) for t_us in np.arange(0, seconds * 1e6 + 1, 5e3))
-    assert events.p.sum() / (ramp.size * seconds) == pytest.approx(1.625, rel=0.02)
-    assert (~events.p).sum() / (ramp.size * seconds) == pytest.approx(1.62, rel=0.02)
-    quarters = np.bincount(events.x // 64) * 4 / (ramp.size * seconds)
-    np.testing.assert_allclose(quarters, [4.68, 3.72, 2.77, 1.83], rtol=0.02)
-    # More than Poisson's, since sensitive pixels are noisy ones: within a second and at equal intensity.
-    second = events.between(0, 1_000_000)
-    counts = np.zeros(ramp.shape)
-    np.add.at(counts, (second.y, second.x), 1)
-    assert counts.var(axis=0).mean() / counts.mean() == pytest.approx(1.25, rel=0.04)
+@pytest.mark.parametrize(("cameras", "tolerance"), [(1, 0.03), pytest.param(16, 0.01, marks=pytest.mark.slow)])
+def test_noise_has_v2es_statistics(cameras, tolerance):
+    """Preset noisy before a still ramp from 0 to 255, for a second, in events a second and pixel.
+
+    The specification's figures were measured on v2e in the same way. 16 cameras of 256 x 400 pixels of v2e (cac6384)
+    gave 1.617 ON, 1.615 OFF, quarters 4.649, 3.706, 2.761, 1.814 and a variance of 1.248 of the mean, each known to
+    0.1 to 0.4 %.
+    """
+    ramp = np.tile(np.linspace(0, 255, 256).astype(np.uint8), (400, 1))
+    measured = []
+    for seed in range(cameras):
+        sensor = EventCamera("noisy", size=(256, 400), mode="v2e", intensity="uint8", seed=seed)
+        events = sensor.run((t_us, ramp) for t_us in np.arange(0, 1e6 + 1, 5e3))
+        counts = np.zeros((2, *ramp.shape))
+        np.add.at(counts, (events.p.astype(int), events.y, events.x), 1)
+        off, on = counts.mean((1, 2))
+        both = counts.sum(0)
+        # More than Poisson's, since sensitive pixels are noisy ones; among pixels of equal intensity.
+        excess = both.var(axis=0).mean() / both.mean()
+        measured.append([on, off, *both.reshape(400, 4, 64).mean((0, 2)), excess])
+    expected = [1.625, 1.62, 4.68, 3.72, 2.77, 1.83, 1.25]
+    np.testing.assert_allclose(np.mean(measured, 0), expected, rtol=tolerance)
 
 
 def test_both_modes_agree_on_a_clean_clip():
