@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from evslip.events import EventCamera, Events
+from evslip.events.surround import diffuse, steps_of
 from shared_data import shared
 
 NAMES = {
@@ -94,3 +95,60 @@ def test_a_seed_gives_the_same_noise_again_after_reset():
     np.testing.assert_array_equal(first.t_us, run(sensor).t_us)
     other = run(EventCamera("noisy", size=(30, 20), mode="v2e", seed=1))
     assert not np.array_equal(first.x, other.x)
+
+
+def test_a_surround_settles_where_the_grid_is_in_balance():
+    # A point of light: h obeys h - lambda^2 laplace(h) = lp, solved here as one linear system.
+    side, space = 15, 2.0
+    center = np.zeros((side, side))
+    center[7, 7] = 3.0
+    number = np.arange(side * side).reshape(side, side)
+    system = np.eye(side * side)
+    for here, there in [(number[:-1], number[1:]), (number[:, :-1], number[:, 1:])]:
+        for a, b in zip(here.ravel(), there.ravel(), strict=True):
+            system[[a, b], [a, b]] += space**2
+            system[[a, b], [b, a]] -= space**2
+    expected = np.linalg.solve(system, center.ravel()).reshape(side, side)
+    surround = np.zeros_like(center)
+    share, coupling, most_steps = steps_of(1e-3, 0.0, space)
+    assert diffuse(center, surround, share, coupling, most_steps) < most_steps
+    np.testing.assert_allclose(surround, expected, atol=1e-3)
+
+
+def test_a_center_surround_pixel_ignores_what_is_uniform():
+    def count(images, **parameters) -> int:
+        sensor = EventCamera("clean", size=(20, 20), mode="v2e", sigma=0.0, **parameters)
+        return sensor.run((1000 * i, image) for i, image in enumerate(images)).count
+
+    brighter = [np.full((20, 20), 0.1 * 1.2**i) for i in range(10)]
+    assert count(brighter) == 20 * 20 * int(np.log(1.2**9) / 0.2)
+    assert count(brighter, surround_pixels=2.0) == 0
+    dot = np.full((20, 20), 0.1)
+    dot[10, 10] = 0.4
+    assert count([brighter[0], dot], surround_pixels=2.0) >= 4
+
+
+def test_an_adaptive_pixel_forgets_as_its_equation_says():
+    # dv/dt = -sinh(0.7 v) / tau has the solution tanh(0.35 v) = tanh(0.35 v0) exp(-0.7 t / tau); the signal is 2 v.
+    tau_us, step_us, jump, theta = 1e4, 5.0, 0.8, 0.1
+    parameters = {"sigma": 0.0, "adaptive_us": tau_us, "adaptive_spread": 0.0, "dark": 1e-6}
+    sensor = EventCamera("clean", size=(1, 1), mode="v2e", theta=theta, **parameters)
+    levels = [0.1, *[0.1 * np.exp(jump)] * 6000]
+    events = sensor.run((step_us * i, np.full((1, 1), level)) for i, level in enumerate(levels))
+    rises = int(events.p.sum())
+    reference = rises * theta
+    number = np.arange(1, np.sum(~events.p) + 1)
+    v = (reference - number * theta) / 2
+    expected_us = step_us + tau_us / 0.7 * np.log(np.tanh(0.35 * jump) / np.tanh(0.35 * v))
+    np.testing.assert_allclose(events.t_us[rises:], expected_us, rtol=3e-3, atol=3 * step_us)
+    assert len(number) >= 12
+
+
+def test_the_time_constants_of_adaptive_pixels_scatter():
+    pixels = EventCamera("clean", size=(200, 200), mode="v2e", adaptive_us=1e4)._sensor
+    logs = np.log(pixels._adaptive_s / 0.01)
+    assert abs(logs.mean()) < 0.01
+    assert logs.std() == pytest.approx(0.5, rel=0.02)
+    fixed = np.full((20, 30), 2e4)
+    pixels = EventCamera("clean", size=(30, 20), mode="v2e", adaptive_us=fixed)._sensor
+    np.testing.assert_allclose(pixels._adaptive_s, 0.02, rtol=1e-6)

@@ -26,6 +26,10 @@ UNITS = {
     "photoreceptor_noise": "ln",
     "refractory_us": "us",
     "dark": "white",
+    "surround_pixels": "pixels",
+    "surround_us": "us",
+    "adaptive_us": "us",
+    "adaptive_spread": "ln",
 }
 """Unit of each parameter: ln is a change of log intensity, 1 a plain ratio, white the luminance of white."""
 
