@@ -1,13 +1,23 @@
-"""Speed of the event camera, one thread: python benchmarks/events.py [--frames N] [--repeat N]
+"""Speed of the event camera, one thread: python benchmarks/events.py [--frames N] [--repeat N] [--v2e FOLDER]
+
+--v2e FOLDER times v2e too, on the same frames as bytes, and prints ratios: FOLDER is a copy of
+https://github.com/SensorsINI/v2e, which needs torch and opencv-python; what else it imports but does not use here is
+replaced by empty modules.
 
 A textured square turns at 2 revolutions a second before a gradient, filmed at 2000 frames a second. Every figure is the
-best of some runs. "events" counts them per pixel and frame: each costs about as much as forty quiet pixels.
+best of some runs, and for all but the first frame, on which a camera settles. "events" counts them per pixel and frame:
+each costs about as much as forty quiet pixels.
 """
 
 import argparse
+import importlib
+import logging
 import resource
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
+from unittest.mock import MagicMock
 
 import numpy as np
 
@@ -44,10 +54,11 @@ def _smooth(texture: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return top * (1 - b) + bottom * b
 
 
-def best(work: Callable[[], object], repeat: int) -> float:
-    """Shortest time of some calls, in seconds."""
+def best(work: Callable[[], object], repeat: int, prepare: Callable[[], object] = lambda: None) -> float:
+    """Shortest time of some calls, in seconds; each comes after a call of `prepare` that is not timed."""
     times = []
     for _ in range(repeat):
+        prepare()
         start = time.perf_counter()
         work()
         times.append(time.perf_counter() - start)
@@ -61,12 +72,15 @@ def measure(name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int, **ar
     camera.run(zip(times_us[:3], clip, strict=False))
     events = 0
 
+    def prepare() -> None:
+        camera.reset()
+        camera.step(times_us[0], clip[0])
+
     def run() -> None:
         nonlocal events
-        camera.reset()
-        events = camera.run(zip(times_us, clip, strict=True)).count
+        events = camera.run(zip(times_us[1:], clip[1:], strict=True)).count
 
-    running = best(run, repeat)
+    running = best(run, repeat, prepare)
     camera.reset()
     steps = []
     for t_us, image in zip(times_us, clip, strict=True):
@@ -77,28 +91,81 @@ def measure(name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int, **ar
     return pixels / running / 1e6, 1e3 * float(np.median(steps)), events / pixels
 
 
+def load_v2e(folder: Path):
+    """v2e's emulator class, on one thread."""
+    import torch
+
+    torch.set_num_threads(1)
+    sys.path.insert(0, str(folder))
+    for name in ("screeninfo", "easygui", "tkinter", "engineering_notation", "dv_processing"):
+        try:
+            importlib.import_module(name)
+        except ImportError:
+            sys.modules[name] = MagicMock()
+    logging.disable(logging.WARNING)
+    return importlib.import_module("v2ecore.emulator").EventEmulator
+
+
+def measure_v2e(emulator, name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int) -> tuple[float, float]:
+    """Mpixel/s of v2e, events per pixel and frame; clip: uint8."""
+    model = PRESETS[name]
+    pixels, events = None, 0
+
+    def prepare() -> None:
+        nonlocal pixels
+        pixels = emulator(
+            pos_thres=model.theta,
+            neg_thres=model.theta,
+            sigma_thres=model.sigma,
+            cutoff_hz=model.cutoff_hz,
+            leak_rate_hz=model.leak_rate_hz,
+            shot_noise_rate_hz=model.shot_rate_hz,
+            refractory_period_s=1e-6 * model.refractory_us,
+            seed=1,
+            device="cpu",
+            output_height=clip.shape[1],
+            output_width=clip.shape[2],
+        )
+        pixels.generate_events(clip[0], 1e-6 * times_us[0])
+
+    def run() -> None:
+        nonlocal events
+        frames = zip(times_us[1:], clip[1:], strict=True)
+        parts = [pixels.generate_events(image, 1e-6 * t_us) for t_us, image in frames]
+        events = sum(len(part) for part in parts if part is not None)
+
+    return clip[1:].size / best(run, repeat, prepare) / 1e6, events / clip[1:].size
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=65)
     parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--v2e", type=Path)
     options = parser.parse_args()
-    print("| size | camera | Mpixel/s | step, ms | events |\n|---|---|---|---|---|")
+    emulator = load_v2e(options.v2e) if options.v2e else None
+    print("| size | camera | Mpixel/s | step, ms | events | v2e, Mpixel/s | v2e's events | times v2e |")
+    print("|---|---|---|---|---|---|---|---|")
     for size in SIZES:
         clip = make_clip(size, options.frames)
         times_us = FRAME_US * np.arange(len(clip))
         label = f"{size[0]}x{size[1]}"
+        in_bytes = (255 * np.clip(clip, 0, 1)).astype(np.uint8)
         for name in PRESETS:
             speed, step, events = measure(name, clip, times_us, options.repeat)
-            print(f"| {label} | {name} | {speed:.0f} | {step:.2f} | {events:.4f} |")
+            theirs = " | | "
+            if emulator:
+                slow, count = measure_v2e(emulator, name, in_bytes, times_us, min(2, options.repeat))
+                theirs = f"{slow:.1f} | {count:.4f} | {speed / slow:.0f}"
+            print(f"| {label} | {name} | {speed:.0f} | {step:.2f} | {events:.4f} | {theirs} |", flush=True)
         speed, step, events = measure("davis346", clip, times_us, options.repeat, threads=2)
-        print(f"| {label} | davis346, 2 threads | {speed:.0f} | {step:.2f} | {events:.4f} |")
-        in_bytes = (255 * np.clip(clip, 0, 1)).astype(np.uint8)
+        print(f"| {label} | davis346, 2 threads | {speed:.0f} | {step:.2f} | {events:.4f} | | | |")
         speed, step, events = measure("davis346", in_bytes, times_us, options.repeat, intensity="uint8")
-        print(f"| {label} | davis346, uint8 | {speed:.0f} | {step:.2f} | {events:.4f} |")
+        print(f"| {label} | davis346, uint8 | {speed:.0f} | {step:.2f} | {events:.4f} | | | |")
         speed, step, events = measure("davis346", in_bytes, times_us, options.repeat, intensity="uint8", mode="v2e")
-        print(f"| {label} | davis346, v2e rules | {speed:.0f} | {step:.2f} | {events:.4f} |")
+        print(f"| {label} | davis346, v2e rules | {speed:.0f} | {step:.2f} | {events:.4f} | | | |")
         logarithm = clip.size / best(lambda clip=clip: [np.log(image) for image in clip], options.repeat) / 1e6
-        print(f"| {label} | numpy.log alone | {logarithm:.0f} | | |", flush=True)
+        print(f"| {label} | numpy.log alone | {logarithm:.0f} | | | | | |", flush=True)
     print(f"\nPeak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB, clips included")
 
 

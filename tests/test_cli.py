@@ -3,7 +3,12 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from PIL import Image
+
+from evslip.codecs import read_events, write_events
+from evslip.events import Events, load_noise_map
 
 
 def evslip(*arguments: object) -> subprocess.CompletedProcess:
@@ -58,6 +63,10 @@ def test_show_prints_a_configuration_that_loads_again(tmp_path):
         (["evaluate", "OUT/model", "OUT/w.h5"], ["OUT"]),
         (["report", "OUT"], ["OUT"]),
         (["events", "OUT", "OUT/e.h5", "--fps", 10], ["OUT"]),
+        (["show", "camera", "davis"], ["davis", "davis346"]),
+        (["show", "simple", "davis346"], ["davis346", "show camera"]),
+        (["calibrate-noise", "OUT/r.h5", "OUT/noise.npz"], ["r.h5"]),
+        (["calibrate-noise", "OUT/r.h5", "OUT/noise.txt"], ["noise.txt", ".npz"]),
         (["import", "OUT/r.aedat4", "OUT/r.h5"], ["r.aedat4"]),
         (["detect", "OUT/model", "OUT/r.h5"], ["OUT"]),
     ],
@@ -67,6 +76,36 @@ def test_what_is_wrong_is_said_in_one_line_and_leaves_nothing(arguments, words, 
     result = evslip(*(str(a).replace("OUT", str(out)) for a in arguments))
     assert_one_line(result, *words)
     assert not out.exists()
+
+
+def test_show_prints_a_camera_with_units():
+    shown = evslip("show", "camera", "davis346").stdout
+    assert ["cutoff_hz", "15", "Hz"] in [line.split()[:3] for line in shown.splitlines()]
+    assert max(map(len, shown.splitlines())) <= 110
+    assert "| davis346 | 0.15 |" in evslip("show", "camera").stdout
+
+
+def test_a_sensors_noise_is_measured_and_used_again(tmp_path):
+    # Two seconds of a still scene: one pixel fires ON at 50 Hz, another OFF at 20 Hz.
+    times = np.concatenate([np.arange(100) * 20_000, np.arange(40) * 50_000 + 7])
+    order = np.argsort(times, kind="stable")
+    on = np.arange(140) < 100
+    events = Events(times, np.where(on, 3, 5).astype(np.uint16), np.where(on, 1, 2).astype(np.uint16), on)
+    write_events(tmp_path / "still.h5", events.select(order), (8, 6))
+    result = evslip("calibrate-noise", tmp_path / "still.h5", tmp_path / "noise.npz")
+    assert result.returncode == 0, result.stderr
+    assert "busiest" in result.stdout
+    assert load_noise_map(tmp_path / "noise.npz")[:, (1, 2), (3, 5)].round().tolist() == [[50, 0], [0, 20]]
+    (tmp_path / "frames").mkdir()
+    for number in range(3):
+        Image.new("L", (8, 6), 100).save(tmp_path / "frames" / f"{number}.png")
+    arguments = ["events", tmp_path / "frames", tmp_path / "e.h5", "--fps", 0.2, "--camera", "clean"]
+    assert evslip(*arguments, "--noise-map", tmp_path / "noise.npz").returncode == 0
+    noisy = read_events(tmp_path / "e.h5")
+    assert set(zip(noisy.x.tolist(), noisy.y.tolist(), noisy.p.tolist(), strict=True)) == {(3, 1, True), (5, 2, False)}
+    assert noisy.count == pytest.approx(700, abs=4 * 700**0.5)
+    (tmp_path / "noise.npz").write_bytes(b"PK no zip")
+    assert_one_line(evslip(*arguments, "--noise-map", tmp_path / "noise.npz"), "noise.npz")
 
 
 def test_an_empty_folder_is_no_data_set_no_frames_no_model(tmp_path):

@@ -260,6 +260,8 @@ def test_masks_that_cannot_be_meant_are_refused(clip):
         ({"noise_map": np.ones((HEIGHT, WIDTH))}, r"noise_map.*\(2, 23, 37\)"),
         ({"noise_map": 1.0}, r"noise_map.*\(2, 23, 37\)"),
         ({"mode": "v2e", "hot_share": 0.1}, "hot_share: mode 'v2e' has none"),
+        ({"surround_pixels": 2.0}, "surround_pixels: mode 'accurate' has none"),
+        ({"mode": "v2e", "adaptive_us": None}, "adaptive_us"),
         ({"photoreceptor_noise": 0.1, "cutoff_hz": 0}, "set cutoff_hz"),
         ({"mode": "fast"}, "accurate, v2e"),
         ({"intensity": "log"}, "linear, uint8, srgb"),

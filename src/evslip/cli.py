@@ -11,7 +11,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from evslip import __version__
 from evslip.console import console, progress_bar
-from evslip.errors import EvslipError
+from evslip.errors import ConfigError, EvslipError
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
@@ -34,11 +34,20 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
     run_demo(out, count=count, workers=workers, seed=seed)
 
 
-def show(preset: Positional[str], *, set: Overrides = (), index: int | None = None, split: Split = "train") -> None:
-    """Print a configuration in full, or the parameters drawn for one index.
+def show(
+    preset: Positional[str],
+    name: Positional[str | None] = None,
+    *,
+    set: Overrides = (),
+    index: int | None = None,
+    split: Split = "train",
+) -> None:
+    """Print a configuration in full, the parameters drawn for one index, or a camera with units and meanings.
 
     Args:
-        preset: Name of a preset (demo, simple, complex), a TOML file, or "parameters" for a table of all keys.
+        preset: Name of a preset (demo, simple, complex), a TOML file, "parameters" for a table of all keys, or
+            "camera" for the event cameras.
+        name: After "camera": preset of the event camera; default: a table of all.
         set: Override, such as object.mass_kg=0.05; may be given several times.
         index: Show what is drawn for this sample instead.
         split: Split of that sample.
@@ -47,6 +56,11 @@ def show(preset: Positional[str], *, set: Overrides = (), index: int | None = No
     from evslip.params import draw
     from evslip.reference import parameters_table
 
+    if preset == "camera":
+        _show_camera(name)
+        return
+    if name is not None:
+        raise ConfigError(f"show {preset}: {name!r} is one word too many; only `show camera` takes a name")
     if preset == "parameters":
         print(parameters_table(), end="")
         return
@@ -55,6 +69,12 @@ def show(preset: Positional[str], *, set: Overrides = (), index: int | None = No
         print(dump_config(config), end="")
     else:
         print(draw(config, index, split).model_dump_json(indent=2))
+
+
+def _show_camera(name: str | None) -> None:
+    from evslip.events.datasheet import datasheet, presets_table
+
+    print(presets_table() if name is None else datasheet(name), end="")
 
 
 def generate(
@@ -236,6 +256,7 @@ def events(
     fps: float | None = None,
     camera: str = "davis346",
     seed: int = 0,
+    noise_map: Path | None = None,
 ) -> None:
     """Turn frames that a camera or another renderer made into events.
 
@@ -245,17 +266,42 @@ def events(
         fps: Frames a second; a video knows its own.
         camera: Preset of the event camera.
         seed: Seed of its noise.
+        noise_map: File made by `evslip calibrate-noise`: each pixel is as noisy as that of the real sensor.
     """
     from evslip.codecs import check_suffix, write_events
-    from evslip.events import EventCamera
+    from evslip.events import EventCamera, load_noise_map
     from evslip.events.sources import frame_size, frames_from
 
     check_suffix(out, writing=True)
     source = frames_from(frames, fps)
     size = frame_size(frames)
-    stream = EventCamera(camera, size=size, seed=seed, intensity="uint8").run(source)
+    noise = None if noise_map is None else load_noise_map(noise_map)
+    stream = EventCamera(camera, size=size, seed=seed, intensity="uint8", noise_map=noise).run(source)
     write_events(out, stream, size)
     console.print(f"{out}: {describe(stream, size)}")
+
+
+def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
+    """Measure the noise of each pixel of a real sensor, from a recording of a still scene in constant light.
+
+    Args:
+        recording: File of events; several minutes long, since rare events need time.
+        out: File to write, .npz: for `evslip events --noise-map`, or the camera's parameter noise_map.
+    """
+    from evslip.codecs import read_recording
+    from evslip.events.calibrate import check_noise_suffix, measure_noise, save_noise_map
+
+    check_noise_suffix(out)
+    record = read_recording(recording)
+    rates = measure_noise(record.events, record.size)
+    save_noise_map(out, rates)
+    on, off = rates.mean((1, 2))
+    busiest = float(rates.sum(0).max())
+    console.print(f"{recording}: {describe(record.events, record.size)}")
+    console.print(f"{out}: {on:.3g} ON and {off:.3g} OFF events/s a pixel; the busiest pixel has {busiest:.3g}/s")
+    silent = float((rates.sum(0) == 0).mean())
+    if silent > 0.5:
+        console.print(f"{silent:.0%} of the pixels never fired: record for longer to measure them")
 
 
 def import_(recording: Positional[Path], out: Positional[Path]) -> None:
@@ -322,6 +368,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "evaluate": evaluate,
     "report": report,
     "events": events,
+    "calibrate-noise": calibrate_noise,
     "import": import_,
     "detect": detect,
     "doctor": doctor,

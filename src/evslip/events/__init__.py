@@ -7,7 +7,7 @@ from evslip.events.stream import CAUSES, Events, concatenate, empty_events
 
 if TYPE_CHECKING:
     from evslip.events.batch import EventCameras
-    from evslip.events.calibrate import measure_noise
+    from evslip.events.calibrate import load_noise_map, measure_noise, save_noise_map
     from evslip.events.camera import EventCamera, camera_for
     from evslip.events.presets import PRESETS, PixelModel
     from evslip.events.sources import frames_from
@@ -19,7 +19,9 @@ _LAZY = {
     "PixelModel": "presets",
     "camera_for": "camera",
     "frames_from": "sources",
+    "load_noise_map": "calibrate",
     "measure_noise": "calibrate",
+    "save_noise_map": "calibrate",
 }
 __all__ = [
     "CAUSES",
@@ -32,7 +34,9 @@ __all__ = [
     "concatenate",
     "empty_events",
     "frames_from",
+    "load_noise_map",
     "measure_noise",
+    "save_noise_map",
 ]
 
 

@@ -1,7 +1,11 @@
-"""The noise of a real sensor, measured."""
+"""The noise of a real sensor: measured, kept in a file, and brought back."""
+
+import io
+from pathlib import Path
 
 import numpy as np
 
+from evslip import atomic
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
@@ -26,3 +30,33 @@ def measure_noise(events: Events, size: tuple[int, int]) -> np.ndarray:
     seconds = 1e-6 * float(events.t_us[-1] - events.t_us[0]) * events.count / (events.count - 1)
     place = (np.where(events.p, 0, height) + events.y.astype(np.int64)) * width + events.x
     return np.bincount(place, minlength=2 * height * width).reshape(2, height, width) / seconds
+
+
+def save_noise_map(path: str | Path, noise_map: np.ndarray) -> None:
+    """Write rates of shape (2, height, width), events/s, as .npz, atomically. Raises DataError, StorageError."""
+    check_noise_suffix(path)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, noise_map=noise_map)
+    atomic.write_bytes(Path(path), buffer.getvalue())
+
+
+def load_noise_map(path: str | Path) -> np.ndarray:
+    """The rates that `save_noise_map` wrote, float64 of shape (2, height, width). Raises DataError."""
+    check_noise_suffix(path)
+    if not Path(path).is_file():
+        raise DataError(f"{path}: there is no such file")
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            noise_map = np.asarray(arrays["noise_map"], np.float64)
+    except Exception as error:  # zipfile, zlib and NumPy's header parser each have their own
+        reason = " ".join(str(error).split())[:160]
+        raise DataError(f"{path}: not a noise map made by `evslip calibrate-noise` ({reason})") from None
+    if noise_map.ndim != 3 or len(noise_map) != 2:
+        raise DataError(f"{path}: the noise map's shape is {noise_map.shape}, expected (2, height, width)")
+    return noise_map
+
+
+def check_noise_suffix(path: str | Path) -> None:
+    """Raise DataError unless the file is named as a noise map is."""
+    if Path(path).suffix.lower() != ".npz":
+        raise DataError(f"{path}: a noise map is an .npz file; its name must end in .npz")

@@ -13,7 +13,7 @@ from evslip.events.film import Film
 from evslip.events.intake import checked_image, checked_mask, checked_time
 from evslip.events.optics import INTENSITIES, Intensity
 from evslip.events.ordering import in_time_order, unpack
-from evslip.events.presets import NOT_IN_V2E, resolve
+from evslip.events.presets import FOREIGN, resolve
 from evslip.events.sensor import Sensor
 from evslip.events.stream import Events, concatenate, empty_events
 from evslip.events.v2e import V2EPixels
@@ -75,11 +75,12 @@ class EventCamera:
         self.seed = int(seed)
         self.threads = int(threads)
         self.model = resolve(preset, parameters, self.shape)
+        asked = [name for name in FOREIGN[mode] if name in parameters]
+        if asked:
+            other = "accurate" if mode == "v2e" else "v2e"
+            raise ConfigError(f"camera parameter {asked[0]}: mode {mode!r} has none; it belongs to mode {other!r}")
         self._sensor: Sensor
         if mode == "v2e":
-            asked = [name for name in NOT_IN_V2E if name in parameters]
-            if asked:
-                raise ConfigError(f"camera parameter {asked[0]}: mode 'v2e' has none; it belongs to mode 'accurate'")
             self._sensor = V2EPixels(self.model, self.shape, self.seed, intensity)
         else:
             self._sensor = AccuratePixels(self.model, self.shape, self.seed, intensity, self.threads)
@@ -117,7 +118,7 @@ class EventCamera:
     def from_state(cls, state: dict[str, Any], threads: int = 1) -> "EventCamera":
         """A camera that continues exactly where the one stood whose `state()` this is."""
         names = ("size", "seed", "mode", "intensity")
-        model = {k: v for k, v in state["model"].items() if state["mode"] != "v2e" or k not in NOT_IN_V2E}
+        model = {name: value for name, value in state["model"].items() if name not in FOREIGN[state["mode"]]}
         camera = cls("clean", threads=threads, **{name: state[name] for name in names}, **model)
         if state["last_us"] is not None:
             camera._film.begin(state["last_us"], state["last_bodies"])

@@ -50,6 +50,15 @@ class PixelModel:
     """Time in microseconds after an event during which a pixel is held in reset."""
     dark: float = 1e-3
     """Dark current of the photoreceptor as a luminance, white = 1: linear input L becomes ln(L + dark)."""
+    surround_pixels: float = 0.0
+    """Space constant, in pixels, of the surround that is subtracted from each pixel; 0: none. Mode v2e."""
+    surround_us: float = 0.0
+    """Time constant of the surround in microseconds; 0: it settles within every frame. Mode v2e."""
+    adaptive_us: float | Map = 0.0
+    """Time constant of an adaptive high-pass in microseconds (v2e's SCIDVS: 10000); 0: none. A number is the median,
+    a map is taken as it is. Mode v2e."""
+    adaptive_spread: float = 0.5
+    """Standard deviation over the pixels of ln of that time constant. Mode v2e."""
 
 
 PARAMETERS = tuple(field.name for field in fields(PixelModel))
@@ -71,11 +80,18 @@ LIMITS = {
     "photoreceptor_noise": (0.0, 1.0),
     "refractory_us": (0.0, 1e6),
     "dark": (1e-6, 20 / 255),
+    "surround_pixels": (0.0, 100.0),
+    "surround_us": (0.0, 1e6),
+    "adaptive_us": (0.0, 1e9),
+    "adaptive_spread": (0.0, 2.0),
 }
 """Physical limits of each number, and of each entry of a map."""
-_MAPS = ("theta_on", "theta_off", "leak_map", "noise_map")
-NOT_IN_V2E = ("hot_share", "hot_rate_hz", "dead_share", "noise_map", "photoreceptor_noise")
-"""What v2e's rules do not know."""
+_MAPS = ("theta_on", "theta_off", "leak_map", "noise_map", "adaptive_us")
+FOREIGN = {
+    "v2e": ("hot_share", "hot_rate_hz", "dead_share", "noise_map", "photoreceptor_noise"),
+    "accurate": ("surround_pixels", "surround_us", "adaptive_us", "adaptive_spread"),
+}
+"""What the rules of each mode do not know."""
 
 PRESETS: dict[str, PixelModel] = {
     "davis346": PixelModel(
@@ -116,7 +132,7 @@ def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> 
 
 
 def _checked(name: str, value: Any, shape: tuple[int, int]) -> Any:
-    if value is None and name in _MAPS:
+    if value is None and name in _MAPS and name != "adaptive_us":
         return None
     try:
         numbers = np.asarray(value, np.float64)

@@ -15,6 +15,10 @@ Rules of v2e (Hu, Liu and Delbruck 2021; https://github.com/SensorsINI/v2e), fro
 State is float32 without low-pass and float64 with it, seconds are float32, as in v2e: this decides counts. Unlike v2e,
 times leave in microseconds from float64, seconds count from the first frame, noise comes from counters, and seed 0 is a
 seed. Leak events carry the cause "signal": the rules do not tell them apart.
+
+Centre-surround and adaptive high-pass pixels (see `surround`) come between rules 2 and 3. There v2e starts the second
+from base = lp, which is a burst of events at the second frame, and lets shot noise reset base to lp; here both are what
+the comparator sees.
 """
 
 import math
@@ -27,6 +31,7 @@ from evslip.events.noise import FRAME, normal_maps, normals, uniforms
 from evslip.events.optics import FULL, KNEE, WHITE, Intensity, decode_srgb, linear_to_log
 from evslip.events.presets import PixelModel
 from evslip.events.stream import SHOT
+from evslip.events.surround import GAIN, adapt, diffuse, steps_of
 from evslip.events.traits import leak_map, thresholds
 
 
@@ -39,25 +44,10 @@ def _floor_divide(a: float, b: float) -> int:
 
 
 @compiled(error_model="numpy")
-def count_events(
-    log: np.ndarray,
-    i01: np.ndarray,
-    lowpass: np.ndarray,
-    base: np.ndarray,
-    on: np.ndarray,
-    off: np.ndarray,
-    leak: np.ndarray,
-    dt: np.floating,
-    corner: np.floating,
-    jitter: float,
-    seed: int,
-    frame: int,
-    counts: np.ndarray,
-) -> int:
-    """Rules 2 to 4 for one frame; counts, int32 of (height, width), gets the signed counts. Returns the largest."""
+def low_pass(log: np.ndarray, i01: np.ndarray, corner: np.floating, lowpass: np.ndarray) -> None:
+    """Rule 2 for one frame, in place."""
     height, width = log.shape
     one = lowpass.dtype.type(1.0)
-    most = 0
     for y in range(height):
         for x in range(width):
             if corner > 0.0:
@@ -65,13 +55,36 @@ def count_events(
                 lowpass[y, x] = (one - share) * lowpass[y, x] + share * log[y, x]
             else:
                 lowpass[y, x] = log[y, x]
+
+
+@compiled(error_model="numpy")
+def count_events(
+    signal: np.ndarray,
+    base: np.ndarray,
+    on: np.ndarray,
+    off: np.ndarray,
+    leak: np.ndarray,
+    dt: np.floating,
+    jitter: float,
+    seed: int,
+    frame: int,
+    counts: np.ndarray,
+) -> int:
+    """Rules 3 and 4 for one frame, where lp is `signal`.
+
+    counts, int32 of (height, width), gets the signed counts. Returns the largest.
+    """
+    height, width = signal.shape
+    most = 0
+    for y in range(height):
+        for x in range(width):
             if leak[y, x] > 0.0:
                 current = leak[y, x]
                 if jitter > 0.0:
                     a, b, _, _ = uniforms(seed, y * width + x, FRAME, 2 * frame)
                     current *= np.float32(1.0 - jitter * normals(a, b)[0])
                 base[y, x] -= dt * current * on[y, x]
-            change = lowpass[y, x] - base[y, x]
+            change = signal[y, x] - base[y, x]
             count = 0
             if change >= on[y, x]:
                 count = _floor_divide(change, on[y, x])
@@ -88,7 +101,7 @@ def emit_events(
     most: int,
     stamps: np.ndarray,
     times_us: np.ndarray,
-    lowpass: np.ndarray,
+    signal: np.ndarray,
     base: np.ndarray,
     on: np.ndarray,
     off: np.ndarray,
@@ -141,7 +154,7 @@ def emit_events(
                     events[filled, 0] = np.int64(math.floor(times_us[-1] + 0.5))
                     events[filled, 1] = word | (body_1 << 8) | (SHOT << 1) | (0 if is_off else 1)
                     filled += 1
-                    base[y, x] = lowpass[y, x]
+                    base[y, x] = signal[y, x]
     return events[:filled]
 
 
@@ -158,13 +171,20 @@ class V2EPixels:
         self._leak = (model.leak_rate_hz * leak_map(model, maps[2])).astype(np.float32)
         nominal = [t if isinstance(t, float) else model.theta for t in (model.theta_on, model.theta_off)]
         self._on_share, self._off_share = nominal[0] / self.theta_on, nominal[1] / self.theta_off
-        self._lowpass, self._base = np.zeros((2, *shape), self._float)
+        self._lowpass, self._base, self._surround, self._high = np.zeros((4, *shape), self._float)
+        tau_us = model.adaptive_us
+        if not isinstance(tau_us, np.ndarray):
+            tau_us = tau_us * np.exp(model.adaptive_spread * normal_maps(~self._seed, shape[0] * shape[1])[0])
+        self._adaptive_s = (1e-6 * tau_us.reshape(shape)).astype(np.float32)
+        self._adapts = bool(np.any(self._adaptive_s > 0))
         self._last_s = np.zeros(shape, np.float32)
         self._counts = np.zeros(shape, np.int32)
         self._clock = np.zeros(2)
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
-        self._lowpass[...] = self._base[...] = self._seen(image)[0]
+        self._lowpass[...] = self._surround[...] = self._seen(image)[0]
+        self._high[...] = 0.0
+        self._base[...] = self._signal()
         self._last_s[...] = -1e-6 * self._model.refractory_us
         self._clock[:] = time_us, 0
 
@@ -176,12 +196,22 @@ class V2EPixels:
         return np.concatenate(parts)
 
     def memory(self) -> dict[str, np.ndarray]:
-        names = {"lowpass": self._lowpass, "base": self._base, "last_s": self._last_s, "clock": self._clock}
-        return {name: array.copy() for name, array in names.items()}
+        return {name: array.copy() for name, array in self._arrays().items()}
 
     def restore(self, memory: dict[str, np.ndarray]) -> None:
-        self._lowpass[...], self._base[...] = memory["lowpass"], memory["base"]
-        self._last_s[...], self._clock[...] = memory["last_s"], memory["clock"]
+        for name, array in self._arrays().items():
+            array[...] = memory[name]
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        names = ("lowpass", "base", "surround", "high", "last_s", "clock")
+        return {name: getattr(self, f"_{name}") for name in names}
+
+    def _signal(self) -> np.ndarray:
+        """What the comparator sees."""
+        if not self._adapts and not self._model.surround_pixels:
+            return self._lowpass
+        center = GAIN * self._high if self._adapts else self._lowpass
+        return center - self._surround if self._model.surround_pixels else center
 
     def _frame(self, image: np.ndarray, start_us: float, end_us: float, masks: np.ndarray, label: int) -> np.ndarray:
         model, (first_us, frame) = self._model, self._clock
@@ -189,16 +219,20 @@ class V2EPixels:
         start_s, end_s = 1e-6 * (start_us - first_us), 1e-6 * (end_us - first_us)
         dt: float = end_s - start_s
         log, i01 = self._seen(image)
+        before = self._lowpass.copy() if self._adapts else self._lowpass
+        low_pass(log, i01, self._float(dt * 2 * math.pi * model.cutoff_hz), self._lowpass)
+        if model.surround_pixels:
+            diffuse(self._lowpass, self._surround, *steps_of(dt, 1e-6 * model.surround_us, model.surround_pixels))
+        if self._adapts:
+            adapt(self._lowpass, before, self._high, self._adaptive_s, self._float(dt))
+        signal = self._signal()
         most = count_events(
-            log,
-            i01,
-            self._lowpass,
+            signal,
             self._base,
             self.theta_on,
             self.theta_off,
             self._leak,
             np.float32(dt),
-            self._float(dt * 2 * math.pi * model.cutoff_hz),
             model.leak_jitter,
             self._seed,
             int(frame),
@@ -211,7 +245,7 @@ class V2EPixels:
             most,
             _stamps(start_s + dt / steps, end_s, steps),
             start_us + (end_us - start_us) / steps * np.arange(1, steps + 1),
-            self._lowpass,
+            signal,
             self._base,
             self.theta_on,
             self.theta_off,

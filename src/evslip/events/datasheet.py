@@ -1,0 +1,75 @@
+"""Presets of the event camera as text: every parameter with its value, unit, limits and meaning."""
+
+import ast
+import inspect
+import textwrap
+from typing import Any
+
+from evslip.errors import ConfigError
+from evslip.events.presets import LIMITS, PARAMETERS, PRESETS, PixelModel
+
+UNITS = {
+    "theta": "ln",
+    "sigma": "ln",
+    "theta_on": "ln",
+    "theta_off": "ln",
+    "cutoff_hz": "Hz",
+    "leak_rate_hz": "Hz",
+    "leak_spread": "decades",
+    "leak_jitter": "1",
+    "leak_map": "1",
+    "shot_rate_hz": "Hz",
+    "hot_share": "1",
+    "hot_rate_hz": "Hz",
+    "dead_share": "1",
+    "noise_map": "Hz",
+    "photoreceptor_noise": "ln",
+    "refractory_us": "us",
+    "dark": "white",
+    "surround_pixels": "pixels",
+    "surround_us": "us",
+    "adaptive_us": "us",
+    "adaptive_spread": "ln",
+}
+"""Unit of each parameter: ln is a change of log intensity, 1 a plain ratio, white the luminance of white."""
+
+
+def meanings() -> dict[str, str]:
+    """What each parameter of the pixel model means, in one line each: the text below the field in the source."""
+    (model,) = ast.parse(textwrap.dedent(inspect.getsource(PixelModel))).body
+    assert isinstance(model, ast.ClassDef)
+    texts, name = {}, ""
+    for part in model.body:
+        if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
+            name = part.target.id
+        elif isinstance(part, ast.Expr) and isinstance(part.value, ast.Constant) and name:
+            texts[name] = " ".join(str(part.value.value).split())
+    return texts
+
+
+def datasheet(preset: str, width: int = 110) -> str:
+    """A preset in full, a parameter a line, meanings folded at `width` columns. Raises ConfigError."""
+    if preset not in PRESETS:
+        raise ConfigError(f"camera preset {preset!r} is unknown; expected one of {', '.join(PRESETS)}")
+    head = f"{'parameter':<20}{'value':>8} {'unit':<8}{'limits':<17}"
+    lines = [head + "meaning"]
+    for name, text in meanings().items():
+        low, high = LIMITS[name]
+        start = f"{name:<20}{_shown(getattr(PRESETS[preset], name)):>8} {UNITS[name]:<8}{f'{low:g} to {high:.3g}':<17}"
+        folded = textwrap.wrap(text, max(width - len(head), 30))
+        lines += [left + right for left, right in zip([start] + [" " * len(head)] * len(folded), folded, strict=False)]
+    return "\n".join(lines) + "\n"
+
+
+def presets_table() -> str:
+    """The presets side by side, as Markdown; only what differs from one to another."""
+    different = [name for name in PARAMETERS if len({_shown(getattr(p, name)) for p in PRESETS.values()}) > 1]
+    lines = ["| preset | " + " | ".join(f"{name} ({UNITS[name]})" for name in different) + " |"]
+    lines.append("|---" * (len(different) + 1) + "|")
+    for preset, model in PRESETS.items():
+        lines.append(f"| {preset} | " + " | ".join(_shown(getattr(model, name)) for name in different) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _shown(value: Any) -> str:
+    return "-" if value is None else f"{value:g}"
