@@ -29,10 +29,6 @@ class Params(SampleSpec[Constant, str]):
         except ValidationError as error:
             raise DataError(f"stored parameters: {explain(error, cls)}") from None
 
-    def rng(self, stage: str) -> np.random.Generator:
-        """The generator of one stage of this sample."""
-        return generator(self.seed, self.split, self.index, stage)
-
 
 def draw(config: Config, index: int, split: str = "train") -> Params:
     """The parameters of sample `index`; a pure function of (config, split, index).

@@ -12,7 +12,6 @@ from evslip.errors import ConfigError, DataError
 from evslip.frame import BODIES
 
 HOLD, SLIP = 0, 1
-LABELS = ("hold", "slip")
 FORMAT, VERSION = "evslip windows", 1
 
 

@@ -1,12 +1,11 @@
 """Detectors: networks, training, evaluation, streaming. Needs the extra `learn`; never imports the physics."""
 
+from importlib.util import find_spec
+
 from evslip.errors import MissingExtraError
 
-try:
-    import safetensors as _safetensors  # noqa: F401
-    import torch as _torch  # noqa: F401
-except ImportError:
-    raise MissingExtraError("detectors need PyTorch; pip install -c constraints.txt 'evslip[learn]'") from None
+if not (find_spec("torch") and find_spec("safetensors")):
+    raise MissingExtraError("detectors need PyTorch; pip install -c constraints.txt 'evslip[learn]'")
 
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluate import evaluate

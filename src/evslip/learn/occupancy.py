@@ -28,7 +28,7 @@ def pooled_size(pixels: int) -> int:
 
 
 @compiled()
-def _pool(t_us, x, y, p, length_us, bins, rows, columns, masks, touched):  # type: ignore[no-untyped-def]
+def _pool(t_us, x, y, p, length_us, bins, rows, columns, masks, touched):
     """Set one bit a pixel in its cell's mask; list the cells in order of first touch. Returns how many there are."""
     count = 0
     for i in range(len(t_us)):
@@ -46,7 +46,7 @@ def _pool(t_us, x, y, p, length_us, bins, rows, columns, masks, touched):  # typ
 
 
 @compiled()
-def _drain(masks, touched, count, values):  # type: ignore[no-untyped-def]
+def _drain(masks, touched, count, values):
     """Count each mask's bits and clear it."""
     for i in range(count):
         mask, bits = masks[touched[i]], 0

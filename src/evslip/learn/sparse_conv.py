@@ -23,13 +23,13 @@ def output_shape(grid: Shape3, kernel: Shape3, stride: Shape3) -> Shape3:
 
 
 @compiled(inline="always")
-def _reach(position, kernel, stride, size):  # type: ignore[no-untyped-def]
+def _reach(position, kernel, stride, size):
     """First and last + 1 output that sees an input position along one axis."""
     return max(0, (position - kernel + stride) // stride), min(size, position // stride + 1)
 
 
 @compiled()
-def _seen_by(cell, grid, kernel, stride, size):  # type: ignore[no-untyped-def]
+def _seen_by(cell, grid, kernel, stride, size):
     """Channel, time, row and column of a cell, then the ranges of outputs that see it in time, row and column."""
     x = cell % grid[2]
     y = cell // grid[2] % grid[1]
@@ -44,7 +44,7 @@ def _seen_by(cell, grid, kernel, stride, size):  # type: ignore[no-untyped-def]
 
 
 @compiled(parallel=True)
-def _forward(starts, cells, values, weight, grid, stride, out):  # type: ignore[no-untyped-def]
+def _forward(starts, cells, values, weight, grid, stride, out):
     kernel, size = weight.shape[2:], out.shape[2:]
     for b in prange(len(starts) - 1):
         for i in range(starts[b], starts[b + 1]):
@@ -58,7 +58,7 @@ def _forward(starts, cells, values, weight, grid, stride, out):  # type: ignore[
 
 
 @compiled(parallel=True)
-def _backward(starts, cells, values, gradient, grid, stride, by_window):  # type: ignore[no-untyped-def]
+def _backward(starts, cells, values, gradient, grid, stride, by_window):
     kernel, size = by_window.shape[3:], gradient.shape[2:]
     for b in prange(len(starts) - 1):
         for i in range(starts[b], starts[b + 1]):
@@ -73,7 +73,7 @@ def _backward(starts, cells, values, gradient, grid, stride, by_window):  # type
 
 class _SparseConv3d(torch.autograd.Function):
     @staticmethod
-    def forward(ctx, weight, starts, cells, values, grid, stride):  # type: ignore[no-untyped-def]
+    def forward(ctx, weight, starts, cells, values, grid, stride):
         shape = output_shape(grid, weight.shape[2:], stride)
         out = np.zeros((len(starts) - 1, weight.shape[0], *shape), np.float32)
         _forward(starts, cells, values, weight.detach().numpy(), grid, stride, out)
@@ -81,7 +81,7 @@ class _SparseConv3d(torch.autograd.Function):
         return torch.from_numpy(out)
 
     @staticmethod
-    def backward(ctx, gradient):  # type: ignore[no-untyped-def]
+    def backward(ctx, gradient):  # pyright: ignore[reportIncompatibleMethodOverride] (one output, one gradient)
         starts, cells, values, grid, stride, shape = ctx.inputs
         # One sum a window, added in order: the result does not depend on the number of threads.
         by_window = np.zeros((len(starts) - 1, *shape), np.float32)
@@ -100,7 +100,7 @@ def sparse_conv3d(
     cells = np.concatenate([sample.cells for sample in batch])
     values = np.concatenate([sample.values for sample in batch])
     out = _SparseConv3d.apply(weight, starts, cells, values, grid, stride)
-    return out if bias is None else out + bias.view(1, -1, 1, 1, 1)  # type: ignore[operator]
+    return out if bias is None else out + bias.view(1, -1, 1, 1, 1)
 
 
 def dense(batch: Sequence[Occupancy], grid: Shape3) -> torch.Tensor:
