@@ -1,0 +1,51 @@
+"""The command line: a function a verb, each of which calls one function of the library."""
+
+import os
+import sys
+from collections.abc import Callable
+
+import tyro
+
+from evslip import __version__
+from evslip.cli import detecting, first_steps, making, sensing
+from evslip.errors import EvslipError
+
+DESCRIPTION = (
+    "Event-camera data for slip detection: generate, label, train, measure. `evslip VERB --help` explains a verb."
+)
+VERBS: dict[str, Callable[..., None]] = {
+    "demo": first_steps.demo,
+    "show": making.show,
+    "generate": making.generate,
+    "status": making.status,
+    "verify": making.verify,
+    "windows": detecting.windows,
+    "train": detecting.train,
+    "evaluate": detecting.evaluate,
+    "report": detecting.report,
+    "events": sensing.events,
+    "calibrate-noise": sensing.calibrate_noise,
+    "import": sensing.import_,
+    "detect": detecting.detect,
+    "doctor": first_steps.doctor,
+}
+
+
+def main() -> None:
+    """Entry point. Errors of use: one line on stderr, exit code 2. Ctrl-C: exit code 130."""
+    if sys.argv[1:] in (["--version"], ["-V"]):
+        print(f"evslip {__version__}")
+        return
+    try:
+        tyro.extras.subcommand_cli_from_dict(VERBS, prog="evslip", description=DESCRIPTION)
+    except EvslipError as error:
+        sys.exit(_fail(str(error), 2))
+    except KeyboardInterrupt:
+        sys.exit(_fail("stopped; what was finished is kept", 130))
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"evslip: {' '.join(message.split())}", file=sys.stderr)
+    return code

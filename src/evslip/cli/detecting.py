@@ -1,0 +1,138 @@
+"""Verbs that train, measure and use detectors."""
+
+from pathlib import Path
+
+from tyro.conf import Positional
+
+from evslip.cli.options import Split
+from evslip.console import console
+
+
+def windows(
+    dataset: Positional[Path],
+    out: Positional[Path],
+    *,
+    split: Split | None = None,
+    length_s: float = 0.16,
+    hop_s: float = 0.16,
+    slip_deg: float = 1.0,
+    hold_deg: float = 0.1,
+    balance: bool = True,
+    seed: int = 0,
+) -> None:
+    """Cut a data set into labelled windows.
+
+    Args:
+        dataset: Folder of the data set.
+        out: HDF5 file to write.
+        split: Only this split; default: all there is.
+        length_s: Length of a window.
+        hop_s: From one window's start to the next one's.
+        slip_deg: A window is slip from this rotation in the hand on.
+        hold_deg: A window is hold below this rotation; between the two it is dropped.
+        balance: Remove windows of the commoner label at random until both are equally many.
+        seed: Seed of that removal.
+    """
+    from evslip.dataset import open_dataset
+    from evslip.window_set import WindowSettings
+
+    settings = WindowSettings(
+        length_s=length_s, hop_s=hop_s, slip_deg=slip_deg, hold_deg=hold_deg, balance=balance, seed=seed
+    )
+    samples = open_dataset(dataset)
+    cut = (samples.split(split) if split else samples).windows(settings)
+    cut.save(out)
+    console.print(f"{out}: {cut.summary()}")
+
+
+def train(
+    windows: Positional[Path],
+    out: Positional[Path],
+    *,
+    model: str = "cnn3d_bn",
+    epochs: int | None = None,
+    batch: int | None = None,
+    lr: float | None = None,
+    seed: int = 0,
+) -> None:
+    """Train a detector on windows; validation is on trajectories kept apart.
+
+    Args:
+        windows: HDF5 file made by `evslip windows`.
+        out: Folder for the model.
+        model: Name of a network.
+        epochs: Most passes over the windows; training stops earlier when validation stops improving.
+        batch: Windows a step.
+        lr: Learning rate.
+        seed: Seed of initial weights, order and augmentation.
+    """
+    from evslip.learn import TrainSettings
+    from evslip.learn import train as run
+    from evslip.window_set import load_windows
+
+    chosen = {"epochs": epochs, "batch": batch, "lr": lr}
+    settings = TrainSettings(model=model, seed=seed, **{k: v for k, v in chosen.items() if v is not None})
+    result = run(load_windows(windows), out, settings)
+    console.print(f"{out}: {result.summary()}")
+
+
+def evaluate(model: Positional[Path], windows: Positional[Path], *, out: Path | None = None) -> None:
+    """Measure a detector on windows it has not been trained on.
+
+    Args:
+        model: Folder of the model.
+        windows: HDF5 file made by `evslip windows`.
+        out: JSON file for the figures; default: evaluation.json in the model's folder.
+    """
+    from evslip.learn import evaluate as run
+    from evslip.window_set import load_windows
+
+    metrics = run(model, load_windows(windows))
+    metrics.save(out or model / "evaluation.json")
+    console.print(metrics.table())
+
+
+def report(
+    dataset: Positional[Path], *, model: Path | None = None, windows: Path | None = None, out: Path | None = None
+) -> None:
+    """Write one HTML page that shows a data set and, if given, a detector. It needs no network.
+
+    Args:
+        dataset: Folder of the data set.
+        model: Folder of a model trained on it.
+        windows: HDF5 file of its windows.
+        out: Page to write; default: report.html in the data set's folder.
+    """
+    from evslip.dataset import open_dataset
+    from evslip.view.report import write_report
+
+    page = write_report(out or dataset / "report.html", open_dataset(dataset), windows=windows, model_dir=model)
+    console.print(f"report: {page}")
+
+
+def detect(
+    model: Positional[Path],
+    recording: Positional[Path],
+    *,
+    out: Path | None = None,
+    hop_s: float = 0.02,
+) -> None:
+    """Run a detector over a recording: slip probability over time as CSV and PNG.
+
+    Args:
+        model: Folder of the model.
+        recording: HDF5 file of a record, a recording or plain events.
+        out: Name of the two files without suffix; default: beside the recording.
+        hop_s: Time between two answers.
+    """
+    from evslip.codecs import read_recording
+    from evslip.learn import detect as run
+    from evslip.view.detection import write_csv, write_png
+
+    record = read_recording(recording)
+    detection = run(model, record.events, record.size, hop_s=hop_s)
+    stem = out or recording.with_name(recording.stem + "-slip")
+    csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
+    write_csv(detection, csv)
+    write_png(detection, png, title=recording.name)
+    console.print(f"{csv} and {png}: {detection.summary()}")

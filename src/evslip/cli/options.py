@@ -1,0 +1,24 @@
+"""What several verbs share: types of arguments, and how they are read and told."""
+
+from typing import Annotated, Any, Literal
+
+from tyro.conf import UseAppendAction, arg
+
+Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
+Split = Literal["train", "test"]
+
+
+def overrides(texts: tuple[str, ...]) -> dict[str, Any]:
+    """KEY=VALUE arguments as a dictionary."""
+    from evslip.config import parse_override
+
+    return dict(map(parse_override, texts))
+
+
+def describe(stream: Any, size: tuple[int, int]) -> str:
+    """One line about a stream of events."""
+    if not stream.count:
+        return f"no events, {size[0]}x{size[1]}"
+    seconds = (int(stream.t_us[-1]) - int(stream.t_us[0])) / 1e6
+    rate = f", {stream.count / seconds / 1e3:,.1f} k events/s" if seconds else ""
+    return f"{stream.count:,} events in {seconds:.3f} s{rate}, {stream.p.mean():.0%} ON, {size[0]}x{size[1]}"
