@@ -38,6 +38,15 @@ def crossing(
 ) -> tuple[float, int]:
     """First place in [low, high] where the cubic is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
     turn_1 = turn_2 = high
+    if c2 == 0.0 and c3 == 0.0:
+        at_low, at_high = c0 + low * c1, c0 + high * c1
+        if at_low >= on or at_low <= -off:
+            return low, 1 if at_low >= on else -1
+        if at_high >= on or at_high <= -off:
+            sign = 1 if at_high >= on else -1
+            place = ((on if sign > 0 else -off) - c0) / c1
+            return min(max(place, low), high), sign
+        return high, 0
     if c2 != 0.0 or c3 != 0.0:
         # Where the cubic turns; the form of the quadratic's roots that loses no digits when c3 is small.
         discriminant = c2 * c2 - 3.0 * c3 * c1

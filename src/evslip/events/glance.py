@@ -21,8 +21,8 @@ NARROW, NARROW_PRODUCT = np.float32(0.25), np.float32(0.16)
 """Largest |x| and K |x| of a glance."""
 BRIEF = np.float32(0.5)
 """Largest K for which the weights are taken from their series."""
-MARGIN = 3e-5
-"""What the logarithms of a glance may be wrong by, in ln units, with a factor of three to spare."""
+MARGIN = 1.5e-5
+"""More than the logarithms of a glance may be wrong by after a chunk of frames, in ln units."""
 FORGOTTEN = np.float32(1e-12)
 """Smaller lags are none: numbers that decay for ever become slow ones."""
 
@@ -159,20 +159,24 @@ def add_steps(lag: np.ndarray, rest: np.ndarray, step: np.ndarray, before: np.nd
 
 @compiled(error_model="numpy")
 def might_fire(
-    log_0: np.ndarray, change: np.ndarray, lag_0: np.ndarray, lag_1: np.ndarray, high: np.ndarray, low: np.ndarray,
+    log_0: np.ndarray,
+    change: np.ndarray,
+    exponent: np.ndarray,
+    lag_0: np.ndarray,
+    lag_1: np.ndarray,
+    high: np.ndarray,
+    low: np.ndarray,
     out: np.ndarray,
-) -> None:  # fmt: skip
+) -> None:
     """Which pixels of a tile may leave (low, high) on the way: 0 or 1.
 
-    lp turns only where it meets L, so what it can reach inside the interval is known.
+    lp turns only where it meets L, so before that it moves by less than K times its lag.
     """
     for i in range(len(out)):
-        log_1 = log_0[i] + change[i]
+        lp_0, lp_1 = log_0[i] + lag_0[i], log_0[i] + change[i] + lag_1[i]
         turns = lag_0[i] * lag_1[i] < np.float32(0)
-        top, bottom = max(log_0[i] + lag_0[i], log_1 + lag_1[i]), min(log_0[i] + lag_0[i], log_1 + lag_1[i])
-        top = max(top, max(log_0[i], log_1)) if turns else top
-        bottom = min(bottom, min(log_0[i], log_1)) if turns else bottom
-        out[i] = 0 if (top < high[i]) & (bottom > low[i]) else 1
+        reach = exponent[i] * abs(lag_0[i]) if turns else np.float32(0)
+        out[i] = 0 if (max(lp_0 + reach, lp_1) < high[i]) & (min(lp_0 - reach, lp_1) > low[i]) else 1
 
 
 @compiled(error_model="numpy")

@@ -346,14 +346,14 @@ def expose(
     """
     table, factor, offset = scale.table.astype(np.float32), np.float32(scale.factor), np.float32(scale.offset)
     numbers = np.empty((9, TILE), np.float32)
-    all_marks, all_noise = np.empty(TILE, np.uint8), np.zeros((2, TILE))
+    all_marks, all_noise = np.empty((2, TILE), np.uint8), np.zeros((2, TILE))
     events, count = np.empty((1024, 2), np.int64), 0
     for first in range(first_pixel, last_pixel, TILE):
         last = min(first + TILE, last_pixel)
         n = last - first
         current_0, current_1, log, change = numbers[0, :n], numbers[1, :n], numbers[2, :n], numbers[3, :n]
         exponent, step, lag_0 = numbers[4, :n], numbers[5, :n], numbers[6, :n]
-        marks, noise = all_marks[:n], all_noise[:, :n]
+        marks, alert, noise = all_marks[0, :n], all_marks[1, :n], all_noise[:, :n]
         memory = pixels.glance
         lag, rest, due = memory[LAG, first:last], memory[REST, first:last], memory[DUE, first:last]
         high, low = memory[HIGH, first:last], memory[LOW, first:last]
@@ -362,16 +362,16 @@ def expose(
             glance.logarithms(current_0, log)
         else:
             lag_0[:] = np.float32(0)
-        calm = False
+        watched = False
         for frame in range(len(images)):
             image = images[frame, first:last]
-            # Where nothing moves in a tile that was seen to be quiet, only noise is left.
-            still = calm and _equal(image, images[frame - 1, first:last]) and _settled(lag)
+            # Where nothing has moved for two frames, the last glance still holds.
+            still = frame > 0 and _equal(image, images[frame - 1, first:last]) and _settled(lag)
             start_us = times_us[frame]
             while start_us < times_us[frame + 1]:
                 end_us = times_us[frame + 1]
-                if still:
-                    marks[:] = 0
+                if still and watched:
+                    marks[:] = alert
                 else:
                     glance.currents(image, table, factor, offset, current_1)
                     if rules.noise > 0.0:
@@ -387,7 +387,7 @@ def expose(
                         glance.changes(current_0, current_1, base, gain, change, exponent)
                         glance.lag_steps(current_0, current_1, change, exponent, gain, lag, step)
                         glance.add_steps(lag, rest, step, lag_0)
-                        glance.might_fire(log, change, lag_0, lag, high, low, marks)
+                        glance.might_fire(log, change, exponent, lag_0, lag, high, low, marks)
                         glance.mark_wide(change, exponent, marks)
                         for i in range(n):
                             log[i] += change[i]
@@ -395,7 +395,8 @@ def expose(
                         glance.logarithms(current_1, log)
                         glance.leaves(log, high, low, marks)
                     current_0, current_1 = current_1, current_0
-                calm = rules.noise == 0.0 and not _any(marks)
+                    alert[:] = marks
+                watched = still and rules.noise == 0.0
                 glance.mark_due(due, np.float32(end_us - watch.since_us), marks)
                 if _any(marks):
                     events, count = _fire_marked(
