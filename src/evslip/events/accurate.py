@@ -11,7 +11,6 @@ from evslip.events.optics import WHITE, Intensity, photocurrent
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules
 
-
 CHANGING = ("glance", "current", "state", "noise")
 """What of the pixels changes from frame to frame."""
 WATCH_US = 2.0**15
@@ -25,7 +24,7 @@ class AccuratePixels:
         count = shape[0] * shape[1]
         traits = draw_traits(model, shape, seed)
         self.theta_on, self.theta_off = traits[..., pixel.ON], traits[..., pixel.OFF]
-        self._pixels = Pixels(
+        self.pixels = Pixels(
             np.zeros((kernel.GLANCE, count), np.float32),
             np.zeros(count),
             np.zeros((count, pixel.STATE)),
@@ -33,7 +32,7 @@ class AccuratePixels:
             traits.reshape(count, pixel.TRAITS),
         )
         self._watch = Watch(0.0, 0.0)
-        self._rules = make_rules(model, intensity, seed)
+        self.rules = make_rules(model, intensity, seed)
         self._intensity: Intensity = intensity
         self._dark = model.dark
         self._columns = shape[1]
@@ -41,22 +40,22 @@ class AccuratePixels:
         self._table = photocurrent(np.arange(256), intensity, model.dark)
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
-        image, scale = self._scaled(image)
-        kernel.begin(image.reshape(-1), scale, time_us, self._pixels, self._rules)
+        image, scale = self.scaled(image)
+        kernel.begin(image.reshape(-1), scale, time_us, self.pixels, self.rules)
         self._watch = Watch(time_us, time_us)
 
     def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
-        images, scale = self._scaled(images)
-        images, masks = (frames.reshape(len(frames), len(self._pixels.current)) for frames in (images, masks))
+        images, scale = self.scaled(images)
+        images, masks = (frames.reshape(len(frames), len(self.pixels.current)) for frames in (images, masks))
         over = bool(times_us[-1] > self._watch.until_us)
         if over:
             self._watch = Watch(float(times_us[0]), float(max(times_us[-1], times_us[0] + WATCH_US)))
 
         def band(pixels: tuple[int, int]) -> np.ndarray:
             if over:
-                kernel.watch_over_all(*pixels, self._pixels, self._watch)
+                kernel.watch_over_all(*pixels, self.pixels, self._watch)
             return kernel.expose(
-                images, times_us, masks, self._columns, *pixels, scale, self._watch, self._pixels, self._rules
+                images, times_us, masks, self._columns, *pixels, scale, self._watch, self.pixels, self.rules
             )
 
         if len(self._cuts) == 2:
@@ -65,15 +64,19 @@ class AccuratePixels:
             return np.concatenate(list(pool.map(band, pairwise(self._cuts))))
 
     def memory(self) -> dict[str, np.ndarray]:
-        changing = {name: getattr(self._pixels, name).copy() for name in CHANGING}
+        changing = {name: getattr(self.pixels, name).copy() for name in CHANGING}
         return {**changing, "watch_us": np.array(self._watch)}
 
     def restore(self, memory: dict[str, np.ndarray]) -> None:
         for name in CHANGING:
-            getattr(self._pixels, name)[...] = memory[name]
+            getattr(self.pixels, name)[...] = memory[name]
         self._watch = Watch(*memory["watch_us"].tolist())
 
-    def _scaled(self, image: np.ndarray) -> tuple[np.ndarray, kernel.Scale]:
+    def forget_watch(self) -> None:
+        """Have all fences set anew, because the pixels were changed from outside."""
+        self._watch = Watch(0.0, 0.0)
+
+    def scaled(self, image: np.ndarray) -> tuple[np.ndarray, kernel.Scale]:
         """An image, and how its values become photocurrents."""
         if image.dtype == np.uint8:
             return image, kernel.Scale(self._table, 0.0, 0.0)

@@ -79,6 +79,22 @@ def lag_step(change: float, rise: float, exponent: float, lag: float, lost: floa
     return -(lost * lag + change * share)
 
 
+@compiled(error_model="numpy", inline="always")
+def is_wide(change: float, exponent: float) -> bool:
+    """Whether an interval is too much for a glance."""
+    return (abs(change) > NARROW) | (abs(change) * exponent > NARROW_PRODUCT)
+
+
+@compiled(error_model="numpy", inline="always")
+def whole_step(
+    current_0: float, current_1: float, base: float, gain: float, lag: float
+) -> tuple[float, float, float]:  # fmt: skip
+    """x, K and what an interval adds to the lag, of one pixel; base and gain already multiplied by its length."""
+    change, exponent = change_and_exponent(current_0, current_1, base, gain)
+    lost, j0, c = _weights_long(exponent) if exponent > BRIEF else _weights_brief(exponent)
+    return change, exponent, lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c)
+
+
 @compiled(error_model="numpy")
 def currents(image: np.ndarray, table: np.ndarray, scale: float, offset: float, out: np.ndarray) -> None:
     """Photocurrents of a tile: of bytes by `table`, of shape (256,), when scale is 0, else scale * value + offset."""
@@ -190,8 +206,7 @@ def leaves(log: np.ndarray, high: np.ndarray, low: np.ndarray, out: np.ndarray) 
 def mark_wide(change: np.ndarray, exponent: np.ndarray, out: np.ndarray) -> None:
     """Add 2 to the mark of each pixel that is too much for a glance."""
     for i in range(len(out)):
-        wide = (abs(change[i]) > NARROW) | (abs(change[i]) * exponent[i] > NARROW_PRODUCT)
-        out[i] |= np.uint8(2) if wide else np.uint8(0)
+        out[i] |= np.uint8(2) if is_wide(change[i], exponent[i]) else np.uint8(0)
 
 
 @compiled(error_model="numpy")

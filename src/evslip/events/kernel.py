@@ -38,8 +38,8 @@ TILE = 512
 GLANCE = 6
 SEEN, LAG, REST, HIGH, LOW, DUE = range(GLANCE)
 """What a glance needs of a pixel: the photocurrent at the last frame; lp - L, which is the sum of two numbers; lp below
-and above which the pixel cannot fire within the `Watch`; microseconds after its beginning before which the noise process
-has no candidate."""
+and above which the pixel cannot fire within the `Watch`; microseconds after its beginning before which the noise
+process has no candidate."""
 INSIDE = 1.0 - 1e-6
 """Rounds a time in single precision down."""
 
@@ -106,7 +106,7 @@ def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules
             pixels.noise[0, p], pixels.noise[1, p] = noise_0, noise_1
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True)
 def watch_over(pixel: int, pixels: Pixels, watch: Watch) -> None:
     """Set a pixel's fences. They are NaN, which nothing stays within, while it is held in reset."""
     state, traits = pixels.state, pixels.traits
@@ -211,7 +211,7 @@ def stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high
     return top < high and bottom > low
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True)
 def _fire(
     interval: Interval,
     pixels: Pixels,
@@ -233,7 +233,7 @@ def _fire(
         state[pixel, RESETS],
         state[pixel, CANDIDATES],
     )
-    filled = fire(interval, state, traits, rules, pixel, label, body_0, body_1, events, count)
+    filled = fire(interval, state, traits, rules, pixel, pixel, label, body_0, body_1, events, len(events), count)
     if filled > len(events):
         # Once more, with room for all.
         events = _longer(events, 2 * filled)
@@ -245,7 +245,7 @@ def _fire(
             state[pixel, RESETS],
             state[pixel, CANDIDATES],
         ) = before
-        filled = fire(interval, state, traits, rules, pixel, label, body_0, body_1, events, count)
+        filled = fire(interval, state, traits, rules, pixel, pixel, label, body_0, body_1, events, len(events), count)
     return events, filled
 
 

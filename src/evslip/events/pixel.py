@@ -130,7 +130,7 @@ def _pieces(change: float, exponent: float, lag: float, tolerance: float) -> int
     return count
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True)
 def _taken_at_reset(interval: Interval, rules: Rules, reset_us: float) -> float:
     """lp at the end of the refractory period, which lies within the interval."""
     length_us = max(reset_us - interval.start_us, 0.0)
@@ -140,7 +140,7 @@ def _taken_at_reset(interval: Interval, rules: Rules, reset_us: float) -> float:
     return advance_far(interval.log_0, log, interval.current_0, current, interval.filtered_0, base, gain)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True)
 def _stays(interval: Interval, reference: float, drift: float, on: float, off: float) -> bool:
     """Whether a pixel whose reference was taken within the interval cannot fire in the rest of it.
 
@@ -154,36 +154,38 @@ def _stays(interval: Interval, reference: float, drift: float, on: float, off: f
     return top - reference + drift < on and bottom - reference > -off
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True)
 def fire(
     interval: Interval,
     state: np.ndarray,
     traits: np.ndarray,
     rules: Rules,
+    row: int,
     pixel: int,
     label: int,
     body_0: int,
     body_1: int,
     events: np.ndarray,
+    room: int,
     count: int,
 ) -> int:
     """Write one pixel's events of an interval, in order, and update its state.
 
-    state, traits: of all pixels, shapes (pixels, STATE) and (pixels, TRAITS); pixel: which one. body_0, body_1: what it sees at either end. events: (n, 2), time in
-    microseconds and word, of which `count` are filled. A word is `label` with polarity (bit 0), cause (bits 1-7) and
-    body (bits 8-15) added; the body is that of the frame nearer in time. Returns the new count; what is beyond n has
-    not been written.
+    state, traits: of shapes (rows, STATE) and (rows, TRAITS), the pixel's in `row`; pixel: its number, which keys its
+    random numbers. body_0, body_1: what it sees at either end. events: (n, 2), time in microseconds and word, of which
+    `count` are filled and `room` may be. A word is `label` with polarity (bit 0), cause (bits 1-7) and body (bits 8-15)
+    added; the body is that of the frame nearer in time. Returns the new count; what is beyond the room is not written.
     """
-    on, off, rate = traits[pixel, ON], traits[pixel, OFF], traits[pixel, RATE]
-    reference, reset_us = state[pixel, REFERENCE], state[pixel, RESET_US]
-    leak, candidate_us = state[pixel, LEAK_SLOPE], state[pixel, CANDIDATE_US]
+    on, off, rate = traits[row, ON], traits[row, OFF], traits[row, RATE]
+    reference, reset_us = state[row, REFERENCE], state[row, RESET_US]
+    leak, candidate_us = state[row, LEAK_SLOPE], state[row, CANDIDATE_US]
     if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
         return count
     length = interval.end_us - interval.start_us
     change = interval.log_1 - interval.log_0
     if rules.lowpass and rules.noise == 0.0 and math.isnan(reference) and candidate_us > interval.end_us:
         reference = _taken_at_reset(interval, rules, reset_us)
-        state[pixel, REFERENCE] = reference
+        state[row, REFERENCE] = reference
         if _stays(interval, reference, leak * (interval.end_us - reset_us), on, off):
             return count
         reference = np.nan
@@ -223,8 +225,8 @@ def fire(
         while True:
             if math.isnan(reference):
                 while candidate_us < reset_us and candidate_us <= end_us:
-                    state[pixel, CANDIDATES] += 1.0
-                    candidate_us = next_candidate(rules, rate, pixel, int(state[pixel, CANDIDATES]), candidate_us)
+                    state[row, CANDIDATES] += 1.0
+                    candidate_us = next_candidate(rules, rate, pixel, int(state[row, CANDIDATES]), candidate_us)
                 if reset_us > end_us:
                     break
                 w = min(max(w, (reset_us - start_us) / span), 1.0)
@@ -248,28 +250,28 @@ def fire(
                 time_us, place = candidate_us, until
                 level = p0 + until * (p1 + until * (p2 + until * p3))
                 current = interval.current_0 * math.exp(change * (time_us - interval.start_us) / length)
-                number = int(state[pixel, CANDIDATES])
+                number = int(state[row, CANDIDATES])
                 _, pick, chance, side = uniforms(rules.seed, pixel, CANDIDATE, number)
-                hot = pick < traits[pixel, HOT_SHARE]
+                hot = pick < traits[row, HOT_SHARE]
                 fired = hot or chance < max(rules.shot_dark - rules.shot_slope * current, rules.shot_least)
-                sign = 1 if hot or side < traits[pixel, ON_SHARE] else -1
+                sign = 1 if hot or side < traits[row, ON_SHARE] else -1
                 cause = HOT if hot else SHOT
-                state[pixel, CANDIDATES] = number + 1
+                state[row, CANDIDATES] = number + 1
                 candidate_us = next_candidate(rules, rate, pixel, number + 1, candidate_us)
             else:
                 break
             w = place
             if fired:
-                if count < len(events):
+                if count < room:
                     body = body_0 if time_us < interval.middle_us else body_1
                     events[count, 0] = np.int64(math.floor(time_us + 0.5))
                     events[count, 1] = label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
                 count += 1
                 reset_us = time_us + rules.refractory_us
                 reference = level if rules.refractory_us == 0.0 else np.nan
-                state[pixel, RESETS] += 1.0
-                leak = next_leak(rules, traits[pixel, MEAN_LEAK], pixel, int(state[pixel, RESETS]))
+                state[row, RESETS] += 1.0
+                leak = next_leak(rules, traits[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
         log_a, current_a, value_a = log_b, current_b, value_b
-    state[pixel, REFERENCE], state[pixel, RESET_US] = reference, reset_us
-    state[pixel, LEAK_SLOPE], state[pixel, CANDIDATE_US] = leak, candidate_us
+    state[row, REFERENCE], state[row, RESET_US] = reference, reset_us
+    state[row, LEAK_SLOPE], state[row, CANDIDATE_US] = leak, candidate_us
     return count
