@@ -14,6 +14,7 @@ from evslip.events.optics import Intensity
 from evslip.events.pixel import Interval, next_noise
 from evslip.events.presets import PixelModel
 
+_STATE, _TRAITS = (1, pixel.STATE), (1, pixel.TRAITS)
 THREADS = 128
 """Threads a block."""
 
@@ -94,8 +95,8 @@ def _expose(
     p = cuda.grid(1)
     if p >= images.shape[1]:
         return
-    state = cuda.local.array((1, pixel.STATE), np.float64)
-    traits = cuda.local.array((1, pixel.TRAITS), np.float64)
+    state = cuda.local.array(_STATE, np.float64)
+    traits = cuda.local.array(_TRAITS, np.float64)
     for k in range(pixel.STATE):
         state[0, k] = states_of[p, k]
     for k in range(pixel.TRAITS):

@@ -22,7 +22,7 @@ Longer intervals are halved until that holds. So the result is that of the diffe
 how a ramp is cut into frames.
 """
 
-import numpy as np
+import math
 
 from evslip.compiled import compiled
 
@@ -106,7 +106,7 @@ def advance_far(
     steepest = base + gain * max(current_0, current_1)
     count = 1 << halvings(log_1 - log_0, steepest)
     change = (log_1 - log_0) / count
-    ratio = np.exp(change)
+    ratio = math.exp(change)
     base, gain = base / count, gain / count
     log, current = log_0, current_0
     for part in range(count):
