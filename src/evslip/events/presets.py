@@ -86,7 +86,8 @@ LIMITS = {
     "adaptive_spread": (0.0, 2.0),
 }
 """Physical limits of each number, and of each entry of a map."""
-_MAPS = ("theta_on", "theta_off", "leak_map", "noise_map", "adaptive_us")
+MAPS = ("theta_on", "theta_off", "leak_map", "noise_map", "adaptive_us")
+"""Parameters that may differ from pixel to pixel as given."""
 FOREIGN = {
     "v2e": ("hot_share", "hot_rate_hz", "dead_share", "noise_map", "photoreceptor_noise"),
     "accurate": ("surround_pixels", "surround_us", "adaptive_us", "adaptive_spread"),
@@ -132,16 +133,16 @@ def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> 
 
 
 def _checked(name: str, value: Any, shape: tuple[int, int]) -> Any:
-    if value is None and name in _MAPS and name != "adaptive_us":
+    if value is None and name in MAPS and name != "adaptive_us":
         return None
     try:
         numbers = np.asarray(value, np.float64)
     except (TypeError, ValueError):
         raise ConfigError(f"camera parameter {name}: {value!r} is not a number") from None
     wanted = (2, *shape) if name == "noise_map" else shape
-    is_map = name in _MAPS and numbers.shape == wanted
+    is_map = name in MAPS and numbers.shape == wanted
     if isinstance(value, bool) or not (is_map or (numbers.ndim == 0 and name != "noise_map")):
-        expected = f"an array of shape {wanted}" if name in _MAPS else "a number"
+        expected = f"an array of shape {wanted}" if name in MAPS else "a number"
         given = f"an array of shape {numbers.shape}" if numbers.ndim else repr(value)
         raise ConfigError(f"camera parameter {name}: {given} given, expected {expected}")
     if name == "leak_map" and not numbers.ndim:
