@@ -1,6 +1,6 @@
-"""What a slow video costs, and when interpolation helps: python benchmarks/interpolation.py [--frames N] [--upsample N]
+"""What a slow video costs, and when interpolation helps: python benchmarks/interpolation.py [--upsample N] [--feature PX]
 
-A textured disc glides over a textured ground, filmed at 60 Hz, with 1 to 16 pixels of motion from frame to frame. The
+A disc with texture of `feature` pixels glides over a still ground of about twice that, filmed at 60 Hz, with 1 to 16 pixels of motion from frame to frame. The
 events of each way to fill the gaps (`evslip events --interpolate`) are compared with those of the same scene rendered
 32 times as often, by the same noiseless camera. Error: sum of |difference| of event counts over the sum of the
 reference's, per polarity, in cells of one pixel and the whole clip ("where"), and of 8 x 8 pixels and a quarter of a
@@ -31,7 +31,7 @@ def texture(seed: int, pixels: float) -> np.ndarray:
     return np.exp(np.interp(noise, np.quantile(noise, (0.02, 0.98)), np.log((0.04, 0.9))))
 
 
-def scene(shift: float) -> np.ndarray:
+def scene(shift: float, disc: np.ndarray, ground: np.ndarray) -> np.ndarray:
     """Luminance with the disc moved by `shift` pixels, float32 of (height, width); its rim is a pixel wide."""
     width, height = SIZE
     y, x = np.mgrid[0:height, 0:width]
@@ -39,17 +39,15 @@ def scene(shift: float) -> np.ndarray:
     left = np.floor(u).astype(int)
     share = u - left
     cover = np.clip(0.3 * height + 0.5 - np.hypot(u - 0.32 * width, y - 0.5 * height), 0, 1)
-    disc = DISC[y, left % 512] * (1 - share) + DISC[y, (left + 1) % 512] * share
-    return (GROUND[y, x] * (1 - cover) + disc * cover).astype(np.float32)
+    seen = disc[y, left % 512] * (1 - share) + disc[y, (left + 1) % 512] * share
+    return (ground[y, x] * (1 - cover) + seen * cover).astype(np.float32)
 
 
-DISC, GROUND = texture(1, 5.0), texture(2, 9.0)
-
-
-def clip(frames: int, motion: float, times: int) -> list[TimedImage]:
+def clip(frames: int, motion: float, times: int, feature: float) -> list[TimedImage]:
     """So many frames of the slow video, rendered `times` as often."""
     count = (frames - 1) * times + 1
-    return [(1e6 * n / times / FPS, scene(motion * n / times), None) for n in range(count)]
+    disc, ground = texture(1, feature), texture(2, 1.8 * feature)
+    return [(1e6 * n / times / FPS, scene(motion * n / times, disc, ground), None) for n in range(count)]
 
 
 def events_of(frames: Iterable[TimedImage]) -> Events:
@@ -75,18 +73,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=5)
     parser.add_argument("--upsample", type=int, default=8)
+    parser.add_argument("--feature", type=float, default=5.0)
+    parser.add_argument("--motions", type=float, nargs="+", default=MOTIONS)
     options = parser.parse_args()
     print("| pixels a frame | way | events | error, where | error, where and when | s a frame |\n|---|---|---|---|---|---|")
-    for motion in MOTIONS:
-        slow = clip(options.frames, motion, 1)
-        truth = events_of(clip(options.frames, motion, DENSE))
-        print(f"| {motion} | rendered at {FPS * DENSE} Hz | {truth.count} | 0 | 0 | |", flush=True)
+    for motion in options.motions:
+        slow = clip(options.frames, motion, 1, options.feature)
+        truth = events_of(clip(options.frames, motion, DENSE, options.feature))
+        print(f"| {motion:g} | rendered at {FPS * DENSE} Hz | {truth.count} | 0 | 0 | |", flush=True)
         ways = {
             "none": lambda slow=slow: held(slow),
             "linear": lambda slow=slow: slow,
             f"rife, {options.upsample}": lambda slow=slow: smoothed(slow, options.upsample, "linear"),
             f"rendered at {FPS * options.upsample} Hz": lambda motion=motion: clip(
-                options.frames, motion, options.upsample
+                options.frames, motion, options.upsample, options.feature
             ),
         }
         for name, frames in ways.items():
@@ -97,7 +97,7 @@ def main() -> None:
                 continue
             seconds = (time.perf_counter() - start) / (options.frames - 1)
             where, when = errors(events, truth)
-            print(f"| {motion} | {name} | {events.count} | {where:.3f} | {when:.3f} | {seconds:.2f} |", flush=True)
+            print(f"| {motion:g} | {name} | {events.count} | {where:.3f} | {when:.3f} | {seconds:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

