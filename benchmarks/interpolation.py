@@ -1,10 +1,11 @@
-"""What a slow video costs, and when interpolation helps: python benchmarks/interpolation.py [--upsample N] [--feature PX]
+"""What a slow video costs, and when it helps to interpolate: python benchmarks/interpolation.py [--feature PIXELS]
 
-A disc with texture of `feature` pixels glides over a still ground of about twice that, filmed at 60 Hz, with 1 to 16 pixels of motion from frame to frame. The
-events of each way to fill the gaps (`evslip events --interpolate`) are compared with those of the same scene rendered
-32 times as often, by the same noiseless camera. Error: sum of |difference| of event counts over the sum of the
-reference's, per polarity, in cells of one pixel and the whole clip ("where"), and of 8 x 8 pixels and a quarter of a
-frame's time ("where and when"). Without the extra rife its columns are left out.
+A disc with texture of `feature` pixels glides over a still ground of about twice that, filmed at 60 Hz, with 1 to 16
+pixels of motion from frame to frame. The events of each way to fill the gaps (`evslip events --interpolate`) are
+compared with those of the same scene rendered 32 times as often, by the same noiseless camera. Error: sum of
+|difference| of event counts over the sum of the reference's, per polarity, in cells of one pixel and the whole clip
+("where"), and of 8 x 8 pixels and a quarter of a frame's time ("where and when"). Without the extra rife its rows are
+left out.
 """
 
 import argparse
@@ -76,7 +77,8 @@ def main() -> None:
     parser.add_argument("--feature", type=float, default=5.0)
     parser.add_argument("--motions", type=float, nargs="+", default=MOTIONS)
     options = parser.parse_args()
-    print("| pixels a frame | way | events | error, where | error, where and when | s a frame |\n|---|---|---|---|---|---|")
+    print("| pixels a frame | way | events | error, where | error, where and when | s a frame |")
+    print("|---|---|---|---|---|---|")
     for motion in options.motions:
         slow = clip(options.frames, motion, 1, options.feature)
         truth = events_of(clip(options.frames, motion, DENSE, options.feature))

@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+from typing import Any
 
 import av
 import numpy as np
@@ -60,7 +61,7 @@ def test_colours_of_sixteen_bits_keep_them(tmp_path):
     path = tmp_path / "deep.png"
     codes = np.linspace(2000, 2400, 400).astype(np.uint16).reshape(20, 20)
     with av.open(str(path), "w", format="image2", options={"update": "1"}) as container:
-        stream = container.add_stream("png", rate=1)
+        stream: Any = container.add_stream("png", rate=1)
         stream.width, stream.height, stream.pix_fmt = 20, 20, "rgb48be"
         frame = av.VideoFrame.from_ndarray(np.repeat(codes[..., None], 3, axis=-1), format="rgb48le")
         container.mux(stream.encode(frame.reformat(format="rgb48be")))
@@ -192,7 +193,7 @@ def test_times_that_cannot_be_meant(text, message, tmp_path):
 
 def test_units_and_sources_of_times_are_checked(tmp_path):
     (tmp_path / "times.csv").write_text("0\n1000\n")
-    with pytest.raises(ConfigError, match="times-unit.*us, s"):
+    with pytest.raises(ConfigError, match=r"times-unit.*us, s"):
         read_times(tmp_path / "times.csv", "ms")
     with pytest.raises(DataError, match="nowhere"):
         read_times(tmp_path / "nowhere.csv")
@@ -201,14 +202,14 @@ def test_units_and_sources_of_times_are_checked(tmp_path):
         open_clip(tmp_path / "clip.npz", 10.0, times_us=np.arange(3.0))
     with pytest.raises(DataError, match="2 times were given for 3 frames"):
         open_clip(tmp_path / "clip.npz", times_us=np.arange(2.0))
-    with pytest.raises(ConfigError, match="intensity.*linear, uint8, srgb"):
+    with pytest.raises(ConfigError, match=r"intensity.*linear, uint8, srgb"):
         open_clip(tmp_path / "clip.npz", intensity="gamma")
 
 
 def write_video(path, codec="libx264", pix_fmt="yuv420p", options=None) -> None:
     rng = np.random.default_rng(0)
     with av.open(str(path), "w", options=options or {}) as container:
-        stream = container.add_stream(codec, rate=50)
+        stream: Any = container.add_stream(codec, rate=50)
         stream.width, stream.height, stream.pix_fmt = 64, 48, pix_fmt
         for number in range(60):
             picture = rng.integers(0, 255, (48, 64, 3), np.uint8)
@@ -249,7 +250,11 @@ def test_times_given_for_a_video_must_be_as_many_as_its_frames(tmp_path):
 
 
 def test_held_frames_change_in_a_microsecond():
-    frames = [(0.0, np.full((1, 1), 0.1), None), (1000.0, np.full((1, 1), 0.4), None), (5000.0, np.full((1, 1), 0.1), None)]
+    frames = [
+        (0.0, np.full((1, 1), 0.1), None),
+        (1000.0, np.full((1, 1), 0.4), None),
+        (5000.0, np.full((1, 1), 0.1), None),
+    ]
     shown = list(held(frames))
     assert [t for t, _, _ in shown] == [0, 1000 - STEP_US, 1000, 5000 - STEP_US, 5000]
     sensor = EventCamera("clean", size=(1, 1), sigma=0.0, theta=0.2)

@@ -1,9 +1,9 @@
 """Options for every parameter of the event pixels, made from the parameter model itself."""
 
-from dataclasses import fields, make_dataclass
 from dataclasses import field as dataclass_field
+from dataclasses import fields, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from tyro.conf import arg
@@ -38,6 +38,18 @@ _ABOUT = {
 }
 
 
+def _option(name: str, text: str) -> Any:
+    """The annotated type of an option."""
+    low, high = LIMITS[name]
+    kind, shown = float | None, "NUMBER"
+    if name == "noise_map":
+        kind, shown, text = str | None, "FILE", f"{text} FILE: .npz of `evslip calibrate-noise`."
+    elif name in MAPS:
+        kind, shown, text = str | None, "NUMBER|FILE", f"{text} FILE: .npy of shape (height, width)."
+    meaning = f"{text} [{UNITS[name]}, {low:g} to {high:g}]"
+    return Annotated[kind, arg(metavar=shown, help=meaning, help_behavior_hint="(default: the preset's)")]
+
+
 def pixel_options() -> Any:
     """A dataclass whose fields are groups of options, each option None until it is given."""
     grouped = {name for names in GROUPS.values() for name in names}
@@ -56,6 +68,15 @@ def pixel_options() -> Any:
     return options
 
 
+if TYPE_CHECKING:
+
+    class PixelOptions:
+        """What `pixel_options` makes."""
+
+else:
+    PixelOptions = pixel_options()
+
+
 def parameters_of(options: Any) -> dict[str, Any]:
     """What of the options was given, as keyword arguments of EventCamera. Raises ConfigError, DataError."""
     given = {}
@@ -64,18 +85,6 @@ def parameters_of(options: Any) -> dict[str, Any]:
             if value is not None:
                 given[name] = _value(name, value) if name in MAPS else value
     return given
-
-
-def _option(name: str, text: str) -> Any:
-    """The annotated type of an option."""
-    low, high = LIMITS[name]
-    kind, shown = float | None, "NUMBER"
-    if name == "noise_map":
-        kind, shown, text = str | None, "FILE", f"{text} FILE: .npz of `evslip calibrate-noise`."
-    elif name in MAPS:
-        kind, shown, text = str | None, "NUMBER|FILE", f"{text} FILE: .npy of shape (height, width)."
-    meaning = f"{text} [{UNITS[name]}, {low:g} to {high:g}]"
-    return Annotated[kind, arg(metavar=shown, help=meaning, help_behavior_hint="(default: the preset's)")]
 
 
 def _value(name: str, text: str) -> Any:

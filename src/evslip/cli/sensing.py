@@ -1,15 +1,13 @@
 """Verbs about event cameras and their recordings."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from evslip.cli.options import describe
-from evslip.cli.pixels import pixel_options
+from evslip.cli.pixels import PixelOptions, parameters_of
 from evslip.console import console, progress_bar
-
-PixelOptions = Any if TYPE_CHECKING else pixel_options()
 
 
 def events(
@@ -55,7 +53,6 @@ def events(
         preview_ms: Time that one picture of it shows, ms; 33.3 plays at true speed, 3.33 ten times slower.
         plot: PNG to write: events a second over time.
     """
-    from evslip.cli.pixels import parameters_of
     from evslip.codecs import check_suffix
     from evslip.codecs.settings import keeps_settings
     from evslip.conversion import Conversion, convert, open_conversion

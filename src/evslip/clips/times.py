@@ -1,6 +1,5 @@
 """Times of frames, from a file or from a rate."""
 
-
 import re
 from pathlib import Path
 
@@ -77,5 +76,3 @@ def check_count(times_us: np.ndarray, count: int, where: object) -> None:
     """Raise DataError unless every frame has its time."""
     if len(times_us) != count:
         raise DataError(f"{where}: {len(times_us)} times were given for {count} frames")
-
-

@@ -2,7 +2,7 @@
 
 import io
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
@@ -29,7 +29,7 @@ class Hdf5Stream:
         self._disk = _Disk(file)
         self._path = path
         self._labels = ("body", "cause") if labelled else ("cause",)
-        self._file = h5py.File(self._disk, "w", libver=("v110", "v110"), track_times=False)
+        self._file: Any = h5py.File(self._disk, "w", libver=("v110", "v110"), track_times=False)
         self._file.attrs["width"], self._file.attrs["height"] = size
         self._file.attrs["settings"] = settings
         self._waiting: list[Events] = []
@@ -117,7 +117,7 @@ class Hdf5Stream:
                 raise self._disk.error
 
 
-def _growing(group: h5py.Group, name: str, dtype: str) -> h5py.Dataset:
+def _growing(group: h5py.Group, name: str, dtype: str) -> Any:
     return group.create_dataset(
         name,
         (0,),
@@ -131,7 +131,7 @@ def _growing(group: h5py.Group, name: str, dtype: str) -> h5py.Dataset:
     )
 
 
-def _append(dataset: h5py.Dataset, values: np.ndarray) -> None:
+def _append(dataset: Any, values: np.ndarray) -> None:
     stored = len(dataset)
     dataset.resize((stored + len(values),))
     dataset[stored:] = values.astype(dataset.dtype)

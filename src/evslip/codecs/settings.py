@@ -20,7 +20,7 @@ def keeps_settings(path: str | Path) -> bool:
 
 
 def read_settings(path: str | Path) -> dict[str, Any]:
-    """The settings of `evslip events` in a file of events, or the parameters of a simulated record. Raises DataError."""
+    """The settings of `evslip events` in a file of events, or the parameters of a sample. Raises DataError."""
     path = require_file(path)
     if not keeps_settings(path):
         raise DataError(f"{path}: files of this kind keep no settings; HDF5 and .npz files do")

@@ -126,8 +126,8 @@ vision sensor, ISSCC 2020) and its successor, Sony's IMX636. theta: nominal cont
 (20 to 150 us; the EVK4's manual says 220 us, typically). shot_rate_hz: the survey's table. refractory_us: assumed; in a
 recording of a Gen3 sensor 1 % of the events follow another of their pixel within 11 us.
 
-Of both, sigma is that of the first sensor of the kind, 2.1 % (Lichtsteiner, Posch, Delbruck, JSSC 2008), and the leak is
-v2e's. Biases change all of these: `evslip calibrate-noise` measures the noise of a camera at hand.
+Of both, sigma is that of the first sensor of the kind, 2.1 % (Lichtsteiner, Posch, Delbruck, JSSC 2008), and the leak
+is v2e's. Biases change all of these: `evslip calibrate-noise` measures the noise of a camera at hand.
 """
 
 

@@ -38,11 +38,11 @@ class Clip:
 
         Raises DataError naming the file where a frame is unreadable or of another size.
         """
-        width, height = self.size
         for number, (t_us, image, bodies) in enumerate(self._read()):
-            if image.shape != (height, width):
+            height, width = image.shape
+            if (width, height) != self.size:
                 raise DataError(
-                    f"{self.path}: frame {number} is {image.shape[1]}x{image.shape[0]} pixels, the first {width}x{height}"
+                    f"{self.path}: frame {number} is {width}x{height} pixels, the first {self.size[0]}x{self.size[1]}"
                 )
             yield t_us, image, bodies
 
@@ -111,9 +111,7 @@ def _video(path: Path, fps: float | None, times_us: np.ndarray | None, intensity
         if times_us is not None:
             check_count(times_us, number + 1, path)
 
-    frames = read_video(path, intensity, timed=False)
-    height, width = next(frames)[1].shape
-    frames.close()
+    height, width = next(read_video(path, intensity, timed=False))[1].shape
     return Clip(path, (width, height), frame_count(path), intensity, False, read)
 
 
