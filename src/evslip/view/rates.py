@@ -67,10 +67,11 @@ class Rates:
         axes.step(t_s, noise / 1e3, color="0.15", lw=0.9, where="mid", label="noise of both")
         axes.axhline(0, color="0.3", lw=0.8)
         axes.yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
-        axes.set(xlabel="time in s", ylabel="1000 events/s", title=title)
+        axes.set(xlabel="time in s", ylabel="1000 events/s")
+        axes.set_title(title, loc="left")
         if len(t_s) > 1:
             axes.set_xlim(t_s[0], t_s[-1])
-        axes.legend(loc="upper right", ncols=3, frameon=True, framealpha=0.8)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
         return buffer.getvalue()
