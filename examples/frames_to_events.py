@@ -1,4 +1,4 @@
-"""Frames in a file, turned into events by the command line, with its preview and its plot: the picture of docs/event-camera.md.
+"""Frames in a file, turned into events by `evslip events`, its preview and plot: the picture of docs/event-camera.md.
 
 python examples/frames_to_events.py docs/figures/frames_to_events.png [FOLDER]
 
@@ -38,14 +38,13 @@ def draw(folder: Path, out: str) -> None:
     with av.open(str(folder / "slip.mp4")) as container:
         pictures = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
     figure = Figure(figsize=(11, 6.6), layout="constrained")
-    top, bottom = figure.subfigures(2, 1, height_ratios=(0.72, 1))
-    for axis, number in zip(top.subplots(1, len(SHOWN)), SHOWN, strict=True):
-        axis.imshow(pictures[number])
-        axis.set_title(f"slip.mp4, picture {number}", size=10)
-        axis.set(xticks=[], yticks=[])
-    axis = bottom.subplots()
-    axis.imshow(np.asarray(Image.open(folder / "rates.png")))
-    axis.set_axis_off()
+    axes = figure.subplot_mosaic([list(SHOWN), ["rates"] * len(SHOWN)], height_ratios=(0.72, 1))
+    for number in SHOWN:
+        axes[number].imshow(pictures[number])
+        axes[number].set_title(f"slip.mp4, picture {number}", size=10)
+        axes[number].set(xticks=[], yticks=[])
+    axes["rates"].imshow(np.asarray(Image.open(folder / "rates.png")))
+    axes["rates"].set_axis_off()
     Path(out).parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(out, dpi=100)
 
@@ -60,5 +59,6 @@ def main(out: str, folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    out = sys.argv[1] if len(sys.argv) > 1 else "frames_to_events.png"
     with tempfile.TemporaryDirectory() as temporary:
-        main(*(sys.argv[1:2] or ["frames_to_events.png"]), Path(*(sys.argv[2:3] or [temporary])))
+        main(out, Path(sys.argv[2] if len(sys.argv) > 2 else temporary))
