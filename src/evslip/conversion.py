@@ -106,6 +106,9 @@ def convert(
         video.check_preview(preview, preview_ms)
     if plot is not None:
         rates.check_plot(plot)
+    for written in (out, preview, plot):
+        if written is not None and written.exists() and written.samefile(clip.path):
+            raise ConfigError(f"{written}: is the clip itself; give another name")
     mode: Any = conversion.mode
     camera = EventCamera(
         conversion.camera,
