@@ -1,8 +1,9 @@
-"""Speed of the event camera, one thread: python benchmarks/events.py [--frames N] [--repeat N] [--v2e FOLDER]
+"""Speed of the event camera, one thread: benchmarks/events.py [--frames N] [--repeat N] [--v2e FOLDER] [--eventcv]
 
 --v2e FOLDER times v2e too, on the same frames as bytes, and prints ratios: FOLDER is a copy of
 https://github.com/SensorsINI/v2e, which needs torch and opencv-python; what else it imports but does not use here is
-replaced by empty modules.
+replaced by empty modules. --eventcv times that package (pip install eventcv) on the same bytes, on one thread
+too, without its upsampling, which costs a pass over all pixels for each finer step. It decodes sRGB: its events differ.
 
 A textured square turns at 2 revolutions a second before a gradient, filmed at 2000 frames a second. Every figure is the
 best of some runs, and for all but the first frame, on which a camera settles. "events" counts them per pixel and frame:
@@ -12,6 +13,7 @@ each costs about as much as forty quiet pixels.
 import argparse
 import importlib
 import logging
+import os
 import resource
 import sys
 import time
@@ -137,13 +139,49 @@ def measure_v2e(emulator, name: str, clip: np.ndarray, times_us: np.ndarray, rep
     return clip[1:].size / best(run, repeat, prepare) / 1e6, events / clip[1:].size
 
 
+def load_eventcv():
+    """The package eventcv, on one thread."""
+    os.environ["RAYON_NUM_THREADS"] = "1"
+    try:
+        return importlib.import_module("eventcv")
+    except ImportError:
+        sys.exit("--eventcv needs that package: pip install eventcv")
+
+
+def measure_eventcv(eventcv, name: str, clip: np.ndarray, repeat: int) -> tuple[float, float]:
+    """Mpixel/s of eventcv, events per pixel and frame; clip: uint8."""
+    model = PRESETS[name]
+    events = 0
+
+    def run() -> None:
+        nonlocal events
+        stream = eventcv.simulate(
+            clip,
+            fps=1e6 / FRAME_US,
+            pos_thres=model.theta,
+            neg_thres=model.theta,
+            sigma_thres=model.sigma,
+            cutoff_hz=model.cutoff_hz,
+            leak_rate_hz=model.leak_rate_hz,
+            shot_noise_rate_hz=model.shot_rate_hz,
+            refractory_us=int(model.refractory_us),
+            upsample="off",
+            seed=1,
+        )
+        events = len(stream)
+
+    return clip[1:].size / best(run, repeat) / 1e6, events / clip[1:].size
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=65)
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--v2e", type=Path)
+    parser.add_argument("--eventcv", action="store_true")
     options = parser.parse_args()
     emulator = load_v2e(options.v2e) if options.v2e else None
+    eventcv = load_eventcv() if options.eventcv else None
     print("| size | camera | Mpixel/s | step, ms | events | v2e, Mpixel/s | v2e's events | times v2e |")
     print("|---|---|---|---|---|---|---|---|")
     for size in SIZES:
@@ -158,6 +196,10 @@ def main() -> None:
                 slow, count = measure_v2e(emulator, name, in_bytes, times_us, min(2, options.repeat))
                 theirs = f"{slow:.1f} | {count:.4f} | {speed / slow:.0f}"
             print(f"| {label} | {name} | {speed:.0f} | {step:.2f} | {events:.4f} | {theirs} |", flush=True)
+            if eventcv:
+                slow, count = measure_eventcv(eventcv, name, in_bytes, min(2, options.repeat))
+                ratio = f"{name} is {speed / slow:.1f} times as fast"
+                print(f"| {label} | eventcv, {name} | {slow:.1f} | | {count:.4f} | | | {ratio} |", flush=True)
         speed, step, events = measure("davis346", clip, times_us, options.repeat, threads=2)
         print(f"| {label} | davis346, 2 threads | {speed:.0f} | {step:.2f} | {events:.4f} | | | |")
         speed, step, events = measure("davis346", in_bytes, times_us, options.repeat, intensity="uint8")

@@ -10,8 +10,8 @@ console = Console(highlight=False, soft_wrap=True)
 
 
 @contextmanager
-def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar with the time left; yields what advances it by one."""
+def progress_bar(title: str, total: int | None) -> Iterator[Callable[[], None]]:
+    """A bar with the time left, where the total is known; yields what advances it by one."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, TextColumn("left"), TimeRemainingColumn(), console=console) as bar:
         task = bar.add_task(title, total=total)

