@@ -58,7 +58,7 @@ class ObjectSpec(Section, Generic[N, S]):
     y_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, to the robot's left."""
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """Name of a texture of the pool, or path of an image; patterns and folders are drawn from."""
 
 
 class GripSpec(Section, Generic[N, S]):
@@ -78,7 +78,7 @@ class SurfaceSpec(Section, Generic[N, S]):
     """The table: a plane at z = 0."""
 
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """Name of a texture of the pool, or path of an image; patterns and folders are drawn from."""
     tile_m: Annotated[N, Within(0.01, 10.0)]
     """Side of one repetition of the texture."""
 
@@ -87,13 +87,13 @@ class BackgroundSpec(Section, Generic[N, S]):
     """The sphere around the scene: background and ambient light."""
 
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """As object.texture, and the pool's panoramas; an image twice as wide as high is a panorama, too."""
     luminance_cd_m2: Annotated[N, Within(0.0, 1e7)]
     """Luminance where the texture is white."""
     radius_m: Annotated[N, Within(5.0, 1000.0)]
     """Radius, about the world's origin."""
     tile_deg: Annotated[N, Within(1.0, 360.0)]
-    """Angle that one repetition of the texture covers, seen from the centre."""
+    """Angle that one repetition of the texture covers, seen from the centre; a panorama covers all."""
 
 
 class LightSpec(Section, Generic[N, S]):
