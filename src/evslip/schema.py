@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, RootModel, Strict, model_validator
+from pydantic import BaseModel, ConfigDict, RootModel, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from evslip.values import extremes
@@ -16,6 +16,11 @@ N = TypeVar("N")
 """Number in Params, distribution in a Config."""
 S = TypeVar("S")
 """Name in Params, name or choices in a Config."""
+
+
+def usual(value: float) -> Any:
+    """A default, typed so that it fits numbers and distributions alike."""
+    return value
 
 
 @dataclass(frozen=True)
@@ -164,11 +169,11 @@ class MotionSpec(Section, Generic[N, S]):
     """Time to reach the tilt, again for the way back, and of each swing of rotate. Default: 1.4 of 7.5 parts."""
     lower_s: Annotated[N | None, Within(0.1, 60.0)] = None
     """Time of lowering. Default: 1.2 of 7.5 parts."""
-    hold_s: Annotated[N, Within(0.1, 600.0)] = Field(3.0)
+    hold_s: Annotated[N, Within(0.1, 600.0)] = usual(3.0)
     """Time that hold keeps the object up."""
-    amplitude_m: Annotated[N, Within(0.0, 0.2)] = Field(0.03)
+    amplitude_m: Annotated[N, Within(0.0, 0.2)] = usual(0.03)
     """Largest way to either side of shake."""
-    frequency_hz: Annotated[N, Within(0.1, 5.0)] = Field(1.5)
+    frequency_hz: Annotated[N, Within(0.1, 5.0)] = usual(1.5)
     """Oscillations a second of shake."""
     axis: Literal["x", "y", "z"] = "z"
     """Axis of the world along which shake moves."""
