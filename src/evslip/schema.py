@@ -6,7 +6,8 @@ The same fields serve twice: in a `Config` a field may hold a distribution, in `
 from dataclasses import dataclass
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Strict, model_validator
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, RootModel, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from evslip.values import extremes
@@ -17,12 +18,22 @@ S = TypeVar("S")
 """Name in Params, name or choices in a Config."""
 
 
+def usual(value: float | str) -> Any:
+    """A default, typed so that it fits values and distributions alike."""
+    return value
+
+
 @dataclass(frozen=True)
 class Within:
     """Physical limits of a field; checked at both ends of a distribution."""
 
     low: float
     high: float
+
+
+def _wrong(key: str, expected: str) -> PydanticCustomError:
+    """An error of one field of a section, as `evslip.config.explain` tells it."""
+    return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
 
 
 class Section(BaseModel):
@@ -38,7 +49,7 @@ class Section(BaseModel):
                     if low < limit.low or high > limit.high:
                         bad = low if low < limit.low else high
                         expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
-                        raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
+                        raise _wrong(name, expected)
         return self
 
 
@@ -111,19 +122,105 @@ class LightSpec(Section, Generic[N, S]):
     """From the zenith: 0 overhead, 90 at the horizon."""
 
 
-class MotionSpec(Section, Generic[N, S]):
-    """The pick-and-place: approach, grasp, lift, tilt while moving sideways, back, place, release."""
+class Waypoint(Section):
+    """Where the hand rests on its way, counted from where the lift has put it."""
 
+    x_m: Annotated[float, Strict(), Within(-1.0, 1.0)] = 0.0
+    y_m: Annotated[float, Strict(), Within(-1.0, 1.0)] = 0.0
+    z_m: Annotated[float, Strict(), Within(-1.0, 1.0)] = 0.0
+    tilt_deg: Annotated[float, Strict(), Within(-60.0, 60.0)] = 0.0
+    """Lateral tilt, about the closing axis."""
+    time_s: Annotated[float, Strict(), Within(0.05, 60.0)] = 1.0
+    """Time that the way there takes."""
+
+    @property
+    def place_m(self) -> np.ndarray:
+        """Position, of shape (3,)."""
+        return np.array([self.x_m, self.y_m, self.z_m])
+
+
+class Waypoints(RootModel[tuple[Waypoint, ...]]):
+    """The way from the lift to the placement. Not a list of choices: a sample visits all of them."""
+
+    model_config = ConfigDict(frozen=True)
+
+    @model_validator(mode="after")
+    def _check_end(self) -> "Waypoints":
+        if self.root and self.root[-1].tilt_deg != 0:
+            raise ValueError("the last way-point needs tilt_deg = 0, so that the object can be set down")
+        return self
+
+
+class MotionSpec(Section, Generic[N, S]):
+    """What the hand does: approach, grasp, lift, the motion of its kind, place, release."""
+
+    kind: Literal["pick_and_place", "hold", "shake", "rotate", "waypoints"] = "pick_and_place"
+    """Between lift and placement: tilt while moving to the goal and back upright, hold still, shake along an axis, turn
+    to either side, or visit way-points."""
     duration_s: Annotated[N, Within(3.0, 60.0)]
-    """Whole length; the way-points scale with it."""
+    """Whole length of the pick-and-place. All times scale with it, except those given below, which lengthen or shorten
+    the whole."""
     lift_m: Annotated[N, Within(0.0, 0.5)]
     """Height of the lift."""
     move_x_m: Annotated[N, Within(-1.0, 1.0)]
-    """Way to the goal along world x."""
+    """Way to the goal along world x, of pick_and_place."""
     move_y_m: Annotated[N, Within(-1.0, 1.0)]
-    """Way to the goal along world y."""
+    """Way to the goal along world y, of pick_and_place."""
     tilt_deg: Annotated[N, Within(-60.0, 60.0)]
-    """Largest lateral tilt, about the closing axis."""
+    """Largest lateral tilt, about the closing axis; of pick_and_place and rotate."""
+    lift_s: Annotated[N | None, Within(0.1, 60.0)] = None
+    """Time of the lift. Default: 0.8 of 7.5 parts of duration_s."""
+    tilt_s: Annotated[N | None, Within(0.1, 60.0)] = None
+    """Time to reach the tilt, again for the way back, and of each swing of rotate. Default: 1.4 of 7.5 parts."""
+    lower_s: Annotated[N | None, Within(0.1, 60.0)] = None
+    """Time of lowering. Default: 1.2 of 7.5 parts."""
+    hold_s: Annotated[N, Within(0.1, 600.0)] = usual(3.0)
+    """Time that hold keeps the object up."""
+    amplitude_m: Annotated[N, Within(0.0, 0.2)] = usual(0.03)
+    """Largest way to either side of shake."""
+    frequency_hz: Annotated[N, Within(0.1, 5.0)] = usual(1.5)
+    """Oscillations a second of shake."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Axis of the world along which shake moves."""
+    cycles: Annotated[int, Strict(), Within(1, 1000)] = 3
+    """Oscillations of shake and rotate."""
+    waypoints: Waypoints | None = None
+    """Of waypoints: a list such as [{ y_m = -0.1, z_m = 0.05, tilt_deg = 20.0, time_s = 1.5 }, { y_m = -0.2 }], counted
+    from where the lift ends; the object is set down below the last."""
+
+    @model_validator(mode="after")
+    def _check_waypoints(self) -> "MotionSpec[N, S]":
+        if (self.kind == "waypoints") != bool(self.waypoints and self.waypoints.root):
+            expected = (
+                "needs motion.kind = 'waypoints'" if self.waypoints else "is missing, motion.kind 'waypoints' needs it"
+            )
+            raise _wrong("waypoints", expected)
+        return self
+
+
+NATURAL = "natural"
+SLIP_KINDS = (NATURAL, "hold", "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
+
+
+class SlipSpec(Section, Generic[N, S]):
+    """Slip on purpose."""
+
+    kind: S = usual("natural")
+    """Natural: as object.mass_kg has it. Hold: none. Rotation, translation: of this form. Lift, tilt, placement: in
+    this phase. Creep: slowly. Drop: out of the hand. All but natural choose the mass and, where they must, grip and
+    motion. Of a list every sample has one, at random."""
+    multiple: Annotated[N | None, Within(0.01, 20.0)] = None
+    """Mass as a multiple of the onset mass, over the phases of the kind. Default: the kind's own."""
+
+    @model_validator(mode="after")
+    def _check_kind(self) -> "SlipSpec[N, S]":
+        kind: Any = self.kind
+        for name in kind if isinstance(kind, tuple) else (kind,):
+            if name not in SLIP_KINDS:
+                raise _wrong("kind", f"{name!r} is unknown, expected one of {', '.join(SLIP_KINDS)}")
+        if kind == NATURAL and self.multiple is not None:
+            raise _wrong("multiple", "needs a slip.kind other than natural")
+        return self
 
 
 class CameraSpec(Section, Generic[N, S]):
@@ -184,3 +281,4 @@ class SampleSpec(Section, Generic[N, S]):
     camera: CameraSpec[N, S]
     sensor: SensorSpec[N, S]
     render: RenderSpec[N, S]
+    slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
