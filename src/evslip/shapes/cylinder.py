@@ -1,15 +1,24 @@
 """An upright round cylinder: its diameter is the object's depth."""
 
+from typing import Any
+
 import numpy as np
 
-from evslip.shapes.shape import Shape
+from evslip.shapes.shape import Filling, Footing, Shape
 from evslip.shapes.surface import Surface
 
 FACETS = 64
 """Of the rendered mantle; its corners lie on the true circle."""
 
+CORNERS = 16
+"""Of the prism around it that stands for it where a few points must do."""
+
 
 class Cylinder(Shape):
+    @classmethod
+    def sides(cls, spec: Any) -> tuple[float, float, float]:
+        return spec.depth_m, spec.depth_m, spec.height_m
+
     def surface(self) -> Surface:
         """The image goes round the mantle twice, each half showing all of it, with the seams at +x and -x, between the
         pads. Each end shows the disc that fits the image."""
@@ -53,3 +62,26 @@ class Cylinder(Shape):
         flip = np.repeat([-1.0, 1.0], FACETS)[:, None]
         caps = np.stack([0.5 + flip * flat[..., 0], 0.5 - flat[..., 1]], axis=2)
         return Surface(vertices, faces, np.concatenate([*mantle, caps]), normals)
+
+    def filling(self) -> Filling:
+        radius, top = self.half_m[1:]
+        spread = np.diag([radius**2 / 4, radius**2 / 4, top**2 / 3])
+        return Filling(2 * np.pi * radius**2 * top, np.zeros(3), spread)
+
+    def footing(self) -> Footing:
+        return Footing("cylinder", self.half_m)
+
+    def outline(self) -> np.ndarray:
+        angle = 2 * np.pi * np.arange(CORNERS) / CORNERS
+        circle = self.half_m[1] / np.cos(np.pi / CORNERS) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return np.concatenate([np.c_[circle, np.full(CORNERS, z)] for z in (-self.half_m[2], self.half_m[2])])
+
+    def heights(self, side: int, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+        radius, top = self.half_m[1:]
+        over = (np.abs(x)[:, None] <= radius) & (np.abs(z) <= top)
+        bulge = np.sqrt(np.maximum(0.0, radius**2 - x**2))
+        return np.where(over, bulge[:, None], -np.inf)
+
+    def reach_m(self, pad_half_m: float) -> float:
+        """The pads touch a cylinder along its outermost lines alone, which must stay on them."""
+        return 0.9 * min(pad_half_m, self.half_m[0])

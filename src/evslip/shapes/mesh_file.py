@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from evslip.errors import ConfigError
 
@@ -24,6 +25,8 @@ class MeshFile(NamedTuple):
     """Corners of each triangle, anticlockwise seen from outside; of shape (m, 3)."""
     uv: np.ndarray | None
     """The file's own texture coordinates at the corners, v downwards, of shape (m, 3, 2); None: it has none."""
+    hull: np.ndarray
+    """Indices of the vertices on the convex hull, of shape (k,)."""
 
 
 @lru_cache(maxsize=8)
@@ -61,10 +64,11 @@ def load_mesh(path: str) -> MeshFile:
     vertices, merged_faces = _used(vertices, merged_faces[solid])
     own_uv = None if uv is None or len(uv) != len(corners) else _downwards(np.asarray(uv, np.float64)[faces][solid])
     vertices, merged_faces, own_uv = _checked(path, vertices, merged_faces, own_uv)
-    for array in (vertices, merged_faces, own_uv):
+    hull = np.sort(ConvexHull(vertices).vertices)
+    for array in (vertices, merged_faces, own_uv, hull):
         if array is not None:
             array.flags.writeable = False
-    return MeshFile(vertices, merged_faces, own_uv)
+    return MeshFile(vertices, merged_faces, own_uv, hull)
 
 
 def _used(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
