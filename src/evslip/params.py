@@ -35,7 +35,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     Each key has a generator of its own, so changing one key's distribution leaves all others' values alone. No value
     that a distribution yields in one split can occur in the other. Raises ConfigError.
     """
-    from evslip import slip
+    from evslip import slip, stratification
 
     if split not in SPLITS:
         raise ConfigError(f"split: {split!r} is unknown; expected one of {', '.join(SPLITS)}")
@@ -63,7 +63,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
     params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
-    return slip.weigh(params, by_default=config.slip.multiple is None)
+    return stratification.weigh(config, slip.weigh(params, by_default=config.slip.multiple is None))
 
 
 def grid_size(config: Config, split: str = "train") -> int:

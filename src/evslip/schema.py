@@ -226,8 +226,8 @@ class MotionSpec(Section, Generic[N, S]):
         return self
 
 
-NATURAL = "natural"
-SLIP_KINDS = (NATURAL, "hold", "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
+NATURAL, HOLD = "natural", "hold"
+SLIP_KINDS = (NATURAL, HOLD, "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
 
 
 class SlipSpec(Section, Generic[N, S]):

@@ -3,10 +3,11 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from evslip import stratification
 from evslip.config import Config
 from evslip.errors import ConfigError
 from evslip.params import Params
-from evslip.schema import NATURAL, ObjectSpec, Within
+from evslip.schema import NATURAL
 from evslip.seeds import generator
 from evslip.values import Range, extremes
 
@@ -96,7 +97,7 @@ RECIPES: dict[str, Recipe] = {
 def prepare(config: Config, index: int, split: str) -> Config:
     """The configuration from which sample `index` is drawn: of one kind of slip, with its recipe's values wherever the
     configuration's own go beyond them."""
-    kind = _one(config.slip.kind, config, index, split, "draw slip.kind")
+    kind = _one(stratification.kinds(config, index, split), config, index, split, "draw slip.kind")
     if kind == NATURAL:
         return _with(config, {"slip.kind": kind, "slip.multiple": None})
     recipe = RECIPES[kind]
@@ -133,14 +134,8 @@ def weigh(params: Params, by_default: bool) -> Params:
     earlier = [name for name in recipe.earlier if name in hanging]
     if by_default and earlier:
         mass_kg = min(mass_kg, EARLIER * onset_mass(params, earlier))
-    limits = next(m for m in ObjectSpec.model_fields["mass_kg"].metadata if isinstance(m, Within))
-    if not limits.low <= mass_kg <= limits.high:
-        raise ConfigError(
-            f"slip.kind: {slip.kind!r} needs a mass of {mass_kg:.3g} kg, beyond {limits.low:g} to {limits.high:g}; "
-            "change grip.force_n or grip.friction"
-        )
-    body, slip = params.object, slip.model_copy(update={"multiple": mass_kg / onset_kg})
-    return params.model_copy(update={"object": body.model_copy(update={"mass_kg": mass_kg}), "slip": slip})
+    heavy = stratification.with_mass(params, mass_kg, f"slip.kind: {slip.kind!r}")
+    return heavy.model_copy(update={"slip": slip.model_copy(update={"multiple": mass_kg / onset_kg})})
 
 
 def _one(choices: Any, config: Config, index: int, split: str, stage: str) -> Any:

@@ -10,6 +10,8 @@ from evslip.values import Atom, Range
 Token = tuple[str, float | str]
 """A constant and the domain in which it must not be shared: its key, or TEXTURE for all textures of a scene."""
 TEXTURE = "texture"
+FILES = (TEXTURE, "mesh")
+"""Names that the splits do not share. All other names, such as shapes, are of few kinds, and both splits have them all."""
 T = TypeVar("T")
 
 
@@ -23,9 +25,14 @@ class Dimension(NamedTuple):
     """The rows came from a pattern: a pool to draw from, never a dimension of a grid."""
 
     def tokens(self, row: int) -> set[Token]:
-        """Constants of a row. A range is no token: both splits draw from it, on lattices that never meet."""
+        """Constants of a row that one split alone may have. A range is none: both splits draw from it, never the same."""
         pairs = zip(self.keys, self.rows[row], strict=True)
-        return {(domain(key), atom) for key, atom in pairs if not isinstance(atom, Range)}
+        return {(domain(key), atom) for key, atom in pairs if not isinstance(atom, Range) and is_divided(key, atom)}
+
+
+def is_divided(key: str, value: object) -> bool:
+    """Whether this value of a key that varies must not occur in both splits."""
+    return not isinstance(value, str) or key.rpartition(".")[2] in FILES
 
 
 def domain(key: str) -> str:
