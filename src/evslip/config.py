@@ -52,7 +52,6 @@ class Config(SampleSpec[Number, Names]):
                 raise _wrong("together", f"{counts}, expected lists of equal length")
         return self
 
-
     @model_validator(mode="after")
     def _check_fraction(self) -> "Config":
         if self.slip_fraction is None:

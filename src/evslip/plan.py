@@ -28,7 +28,7 @@ class Plan(NamedTuple):
         return [k for k, value in self.fixed.items() if isinstance(value, Range)] + list(self.constants)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)  # one for each kind of slip and its variants
 def make_plan(config: Config) -> Plan:
     """The plan of a configuration. Folders of images are listed here, once. Raises ConfigError."""
     given = {

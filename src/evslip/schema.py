@@ -310,3 +310,8 @@ class SampleSpec(Section, Generic[N, S]):
     sensor: SensorSpec[N, S]
     render: RenderSpec[N, S]
     slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
+
+
+def keys(spec: SampleSpec) -> list[str]:
+    """All keys of a sample as "section.name", in their order."""
+    return [f"{section}.{name}" for section in SampleSpec.model_fields for name, _ in getattr(spec, section)]

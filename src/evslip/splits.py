@@ -70,8 +70,15 @@ def _held_out(dimensions: Sequence[Dimension], seed: int, test_share: float) -> 
     for domains in _linked([{name for name, _ in group} for group in groups]):
         mine = [group for group in groups if group[0][0] in domains]
         order = generator(seed, "train", 0, f"split {' '.join(sorted(domains))}").permutation(len(mine))
-        for position in order[: max(1, round(test_share * len(mine)))]:
-            yield from mine[position]
+        shuffled = sorted((mine[i] for i in order), key=lambda group: _family(group[0][1]))
+        number = max(1, round(test_share * len(mine)))
+        for k in range(number):  # evenly along the families, so that both splits have about the same mixture
+            yield from shuffled[int((k + 0.5) * len(mine) / number)]
+
+
+def _family(constant: float | str) -> str:
+    """What textures that look alike have in common: "wood" of "wood-3", the folder of a file."""
+    return constant.rpartition("-")[0] or constant.rpartition("/")[0] if isinstance(constant, str) else ""
 
 
 def _linked(sets: Sequence[set[T]]) -> list[set[T]]:

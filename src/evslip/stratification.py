@@ -43,9 +43,9 @@ def kinds(config: Config, index: int, split: str) -> str | tuple[str, ...]:
 def weigh(config: Config, params: "Params") -> "Params":
     """Of a natural sample: the parameters with a mass that surely slips or surely holds, as slip_fraction wants it.
 
-    The range that the configuration gives is cut at its guaranteed end, 1.25 or 0.85 of the sample's own onset mass, and
-    the mass keeps its relative place in it. Where nothing is left of the range, it reaches 30 % beyond the guaranteed
-    slip, or down to half of the guaranteed hold.
+    The range that the configuration gives is cut at its guaranteed end, 1.25 or 0.85 of the sample's own onset mass,
+    and the mass keeps its relative place in it. Where nothing is left of the range, it reaches 30 % beyond the
+    guaranteed slip, or down to half of the guaranteed hold.
     """
     slips = shall_slip(config, params.index, params.split)
     if slips is None or params.slip.kind != NATURAL:
@@ -71,3 +71,13 @@ def with_mass(params: "Params", mass_kg: float, wish: str) -> "Params":
             "change grip.force_n or grip.friction"
         )
     return params.model_copy(update={"object": params.object.model_copy(update={"mass_kg": mass_kg})})
+
+
+def sure_masses(config: Config, count: int) -> tuple[float, float, float, float]:
+    """Over the first `count` training samples: least and largest onset mass, and from these the ends of a range of
+    masses: the mass that holds in every sample, and the one that slips in every sample; all in kilograms."""
+    from evslip.onset import onset_mass
+    from evslip.params import draw
+
+    onsets = [onset_mass(draw(config, index)) for index in range(count)]
+    return min(onsets), max(onsets), SURE_HOLD * min(onsets), SURE_SLIP * max(onsets)

@@ -112,7 +112,9 @@ def leaves(
         else:
             inside = 1 - np.maximum(np.abs(along), np.abs(across))
         ink = np.clip(inside * np.float32(8), 0, 1)
-        columns, rows = ((int(at * SIZE) + np.arange(-r, r + 1)) % SIZE for at, r in zip((column, row), reach, strict=True))
+        columns, rows = (
+            (int(at * SIZE) + np.arange(-r, r + 1)) % SIZE for at, r in zip((column, row), reach, strict=True)
+        )
         at = rows[:, None], columns
         solid = ink > 0.5
         cover[at] = np.maximum(cover[at], ink)

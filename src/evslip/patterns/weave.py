@@ -52,7 +52,9 @@ def _woven(rng: np.random.Generator, cloth: Cloth, is_herringbone: bool = False)
     round_ = 1 - 3.2 * across * across
     dip = 1 - 1.4 * along * along
     fluff = fractal(rng, 256, 256, 2, 0.8)
-    light = (0.35 + 0.65 * round_ * dip) * (0.85 + 0.3 * (tone - 0.5) + 0.6 * slub + 0.3 * (fluff - 0.5) - 0.25 * across)
+    light = (0.35 + 0.65 * round_ * dip) * (
+        0.85 + 0.3 * (tone - 0.5) + 0.6 * slub + 0.3 * (fluff - 0.5) - 0.25 * across
+    )
     color = np.where(on_top[..., None], np.asarray(cloth.warp, np.float32), np.asarray(cloth.weft, np.float32))
     return times(color, light)
 
@@ -106,7 +108,9 @@ def _carpet(rng: np.random.Generator) -> np.ndarray:
     i, j = whole(U * knots), whole(V * knots)
     x, y = np.abs(i % 64 - 31.5), np.abs(j % 64 - 31.5)
     rings = whole((x + y) / 5 + np.where(x > y, 0, 0.5))
-    palette = np.float32([(0.26, 0.035, 0.03), (0.03, 0.045, 0.12), (0.55, 0.46, 0.30), (0.10, 0.03, 0.03), (0.34, 0.17, 0.06)])
+    palette = np.float32(
+        [(0.26, 0.035, 0.03), (0.03, 0.045, 0.12), (0.55, 0.46, 0.30), (0.10, 0.03, 0.03), (0.34, 0.17, 0.06)]
+    )
     order = rng.permutation(16) % 5
     flower = (whole(x / 3) * 5 + whole(y / 3) * 3) % 7 == 0
     image = palette[np.where(flower, (order[rings] + 2) % 5, order[rings])]
