@@ -11,7 +11,7 @@ Token = tuple[str, float | str]
 """A constant and the domain in which it must not be shared: its key, or TEXTURE for all textures of a scene."""
 TEXTURE = "texture"
 FILES = (TEXTURE, "mesh")
-"""Names that the splits do not share. All other names, such as shapes, are of few kinds, and both splits have them all."""
+"""Names that the splits do not share. Other names, such as shapes, are of few kinds, and both splits have all."""
 T = TypeVar("T")
 
 
@@ -25,7 +25,7 @@ class Dimension(NamedTuple):
     """The rows came from a pattern: a pool to draw from, never a dimension of a grid."""
 
     def tokens(self, row: int) -> set[Token]:
-        """Constants of a row that one split alone may have. A range is none: both splits draw from it, never the same."""
+        """Constants of a row that one split alone may have; not ranges: both splits draw from them, never the same."""
         pairs = zip(self.keys, self.rows[row], strict=True)
         return {(domain(key), atom) for key, atom in pairs if not isinstance(atom, Range) and is_divided(key, atom)}
 

@@ -14,6 +14,7 @@ from evslip.patterns.canvas import (
     over,
     ramp,
     relief,
+    rgb,
     soften,
     step,
     times,
@@ -124,7 +125,7 @@ def _board(rng: np.random.Generator, color: Color) -> np.ndarray:
     flute = wave(V * 32)
     stain = fractal(rng, 2, 2, 7, 0.75)
     return times(
-        np.broadcast_to(np.asarray(color, np.float32), (SIZE, SIZE, 3)),
+        np.broadcast_to(rgb(color), (SIZE, SIZE, 3)),
         0.62 + 0.35 * fibre + 0.07 * flute + 0.4 * stain,
     )
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, mix, over, ramp, relief, step, times, whole, zigzag
+from evslip.patterns.canvas import Color, mix, over, ramp, relief, rgb, step, times, whole, zigzag
 from evslip.patterns.noise import fractal
 from evslip.patterns.panorama import AZIMUTH, COLUMNS, ELEVATION_DEG, UPPER, complete, field, lookup, plane, skyline
 
@@ -36,7 +36,7 @@ def _clouds(rng: np.random.Generator, image: np.ndarray, low: float, bright: Col
 def _sun(image: np.ndarray, azimuth: float, elevation_deg: float, color: Color) -> np.ndarray:
     away = (zigzag(AZIMUTH - np.float32(azimuth)) * 180) ** 2 + (ELEVATION_DEG - elevation_deg) ** 2
     glow = 1 / (1 + away / 60)
-    return image + np.float32(color) * (0.7 * glow + step(4, 2, away) * 3)[..., None]
+    return image + rgb(color) * (0.7 * glow + step(4, 2, away) * 3)[..., None]
 
 
 def _hills(
@@ -141,7 +141,7 @@ def _forest(rng: np.random.Generator) -> np.ndarray:
             shade[:, at] = np.where(inside > 0.5, 0.55 - 0.35 * across, shade[:, at])
             cover[:, at] = np.maximum(cover[:, at], inside)
         trunk = times(mix((0.03, 0.024, 0.018), (0.32, 0.27, 0.20), bark), 0.3 + 1.2 * shade)
-        image = over(image, mix(trunk, np.float32((0.16, 0.20, 0.09)), np.full(UPPER[::-1], veil, np.float32)), cover)
+        image = over(image, mix(trunk, rgb((0.16, 0.20, 0.09)), np.full(UPPER[::-1], veil, np.float32)), cover)
     return _trees(rng, image, 6, (0.012, 0.028, 0.008), (0.20, 0.30, 0.06), 128)
 
 
@@ -154,7 +154,7 @@ def _mountains(rng: np.random.Generator) -> np.ndarray:
         rock = ramp([(0.05, 0.05, 0.055), (0.20, 0.19, 0.18), (0.34, 0.32, 0.30)], rough)
         snow = step(-1.5, 1.5, ELEVATION_DEG - snow_deg - 8 * (rough - 0.5))
         face = times(over(rock, (0.86, 0.88, 0.90), snow), relief(rough, 3.0, 3))
-        face = mix(face, np.float32((0.45, 0.54, 0.64)), np.full(UPPER[::-1], veil, np.float32))
+        face = mix(face, rgb((0.45, 0.54, 0.64)), np.full(UPPER[::-1], veil, np.float32))
         image = over(image, face, step(0.0, 0.15, top - ELEVATION_DEG))
     return _trees(rng, image, 4, (0.008, 0.018, 0.010), (0.07, 0.12, 0.05), 256)
 

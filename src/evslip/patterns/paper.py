@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import SIZE, Color, U, V, fraction, mix, over, ramp, relief, soften, step, times, wave
+from evslip.patterns.canvas import SIZE, Color, U, V, fraction, mix, over, ramp, relief, rgb, soften, step, times, wave
 from evslip.patterns.lettering import write
 from evslip.patterns.noise import cells, fractal, leaves
 from evslip.patterns.printing import BLACK, ball, bars, blank, centred, disc, frame, number, paragraph, table, word
@@ -54,8 +54,7 @@ def _cover(rng: np.random.Generator) -> np.ndarray:
     dusk: list[Color] = [(0.015, 0.02, 0.045), (0.08, 0.05, 0.12), (0.42, 0.14, 0.10), (0.72, 0.46, 0.20)]
     image = ramp(dusk, picture)
     image = (
-        image * (1 - disc(SIZE, 350, 190, 60))[..., None]
-        + np.float32((0.8, 0.62, 0.35)) * disc(SIZE, 350, 190, 60)[..., None]
+        image * (1 - disc(SIZE, 350, 190, 60))[..., None] + rgb((0.8, 0.62, 0.35)) * disc(SIZE, 350, 190, 60)[..., None]
     )
     ink = blank()
     line = centred(ink, word(rng, 3).upper(), 40, 64, 0.18)
@@ -155,9 +154,7 @@ def _notes(rng: np.random.Generator) -> np.ndarray:
 
 def _comic(rng: np.random.Generator) -> np.ndarray:
     """Panels in flat colours with screens of dots and balloons."""
-    palette = np.float32(
-        [(0.75, 0.10, 0.06), (0.85, 0.70, 0.08), (0.08, 0.30, 0.62), (0.75, 0.45, 0.30), (0.15, 0.45, 0.20)]
-    )
+    palette = rgb([(0.75, 0.10, 0.06), (0.85, 0.70, 0.08), (0.08, 0.30, 0.62), (0.75, 0.45, 0.30), (0.15, 0.45, 0.20)])
     panels = ((0, 0, 290, 240), (300, 0, 512, 240), (0, 250, 180, 512), (190, 250, 512, 512))
     image = np.full((SIZE, SIZE, 3), 0.8, np.float32)
     ink = blank()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, U, V, fraction, mix, over, ramp, relief, soften, step, times, wave, whole
+from evslip.patterns.canvas import Color, U, V, fraction, mix, over, ramp, relief, rgb, soften, step, times, wave, whole
 from evslip.patterns.lettering import write
 from evslip.patterns.noise import cells, fractal
 from evslip.patterns.printing import number as digits
@@ -77,9 +77,7 @@ def _bubbles(rng: np.random.Generator) -> np.ndarray:
 def _studs(rng: np.random.Generator) -> np.ndarray:
     """Building bricks seen from above, in several colours."""
     count = 8
-    palette = np.float32(
-        [(0.48, 0.02, 0.02), (0.68, 0.50, 0.03), (0.02, 0.10, 0.38), (0.02, 0.2, 0.06), (0.7, 0.7, 0.68)]
-    )
+    palette = rgb([(0.48, 0.02, 0.02), (0.68, 0.50, 0.03), (0.02, 0.10, 0.38), (0.02, 0.2, 0.06), (0.7, 0.7, 0.68)])
     i, j = whole(U * count), whole(V * count)
     brick = palette[rng.integers(5, size=(count, count // 2))[j, i // 2]]
     dx, dy = fraction(U * count) - 0.5, fraction(V * count) - 0.5

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import SIZE, Color, step
+from evslip.patterns.canvas import SIZE, Color, rgb, step
 from evslip.patterns.lettering import fit, length, write
 
 SYLLABLES = (
-    ["ka", "lo", "mi", "ter", "sa", "ne", "bur", "vi", "tan", "do", "re", "mas", "ol", "pin", "cor", "fe", "lu", "gra", "ven", "ti", "mor", "es", "ham", "bil", "so", "quin", "dra", "wex", "jo", "py"]
-)
+    "ka", "lo", "mi", "ter", "sa", "ne", "bur", "vi", "tan", "do", "re", "mas", "ol", "pin", "cor",
+    "fe", "lu", "gra", "ven", "ti", "mor", "es", "ham", "bil", "so", "quin", "dra", "wex", "jo", "py",
+)  # fmt: skip
 DIGITS = "0123456789"
 BLACK: Color = (0.025, 0.022, 0.02)
 """Printer's ink."""
@@ -115,7 +116,7 @@ def ball(image: np.ndarray, x: float, y: float, radius: float, color: Color) -> 
         bulge * np.float32(0.7) - dx * np.float32(0.45) - dy * np.float32(0.5), 0, 1
     )
     glint = step(0.3, 0.0, np.sqrt((dx + np.float32(0.4)) ** 2 + (dy + np.float32(0.45)) ** 2)) * np.float32(0.6)
-    lit = np.asarray(color, np.float32) * shade[..., None] + glint[..., None]
+    lit = rgb(color) * shade[..., None] + glint[..., None]
     cover = disc(size, x, y, radius)
     return image + (lit - image) * cover[..., None]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, fraction, mix, over, ramp, step, times, whole
+from evslip.patterns.canvas import Color, fraction, mix, over, ramp, rgb, step, times, whole
 from evslip.patterns.noise import fractal
 from evslip.patterns.panorama import ALONG, REACH, RISE, UPPER, WALL, complete, field, lookup, plane
 
@@ -26,7 +26,7 @@ def _paint(
     high: float,
     soft: float = 0.006,
 ) -> None:
-    """Put a colour, or an image of the whole panorama, on a rectangle of the walls (places around the room, heights)."""
+    """Put a colour, or an image of the whole panorama, on a rectangle of the walls (place in the room, heights)."""
     away = np.abs(np.mod(PLACE[0] - np.float32(middle) + 4, 8) - 4)
     columns = np.flatnonzero(away < half + soft)
     height = HEIGHT[:, columns]
@@ -35,7 +35,8 @@ def _paint(
     inside = np.minimum(
         np.float32(half) - away[columns], np.minimum(height - np.float32(low), np.float32(high) - height)
     )
-    new = what[area] if np.ndim(what) == 3 else np.broadcast_to(np.float32(what), (*height[first:].shape, 3))
+    color = rgb(what)
+    new = color[area] if color.ndim == 3 else np.broadcast_to(color, (*height[first:].shape, 3))
     image[area] = over(image[area], new, step(-soft, soft, inside[first:]))
 
 
@@ -52,7 +53,7 @@ def _ceiling(
     panel = lookup(fractal(rng, 32, 32, 5, 0.9), 0.5 * x, 0.5 * y)
     joint = np.minimum(np.abs(fraction(4 * x) - 0.5), np.abs(fraction(4 * y) - 0.5))
     board = times(
-        np.broadcast_to(np.float32(color), (*x.shape, 3)), (0.7 + 0.4 * panel) * (0.6 + 0.4 * step(0.01, 0.05, joint))
+        np.broadcast_to(rgb(color), (*x.shape, 3)), (0.7 + 0.4 * panel) * (0.6 + 0.4 * step(0.01, 0.05, joint))
     )
     strip = step(0.06, 0.05, np.abs(fraction(rows * x) - 0.5) / rows) * step(0.32, 0.31, np.abs(fraction(y) - 0.5))
     return over(image, over(board, lamp, strip), step(-0.004, 0.004, HEIGHT - np.float32(top)))
@@ -100,7 +101,7 @@ def _books(rng: np.random.Generator, low: float, high: float, shelves: int) -> n
     cover = over(times(ramp(colors, hue), (0.6 + 0.6 * tone) * round_), (0.72, 0.6, 0.3), 0.7 * title)
     is_book = (up > 0.1) & (up < 0.62 + 0.3 * tall)
     back: Color = (0.025, 0.016, 0.01)
-    case = np.where((up < 0.1)[..., None], np.float32((0.20, 0.115, 0.055)), np.float32(back))
+    case = np.where((up < 0.1)[..., None], rgb((0.20, 0.115, 0.055)), rgb(back))
     return np.where(is_book[..., None], cover, case)
 
 
@@ -128,7 +129,7 @@ def _boxes(
         carton, mix((0.1, 0.1, 0.1), (0.84, 0.84, 0.82), step(0.3, 0.5, fraction(x * 60 * (0.5 + tone)))), label
     )
     is_carton = (np.abs(x - 0.5) < 0.42 + 0.06 * size) & (up > 0.12) & (up < 0.55 + 0.4 * size)
-    shelf = np.where((up < 0.12)[..., None], np.float32((0.56, 0.20, 0.03)), np.float32((0.02, 0.02, 0.022)))
+    shelf = np.where((up < 0.12)[..., None], rgb((0.56, 0.20, 0.03)), rgb((0.02, 0.02, 0.022)))
     content = np.where(is_carton[..., None], carton, shelf)
     upright = step(0.035, 0.025, np.abs(fraction(PLACE / 0.5) - 0.5) * 0.5) * 1.0
     content = over(content, (0.04, 0.09, 0.26), upright)
@@ -213,9 +214,7 @@ def _workshop(rng: np.random.Generator) -> np.ndarray:
         times(mix((0.30, 0.20, 0.11), (0.42, 0.29, 0.17), field(rng, 64, 16, 6, 0.9)), 1 - 0.7 * holes),
         image,
     )
-    colors = np.float32(
-        [(0.50, 0.04, 0.03), (0.62, 0.42, 0.03), (0.03, 0.10, 0.32), (0.05, 0.05, 0.05), (0.50, 0.50, 0.50)]
-    )
+    colors = rgb([(0.50, 0.04, 0.03), (0.62, 0.42, 0.03), (0.03, 0.10, 0.32), (0.05, 0.05, 0.05), (0.50, 0.50, 0.50)])
     for k, (place, tone, size, kind) in enumerate(rng.random((64, 4), np.float32)):
         middle = float((k % 2) * 4 + 0.12 + 1.76 * place)
         low = 0.2 + 0.2 * float(tone)
@@ -227,9 +226,9 @@ def _workshop(rng: np.random.Generator) -> np.ndarray:
     tint = colors[rng.integers(5, size=(8, 72))[np.clip(whole(HEIGHT * 12), 0, 7), whole(PLACE * 9) % 72]]
     front = times(tint, (0.35 + 0.8 * up) * (0.75 + 0.5 * field(rng, 64, 32, 6, 0.9)))
     label = (np.abs(across - 0.5) < 0.22) & (np.abs(up - 0.3) < 0.13)
-    front = np.where(label[..., None], np.float32((0.8, 0.79, 0.75)), front)
+    front = np.where(label[..., None], rgb((0.8, 0.79, 0.75)), front)
     gap = (np.abs(across - 0.5) > 0.44) | (up > 0.86)
-    image = np.where(bins[..., None], np.where(gap[..., None], np.float32((0.03, 0.03, 0.03)), front), image)
+    image = np.where(bins[..., None], np.where(gap[..., None], rgb((0.03, 0.03, 0.03)), front), image)
     _window(image, _view(rng, 0.48, 0.75), 2.9, 0.4, 0.48, 0.75)
     return _ceiling(rng, image, 0.9, (0.46, 0.46, 0.45), (0.95, 0.95, 0.93), 1.5)
 

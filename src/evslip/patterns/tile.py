@@ -11,7 +11,7 @@ from evslip.patterns.noise import cells, fractal
 class Tiling(NamedTuple):
     first: Color
     second: Color
-    count: int
+    across: int
     is_chequered: bool
     is_diagonal: bool
 
@@ -34,7 +34,7 @@ def draw(rng: np.random.Generator, number: int) -> np.ndarray:
 
 
 def _tiled(rng: np.random.Generator, tiling: Tiling) -> np.ndarray:
-    count = tiling.count
+    count = tiling.across
     x, y = U * count, V * count
     if tiling.is_diagonal:
         x, y = x + y, x - y
