@@ -113,7 +113,7 @@ def _leather(rng: np.random.Generator) -> np.ndarray:
     crease = step(0.06, 0.0, np.abs(fractal(rng, 4, 4, 7, 0.6) - 0.5))
     bump = step(0.0, 0.5, second - near) - 0.8 * crease
     image = mix((0.09, 0.03, 0.012), (0.34, 0.14, 0.06), 0.35 + 0.25 * tone + 0.5 * (fractal(rng, 4, 4, 7, 0.8) - 0.5))
-    return times(image, relief(bump, 0.8) * _handled(rng))
+    return times(image, relief(bump, 0.5) * _handled(rng))
 
 
 def _foam(rng: np.random.Generator) -> np.ndarray:
@@ -126,7 +126,7 @@ def _foam(rng: np.random.Generator) -> np.ndarray:
         0.25 + 0.45 * gap + 0.4 * (tone - 0.5) + 0.5 * (fractal(rng, 4, 4, 7, 0.8) - 0.5),
     )
     pits = step(0.93, 0.97, tone)
-    return times(image, relief(gap, 0.5) * (1 - 0.5 * pits))
+    return times(image, relief(gap, 0.35) * (1 - 0.5 * pits) * _handled(rng))
 
 
 def _crumpled(rng: np.random.Generator) -> np.ndarray:
