@@ -16,7 +16,7 @@ from evslip.rendering.setting import make_lamp
 from made_up import still, turning
 
 render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function
-SOFT = {"object__texture": "gradient-0", "surface__texture": "gradient-2", "background__texture": "gradient-5"}
+SOFT = {"object__texture": "gradient-0", "surface__texture": "gradient-2", "background__texture": "gradient-3"}
 
 
 def sample(**overrides):

@@ -25,9 +25,8 @@ def _grained(rng: np.random.Generator) -> np.ndarray:
     """The leathery grain of dashboards."""
     near, second, tone = cells(rng, 48, jitter=0.95, du=0.01 * (fractal(rng, 16, 16, 4, 0.7) - 0.5))
     bump = step(0.0, 0.4, second - near)
-    return times(
-        mix((0.05, 0.05, 0.055), (0.19, 0.19, 0.20), 0.4 * bump + 0.3 * tone), relief(bump, 0.9) * _handled(rng)
-    )
+    share = 0.25 * bump + 0.2 * tone + 0.9 * fractal(rng, 2, 2, 6, 0.6) - 0.2
+    return times(mix((0.05, 0.05, 0.055), (0.19, 0.19, 0.20), share), relief(bump, 0.5) * _handled(rng))
 
 
 def _ribbed(rng: np.random.Generator) -> np.ndarray:
