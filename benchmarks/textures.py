@@ -6,6 +6,7 @@ Photographs of nature have an amplitude spectrum of about 1 / f^a with a from 0.
 
 import sys
 import time
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,14 +15,14 @@ from evslip.rendering.layers import LUMA_WEIGHTS
 
 
 def statistics(image: np.ndarray) -> tuple[float, float]:
-    """(a, contrast) of linear RGB of shape (rows, columns, 3): its amplitude spectrum, over the directions, is fitted by
-    1 / f^a from 4 to 128 cycles a side."""
+    """(a, contrast) of linear RGB of shape (rows, columns, 3): its amplitude spectrum, the mean over the directions, is
+    fitted by 1 / f^a from 4 to 128 cycles a side."""
     luma = image @ LUMA_WEIGHTS.astype(np.float32)
     rows, columns = luma.shape
     spectrum = np.abs(np.fft.fft2(luma - luma.mean()))
     frequency = np.hypot(np.fft.fftfreq(rows, 1 / rows)[:, None], np.fft.fftfreq(columns, 1 / columns))
     edges = np.geomspace(4, 128, 11)
-    amplitude = [spectrum[(frequency >= a) & (frequency < b)].mean() for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    amplitude = [spectrum[(frequency >= a) & (frequency < b)].mean() for a, b in pairwise(edges)]
     slope = np.polyfit(np.log(np.sqrt(edges[:-1] * edges[1:])), np.log(amplitude), 1)[0]
     return -float(slope), float(luma.std() / luma.mean())
 

@@ -1,6 +1,6 @@
 """Which choices are for training and which for testing, so that no value occurs in both."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 from evslip.errors import ConfigError
@@ -50,7 +50,7 @@ def divide(dimensions: Sequence[Dimension], seed: int, test_share: float) -> dic
     everything = tuple(tuple(range(len(dimension.rows))) for dimension in dimensions)
     if test_share == 0:
         return {"train": everything, "test": tuple(() for _ in dimensions)}
-    held_out = set(_held_out(dimensions, seed, test_share))
+    held_out = _held_out(dimensions, seed, test_share)
     train, test = [], []
     for dimension, rows in zip(dimensions, everything, strict=True):
         tokens = [dimension.tokens(row) for row in rows]
@@ -64,16 +64,42 @@ def divide(dimensions: Sequence[Dimension], seed: int, test_share: float) -> dic
     return {"train": tuple(train), "test": tuple(test)}
 
 
-def _held_out(dimensions: Sequence[Dimension], seed: int, test_share: float) -> Iterator[Token]:
+def _held_out(dimensions: Sequence[Dimension], seed: int, test_share: float) -> set[Token]:
     rows = [tokens for d in dimensions for row in range(len(d.rows)) if (tokens := d.tokens(row))]
     groups = sorted(sorted(group) for group in _linked(rows))
-    for domains in _linked([{name for name, _ in group} for group in groups]):
-        mine = [group for group in groups if group[0][0] in domains]
-        order = generator(seed, "train", 0, f"split {' '.join(sorted(domains))}").permutation(len(mine))
-        shuffled = sorted((mine[i] for i in order), key=lambda group: _family(group[0][1]))
+    ranked: list[int] = []
+    held: set[int] = set()
+    for domains in sorted(sorted(names) for names in _linked([{name for name, _ in group} for group in groups])):
+        mine = [i for i, group in enumerate(groups) if group[0][0] in domains]
+        order = generator(seed, "train", 0, f"split {' '.join(domains)}").permutation(len(mine))
+        shuffled = sorted((mine[i] for i in order), key=lambda i: _family(groups[i][0][1]))
         number = max(1, round(test_share * len(mine)))
-        for k in range(number):  # evenly along the families, so that both splits have about the same mixture
-            yield from shuffled[int((k + 0.5) * len(mine) / number)]
+        # Evenly along the families, so that both splits have about the same mixture.
+        held.update(shuffled[int((k + 0.5) * len(mine) / number)] for k in range(number))
+        ranked += [mine[i] for i in order]
+    home = {token: i for i, group in enumerate(groups) for token in group}
+    _mend(held, ranked, [_homes(dimension, home) for dimension in dimensions])
+    return {token for i in held for token in groups[i]}
+
+
+def _homes(dimension: Dimension, home: dict[Token, int]) -> set[int]:
+    """The groups that a dimension chooses from; none where a row without constants leaves both splits a choice."""
+    rows = [dimension.tokens(row) for row in range(len(dimension.rows))]
+    return {home[token] for tokens in rows for token in tokens} if all(rows) else set()
+
+
+def _mend(held: set[int], ranked: Sequence[int], choices: Sequence[set[int]]) -> None:
+    """Where a dimension is left without a choice in one of the splits, move a group, if no other dimension suffers."""
+    choices = sorted(filter(None, choices), key=len)
+
+    def lacking(held_out: set[int]) -> int:
+        return sum((not own & held_out) + (not own - held_out) for own in choices)
+
+    for own in choices:
+        if not own & held or not own - held:
+            moved = min((held ^ {i} for i in ranked if i in own), key=lacking)
+            if lacking(moved) < lacking(held):
+                held ^= held ^ moved
 
 
 def _family(constant: float | str) -> str:

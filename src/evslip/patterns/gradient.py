@@ -43,7 +43,7 @@ def _curtain(rng: np.random.Generator) -> np.ndarray:
     sway = 0.03 * (fractal(rng, 4, 1, 4, 0.5) - 0.5)
     folds = 0.6 * wave((U + sway) * 6 + 0.2 * wave(V)) + 0.4 * wave((U - sway) * 11)
     cloth = fractal(rng, 256, 128, 2, 0.9)
-    shade = 0.12 + 0.9 * folds * (0.5 + 0.5 * wave(0.5 * V + 0.3))
+    shade = 0.12 + 0.9 * folds * (0.5 + 0.5 * wave(V + 0.3))
     return times(mix((0.03, 0.03, 0.035), (0.22, 0.21, 0.20), shade), 0.8 + 0.4 * cloth)
 
 
