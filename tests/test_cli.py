@@ -64,16 +64,18 @@ def test_show_proves_that_the_splits_are_separate(tmp_path):
     assert "textures: " in result.stdout
     plot = tmp_path / "plot.png"
     assert evslip("show", "demo", "--plot", plot, "--count", 10, "--test-count", 5).returncode == 0
-    assert Image.open(plot).width > 1000
+    with Image.open(plot) as picture:
+        assert picture.width > 1000
 
 
 def test_show_writes_a_sheet_of_textures(tmp_path):
     Image.new("RGB", (30, 30), "red").save(tmp_path / "red.png")
-    for name in ("wood-1", "tile-*", tmp_path):
+    for name, count in (("wood-1", 1), ("tile-*", 9), (tmp_path, 1)):
         out = tmp_path / "sheets" / "sheet.png"
-        assert evslip("show", "textures", name, "--out", out).returncode == 0
-        assert Image.open(out).width >= 160
-        out.unlink()
+        result = evslip("show", "textures", name, "--out", out)
+        assert result.returncode == 0 and f"{count} textures" in result.stdout
+        with Image.open(out) as picture:
+            assert picture.width >= 160 * count
 
 
 @pytest.mark.parametrize(

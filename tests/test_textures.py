@@ -11,6 +11,8 @@ from evslip.patterns.canvas import SIZE
 from evslip.patterns.panorama import COLUMNS, ROWS
 
 PHOTOGRAPHIC = ("wood", "stone", "brick", "cardboard", "paper", "metal", "ground", "noise", "tile")
+WITH_EDGES = ("cardboard", "paper", "plastic-1", "plastic-5", "metal-7")
+"""Things that end where the texture ends."""
 LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
@@ -33,9 +35,7 @@ def exponent(luma):
     spectrum = np.abs(np.fft.fft2(luma - luma.mean()))
     frequency = np.hypot(np.fft.fftfreq(SIZE, 1 / SIZE)[:, None], np.fft.fftfreq(SIZE, 1 / SIZE))
     edges = np.geomspace(4, 128, 8)
-    amplitude = [
-        spectrum[(frequency >= a) & (frequency < b)].mean() for a, b in zip(edges[:-1], edges[1:], strict=True)
-    ]
+    amplitude = [spectrum[(frequency >= a) & (frequency < b)].mean() for a, b in pairwise(edges)]
     return -np.polyfit(np.log(np.sqrt(edges[:-1] * edges[1:])), np.log(amplitude), 1)[0]
 
 
@@ -69,9 +69,7 @@ def test_a_texture_is_the_same_every_time(name):
 def test_textures_tile_without_a_seam(lumas):
     """Across the seam, the step is no larger than the largest inside: a texture may have joints there, but no cut."""
     for name, luma in lumas.items():
-        if name.startswith(
-            ("cardboard", "paper", "plastic-1", "plastic-5", "metal-7")
-        ):  # things with edges of their own
+        if name.startswith(WITH_EDGES):
             continue
         for axis in (0, 1):
             rolled = np.roll(luma, SIZE // 2, axis)
