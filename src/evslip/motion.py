@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from evslip import clearance
 from evslip.errors import PlanRejected
-from evslip.grip import tcp_offset_m
+from evslip.grip import open_travel_m, planned_grasp, tcp_offset_m
 from evslip.inverse_kinematics import joint_path
 from evslip.motions import KINDS
 from evslip.motions.steps import lift_s, lower_s, scale, step
@@ -52,7 +52,8 @@ def tool_path(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     up = step(t_s, bounds["lift"][0], lift_s(motion))
     down = step(t_s, bounds["placement"][0], lower_s(motion))
     above = 1 - step(t_s, 0, APPROACH_S * slower) + step(t_s, retreat, APPROACH_S * slower)
-    grasp = np.array([obj.x_m + tcp_offset_m(params), obj.y_m, obj.height_m - params.grip.depth_m])
+    middle = planned_grasp(params).middle_m
+    grasp = np.array([obj.x_m + tcp_offset_m(params), obj.y_m + middle, obj.height_m - params.grip.depth_m])
     height = motion.lift_m * (up - down) - end[0, 2] * down + CLEARANCE_M * up + APPROACH_M * above
     return grasp + way + height[:, None] * [0, 0, 1], tilt
 
@@ -60,8 +61,7 @@ def tool_path(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def finger_travel(params: Params, t_s: np.ndarray) -> np.ndarray:
     """Commanded travel of each finger in metres, of shape (n,)."""
     bounds, slower = phase_bounds_s(params), scale(params.motion)
-    half_depth = params.object.depth_m / 2
-    opened, closed = min(0.039, half_depth + 0.006), half_depth - CLOSE_INTO_M
+    opened, closed = open_travel_m(params), planned_grasp(params).gap_m / 2 - CLOSE_INTO_M
     grasp = step(t_s, bounds["initial"][0], CLOSE_S * slower) - step(t_s, bounds["release"][0], OPEN_S * slower)
     return opened + (closed - opened) * grasp
 

@@ -10,6 +10,7 @@ from evslip.errors import ConfigError, DataError
 from evslip.plan import make_plan
 from evslip.schema import SampleSpec
 from evslip.seeds import SPLITS, generator
+from evslip.shapes.dimensions import settle
 from evslip.values import Constant, Range
 
 
@@ -59,7 +60,8 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
             except ConfigError as error:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
-    return Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
+    drawn = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
+    return drawn.model_copy(update={"object": settle(drawn.object)})
 
 
 def grid_size(config: Config, split: str = "train") -> int:

@@ -31,7 +31,9 @@ class Plan(NamedTuple):
 @lru_cache(maxsize=8)
 def make_plan(config: Config) -> Plan:
     """The plan of a configuration. Folders of images are listed here, once. Raises ConfigError."""
-    given = {f"{section}.{name}": value for section in SampleSpec.model_fields for name, value in getattr(config, section)}
+    given = {
+        f"{section}.{name}": value for section in SampleSpec.model_fields for name, value in getattr(config, section)
+    }
     values = {key: _textures(key, value) if key.endswith(f".{TEXTURE}") else value for key, value in given.items()}
     groups = [tuple(key for key in group if isinstance(given[key], tuple)) for group in config.together]
     group_of = {key: group for group in groups for key in group}

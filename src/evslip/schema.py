@@ -19,8 +19,8 @@ S = TypeVar("S")
 """Name in Params, name or choices in a Config."""
 
 
-def usual(value: float) -> Any:
-    """A default, typed so that it fits numbers and distributions alike."""
+def usual(value: float | str) -> Any:
+    """A default, typed so that it fits values and distributions alike."""
     return value
 
 
@@ -64,11 +64,11 @@ class Section(BaseModel):
 class ObjectSpec(Section, Generic[N, S]):
     """The object. At the start its sides are parallel to the table's axes; its depth is the gripped side."""
 
-    shape: Annotated[S, OneOf(tuple(SHAPES))]
+    shape: Annotated[S, OneOf(tuple(SHAPES))] = usual("cuboid")
     """cuboid, cylinder (upright, round: its diameter is depth_m, and width_m follows) or mesh (a file)."""
     mesh: S | None = None
     """Path of a watertight mesh (.stl .ply .obj .off .glb .gltf .dae), z up; for shape mesh alone."""
-    mesh_fit: Annotated[S, OneOf(("stretch", "height", "own"))]
+    mesh_fit: Annotated[S, OneOf(("stretch", "height", "own"))] = usual("stretch")
     """Stretch: the mesh's bounding box becomes width_m x depth_m x height_m. Height: scaled evenly to height_m. Own:
     the file is in metres. The dimensions that result replace the ones drawn."""
     width_m: Annotated[N, Within(0.01, 0.2)]
@@ -81,11 +81,11 @@ class ObjectSpec(Section, Generic[N, S]):
     """Mass."""
     density_kg_m3: Annotated[N | None, Within(1.0, 25000.0)] = None
     """If given, the mass is this times the object's volume, and replaces mass_kg."""
-    com_x_m: Annotated[N, Within(-0.1, 0.1)]
+    com_x_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
     """Centre of mass, from where it is when the object is evenly filled: along the width,"""
-    com_y_m: Annotated[N, Within(-0.1, 0.1)]
+    com_y_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
     """... along the depth, between the pads,"""
-    com_z_m: Annotated[N, Within(-0.125, 0.125)]
+    com_z_m: Annotated[N, Within(-0.125, 0.125)] = usual(0.0)
     """... and upwards."""
     x_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, along the robot's forward axis."""
@@ -106,6 +106,12 @@ class GripSpec(Section, Generic[N, S]):
     """Normal force of each pad."""
     friction: Annotated[N, Within(0.05, 2.0)]
     """Coulomb friction coefficient between pad and object."""
+    error_x_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """How far the object stands from where the hand takes it to be: along its width,"""
+    error_y_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """... along its depth: the fingers push it into their middle,"""
+    error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
+    """... and turned about the vertical: the closing fingers turn it back."""
 
 
 class SurfaceSpec(Section, Generic[N, S]):
