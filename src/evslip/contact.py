@@ -136,7 +136,7 @@ def _fitted(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
     arms = points - centre
     variances, axes = np.linalg.eigh((arms.T * weights) @ arms)
     sides = np.sqrt(np.maximum(variances, 0.0))
-    sides *= weights @ np.hypot(*arms.T) / np.hypot(*sides)
+    sides *= weights @ np.linalg.norm(arms, axis=1) / np.linalg.norm(sides)
     signs = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
     return centre + (signs * sides) @ axes.T
 

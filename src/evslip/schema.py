@@ -30,6 +30,7 @@ class Within:
 
     low: float
     high: float
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class Section(BaseModel):
                     low, high = extremes(value)
                     if low < limit.low or high > limit.high:
                         bad = low if low < limit.low else high
-                        expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
+                        reason = f"; {limit.reason}" if limit.reason else ""
+                        expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}{reason}"
                         raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
         return self
 
@@ -73,7 +75,7 @@ class ObjectSpec(Section, Generic[N, S]):
     the file is in metres. The dimensions that result replace the ones drawn."""
     width_m: Annotated[N, Within(0.01, 0.2)]
     """Size along world x, in the image plane of the side camera."""
-    depth_m: Annotated[N, Within(0.005, 0.075)]
+    depth_m: Annotated[N, Within(0.005, 0.075, "the hand opens to 0.08 m")]
     """Size along world y, between the pads; the hand opens to 0.08 m."""
     height_m: Annotated[N, Within(0.02, 0.25)]
     """Size along world z."""
@@ -228,8 +230,22 @@ class MotionSpec(Section, Generic[N, S]):
 class CameraSpec(Section, Generic[N, S]):
     """The event camera, fixed to the hand."""
 
-    mount: Literal["side", "front"] = "side"
-    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it."""
+    mount: Annotated[S, OneOf(("side", "front", "custom"))] = usual("side")
+    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m, y_m,
+    z_m, looks at the tool centre."""
+    x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """Position in the hand's frame, added to the mount's, which is (0, 0.27, 0.13) for side, (0.27, 0, 0.13) for front
+    and 0 for custom: in the image plane of side,"""
+    y_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... along the closing axis,"""
+    z_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... and the way that the fingers point; the tool centre is at 0.1034. A small range of each is a jitter."""
+    yaw_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """Turn of the camera against its mount: to its right,"""
+    pitch_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """... then up,"""
+    roll_deg: Annotated[N, Within(-180.0, 180.0)] = usual(0.0)
+    """... then clockwise, seen from behind."""
     width: Annotated[int, Strict(), Within(16, 4096)] = 346
     """Columns."""
     height: Annotated[int, Strict(), Within(16, 4096)] = 260
