@@ -146,7 +146,8 @@ def _slab(shape: Shape, side: int, top_m: float, touched: np.ndarray) -> np.ndar
     half = shape.half_m[[0, 2]]
     cell = 2 * half / SIDE_CELLS
     x, z = ((np.arange(SIDE_CELLS) - (SIDE_CELLS - 1) / 2) * size for size in cell)
-    regions, _ = ndimage.label(shape.heights(side, x, z) > top_m - FLAT_M)
+    regions = np.empty((SIDE_CELLS, SIDE_CELLS), np.int32)
+    ndimage.label(shape.heights(side, x, z) > top_m - FLAT_M, output=regions)
     first, last = np.clip(((touched + half) / cell).astype(int), 0, SIDE_CELLS - 1)
     under = regions[first[0] : last[0] + 1, first[1] : last[1] + 1]
     columns, rows = np.nonzero(np.isin(regions, under[under > 0]))

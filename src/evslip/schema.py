@@ -150,7 +150,8 @@ class LightSpec(Section, Generic[N, S]):
     azimuth_deg: Annotated[N, Within(-360.0, 360.0)]
     """About world z, from the x axis."""
     polar_deg: Annotated[N, Within(0.0, 90.0)]
-    """From the zenith: 0 overhead, 90 at the horizon."""
+    """From the zenith: 0 overhead, 90 at the horizon. Lights spread evenly over the hemisphere: { min = 0.0,
+    max = 90.0, law = "sphere" }."""
 
 
 class Waypoint(Section):
@@ -231,8 +232,8 @@ class CameraSpec(Section, Generic[N, S]):
     """The event camera, fixed to the hand."""
 
     mount: Annotated[S, OneOf(("side", "front", "custom"))] = usual("side")
-    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m, y_m,
-    z_m, looks at the tool centre."""
+    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m,
+    y_m, z_m, looks at the tool centre."""
     x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
     """Position in the hand's frame, added to the mount's, which is (0, 0.27, 0.13) for side, (0.27, 0, 0.13) for front
     and 0 for custom: in the image plane of side,"""

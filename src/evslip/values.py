@@ -15,7 +15,7 @@ STEPS = 2**32
 
 
 class Range(BaseModel):
-    """A distribution over [min, max]: uniform, or of the polar angle in degrees of points that are uniform on a sphere."""
+    """A distribution over [min, max]: uniform, or that of the polar angle in degrees of points uniform on a sphere."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
     min: float
