@@ -7,7 +7,8 @@ from evslip.rendering.lanes import (
     HALF,
     MAJOR_U,
     MAJOR_V,
-    MINOR,
+    MINOR_U,
+    MINOR_V,
     ONE,
     RAY_X,
     RAY_Y,
@@ -72,7 +73,7 @@ def unroll(S, n, repetitions, radius, pixel, texels):
         S[V + i] = -arctangent(z, across) * scale
         # A pixel spans more of the azimuth towards the zenith; the geometric mean of both directions.
         S[TEXELS + i] *= pixel * scale * texels / math.sqrt(radius * across)
-        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR + i] = ZERO, ZERO, ZERO
+        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i] = ZERO, ZERO, ZERO, ZERO
 
 
 @kernel
