@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, RootModel, Strict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, RootModel, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from evslip.shapes import SHAPES
@@ -33,6 +33,11 @@ class Within:
     reason: str = ""
 
 
+def _wrong(key: str, expected: str) -> PydanticCustomError:
+    """An error of one field of a section, as `evslip.config.explain` tells it."""
+    return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
+
+
 @dataclass(frozen=True)
 class OneOf:
     """The names that a field may hold."""
@@ -52,14 +57,14 @@ class Section(BaseModel):
                     for choice in value if isinstance(value, tuple) else (value,):
                         if choice not in limit.names:
                             expected = f"{choice!r} is unknown; expected one of {', '.join(limit.names)}"
-                            raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
+                            raise _wrong(name, expected)
                 if isinstance(limit, Within) and value is not None:
                     low, high = extremes(value)
                     if low < limit.low or high > limit.high:
                         bad = low if low < limit.low else high
                         reason = f"; {limit.reason}" if limit.reason else ""
                         expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}{reason}"
-                        raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
+                        raise _wrong(name, expected)
         return self
 
 
@@ -94,7 +99,7 @@ class ObjectSpec(Section, Generic[N, S]):
     y_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, to the robot's left."""
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """Name of a texture of the pool, or path of an image; patterns and folders are drawn from."""
 
 
 class GripSpec(Section, Generic[N, S]):
@@ -120,7 +125,7 @@ class SurfaceSpec(Section, Generic[N, S]):
     """The table: a plane at z = 0."""
 
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """Name of a texture of the pool, or path of an image; patterns and folders are drawn from."""
     tile_m: Annotated[N, Within(0.01, 10.0)]
     """Side of one repetition of the texture."""
 
@@ -129,13 +134,13 @@ class BackgroundSpec(Section, Generic[N, S]):
     """The sphere around the scene: background and ambient light."""
 
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """As object.texture, and the pool's panoramas; an image twice as wide as high is a panorama, too."""
     luminance_cd_m2: Annotated[N, Within(0.0, 1e7)]
     """Luminance where the texture is white."""
     radius_m: Annotated[N, Within(5.0, 1000.0)]
     """Radius, about the world's origin."""
     tile_deg: Annotated[N, Within(1.0, 360.0)]
-    """Angle that one repetition of the texture covers, seen from the centre."""
+    """Angle that one repetition of the texture covers, seen from the centre; a panorama covers all."""
 
 
 class LightSpec(Section, Generic[N, S]):
@@ -223,8 +228,35 @@ class MotionSpec(Section, Generic[N, S]):
     @model_validator(mode="after")
     def _check_waypoints(self) -> "MotionSpec[N, S]":
         if (self.kind == "waypoints") != bool(self.waypoints and self.waypoints.root):
-            needs = "needs motion.waypoints" if self.kind == "waypoints" else "takes no motion.waypoints"
-            raise ValueError(f"kind {self.kind!r} {needs}")
+            expected = (
+                "needs motion.kind = 'waypoints'" if self.waypoints else "is missing, motion.kind 'waypoints' needs it"
+            )
+            raise _wrong("waypoints", expected)
+        return self
+
+
+NATURAL = "natural"
+SLIP_KINDS = (NATURAL, "hold", "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
+
+
+class SlipSpec(Section, Generic[N, S]):
+    """Slip on purpose."""
+
+    kind: S = usual("natural")
+    """Natural: as object.mass_kg has it. Hold: none. Rotation, translation: of this form. Lift, tilt, placement: in
+    this phase. Creep: slowly. Drop: out of the hand. All but natural choose the mass and, where they must, grip and
+    motion. Of a list every sample has one, at random."""
+    multiple: Annotated[N | None, Within(0.01, 20.0)] = None
+    """Mass as a multiple of the onset mass, over the phases of the kind. Default: the kind's own."""
+
+    @model_validator(mode="after")
+    def _check_kind(self) -> "SlipSpec[N, S]":
+        kind: Any = self.kind
+        for name in kind if isinstance(kind, tuple) else (kind,):
+            if name not in SLIP_KINDS:
+                raise _wrong("kind", f"{name!r} is unknown, expected one of {', '.join(SLIP_KINDS)}")
+        if kind == NATURAL and self.multiple is not None:
+            raise _wrong("multiple", "needs a slip.kind other than natural")
         return self
 
 
@@ -300,3 +332,4 @@ class SampleSpec(Section, Generic[N, S]):
     camera: CameraSpec[N, S]
     sensor: SensorSpec[N, S]
     render: RenderSpec[N, S]
+    slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
