@@ -1,5 +1,7 @@
 """The object as a box."""
 
+import math
+
 import numpy as np
 
 from evslip import textures
