@@ -51,16 +51,31 @@ def description_folder() -> Path:
 
 
 @cache
-def _bare_urdf() -> str:
-    """The URDF without geometry, which MuJoCo loads without looking for mesh files."""
-    tree = ET.parse(description_folder() / "urdf" / "panda.urdf")
-    root = tree.getroot()
-    for link in root.iter("link"):
+def _bare_urdf(base: str) -> str:
+    """The URDF from link `base` on, without geometry: MuJoCo loads it without looking for mesh files."""
+    root = ET.parse(description_folder() / "urdf" / "panda.urdf").getroot()
+    joints = list(root.iter("joint"))
+    parents = {_link(joint, "child"): _link(joint, "parent") for joint in joints}
+
+    def kept(link: str) -> bool:
+        return link == base or (link in parents and kept(parents[link]))
+
+    for link in root.findall("link"):
         for part in [*link.findall("visual"), *link.findall("collision")]:
             link.remove(part)
+        if not kept(link.attrib["name"]):
+            root.remove(link)
+    for joint in joints:
+        if not kept(_link(joint, "parent")):
+            root.remove(joint)
     extension = ET.SubElement(root, "mujoco")
     ET.SubElement(extension, "compiler", fusestatic="false", autolimits="true")
     return ET.tostring(root, encoding="unicode")
+
+
+def _link(joint: ET.Element, end: str) -> str:
+    part = joint.find(end)
+    return "" if part is None else part.attrib["link"]
 
 
 def panda(grip_force_n: float) -> Any:
@@ -68,22 +83,39 @@ def panda(grip_force_n: float) -> Any:
 
     Each finger pushes with at most `grip_force_n`, so a finger told to close into an object presses with exactly that.
     """
-    spec = mujoco.MjSpec.from_string(_bare_urdf())
-    for body in spec.bodies[1:]:
-        body.gravcomp = 1
+    spec = _weightless("panda_link0")
     for name, servo in zip(ARM_JOINTS, ARM_SERVOS, strict=True):
         spec.joint(name).armature = ARM_ARMATURE
-        _add_servo(spec, name, servo)
+        add_servo(spec, name, servo)
+    _add_finger_servos(spec, grip_force_n)
+    return spec
+
+
+def fixed_hand(grip_force_n: float) -> Any:
+    """A mujoco.MjSpec of the hand alone, fixed at the world's origin, with the fingers of `panda`."""
+    spec = _weightless(HAND)
+    _add_finger_servos(spec, grip_force_n)
+    return spec
+
+
+def _weightless(base: str) -> Any:
+    spec = mujoco.MjSpec.from_string(_bare_urdf(base))
+    for body in spec.bodies[1:]:
+        body.gravcomp = 1
+    return spec
+
+
+def _add_finger_servos(spec: Any, grip_force_n: float) -> None:
     for name in FINGER_JOINTS:
         joint = spec.joint(name)
         joint.damping[0] = 20.0
         joint.armature = 0.1
         joint.range = [-0.002, 0.04]
-        _add_servo(spec, name, Servo(FINGER_STIFFNESS, FINGER_DAMPING, grip_force_n))
-    return spec
+        add_servo(spec, name, Servo(FINGER_STIFFNESS, FINGER_DAMPING, grip_force_n))
 
 
-def _add_servo(spec: Any, joint: str, servo: Servo) -> None:
+def add_servo(spec: Any, joint: str, servo: Servo) -> None:
+    """A position servo on a joint, under the joint's name."""
     actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
     actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE

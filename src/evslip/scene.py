@@ -21,13 +21,18 @@ GRAVITY_M_S2 = 9.81
 
 
 def build(params: Params) -> mujoco.MjModel:
-    """The model of one sample. Sensors report poses, joints and contact forces; see `sensor_columns`."""
+    """The model of one sample. Sensors report poses, joints and contact forces; see `split_sensors`."""
     spec = panda(params.grip.force_n)
+    assemble(spec, params)
+    return spec.compile()
+
+
+def assemble(spec: Any, params: Params) -> None:
+    """Give a robot its pads, and its world the object and the surface."""
     _set_solver(spec)
     _add_object(spec, params)
     _add_pads(spec, params)
     _add_sensors(spec)
-    return spec.compile()
 
 
 def _set_solver(spec: Any) -> None:
