@@ -7,7 +7,8 @@ import evslip
 from evslip import grip, scene
 from evslip.errors import ConfigError, GraspFailed
 from evslip.grip import TCP_M
-from evslip.motion import minimum_jerk, plan, tool_path
+from evslip.motion import plan, tool_path
+from evslip.motions.steps import minimum_jerk
 from evslip.params import Params
 from evslip.phases import phase_times
 from evslip.robot import ARM_JOINTS

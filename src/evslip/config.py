@@ -8,7 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Strict, ValidationError
+from pydantic import Strict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
 
 from evslip.errors import ConfigError
 from evslip.schema import SampleSpec, Within
@@ -26,6 +27,32 @@ class Config(SampleSpec[Number, Names]):
     """Grid: lists are combined exhaustively, the first key slowest. Random: drawn. Ranges are drawn in both."""
     test_share: Annotated[float, Strict(), Within(0.0, 0.9)] = 0.2
     """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
+    together: tuple[tuple[str, ...], ...] = ()
+    """Groups of keys whose lists are walked through together, entry by entry, instead of being combined."""
+
+    @model_validator(mode="after")
+    def _check_groups(self) -> "Config":
+        seen: set[str] = set()
+        for group in self.together:
+            lengths = {}
+            for key in group:
+                section, _, name = key.partition(".")
+                if section not in SampleSpec.model_fields or name not in type(getattr(self, section)).model_fields:
+                    raise _wrong("together", f"{key!r} is unknown, expected keys such as object.texture")
+                if key in seen:
+                    raise _wrong("together", f"{key} occurs twice")
+                seen.add(key)
+                value = getattr(getattr(self, section), name)
+                if isinstance(value, tuple):
+                    lengths[key] = len(value)
+            if len(set(lengths.values())) > 1:
+                counts = ", ".join(f"{key} has {length} entries" for key, length in lengths.items())
+                raise _wrong("together", f"{counts}, expected lists of equal length")
+        return self
+
+
+def _wrong(key: str, message: str) -> PydanticCustomError:
+    return PydanticCustomError("within", "{key}|{message}", {"key": key, "message": message})
 
 
 def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None = None) -> Config:

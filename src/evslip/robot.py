@@ -16,6 +16,10 @@ HOME_RAD = np.array([0.0, -0.25, 0.0, -2.35, 0.0, 2.1, 0.785])
 """Rest pose of the arm: elbow up, hand pointing down."""
 HAND = "panda_hand"
 ARM_JOINTS = tuple(f"panda_joint{i}" for i in range(1, 8))
+MOST_SPEED_RAD_S = np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61])
+MOST_ACCELERATION_RAD_S2 = np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])
+"""Limits of the arm's joints (Franka Control Interface documentation, "Robot and interface specifications": the Panda's
+limits in joint space). Those of position are in the URDF."""
 FINGER_JOINTS = ("panda_finger_joint1", "panda_finger_joint2")
 FINGERS = ("panda_leftfinger", "panda_rightfinger")
 
@@ -48,6 +52,17 @@ def description_folder() -> Path:
         if (folder / "urdf" / "panda.urdf").is_file():
             return folder
     raise MissingExtraError(f"example-robot-data is installed, but {_DESCRIPTION} is not in it; reinstall it")
+
+
+@cache
+def collision_hull(link: str) -> np.ndarray:
+    """Corners of a link's collision mesh in the link's frame, in metres, of shape (n, 3).
+
+    `link` is link0 to link7, hand or finger. The meshes are convex."""
+    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    data = (description_folder() / "meshes" / "collision" / f"{link}.stl").read_bytes()
+    corners = np.frombuffer(data, triangle, offset=84)["corners"].reshape(-1, 3)
+    return np.unique(corners, axis=0).astype(np.float64)
 
 
 @cache

@@ -1,18 +1,24 @@
-"""The physical scene: the Panda, a cuboid on a surface, and the contacts between them."""
+"""The physical scene: the Panda, an object on a surface, and the contacts between them."""
 
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from evslip.grip import TCP_M, contact_points
+from evslip.contact import Patch
+from evslip.grip import TCP_M, grasp
+from evslip.inertia import inertia_kg_m2
 from evslip.params import Params
 from evslip.robot import FINGERS, HAND, panda
+from evslip.shapes import shape_of
+from evslip.shapes.shape import Shape
 
 TIMESTEP_S = 0.001
 OBJECT, SURFACE = "object", "surface"
 PAD_POINTS = 4
 PAD_RADIUS_M = 0.004
+SLAB_M = 0.004
+"""Thickness of the flat pieces that the pads press on."""
 FINGER_Z_M = 0.0584
 """Origin of the finger frames in the hand frame."""
 SURFACE_FRICTION = 0.15
@@ -32,7 +38,7 @@ def assemble(spec: Any, params: Params) -> None:
     _set_solver(spec)
     _add_object(spec, params)
     _add_pads(spec, params)
-    _add_sensors(spec)
+    _add_sensors(spec, params)
 
 
 def _set_solver(spec: Any) -> None:
@@ -52,12 +58,20 @@ def _set_solver(spec: Any) -> None:
 
 
 def _add_object(spec: Any, params: Params) -> None:
-    shape = params.object
-    half = np.array([shape.width_m, shape.depth_m, shape.height_m]) / 2
-    body = spec.worldbody.add_body(name=OBJECT, pos=[shape.x_m, shape.y_m, half[2]])
+    obj, error, shape = params.object, params.grip, shape_of(params)
+    yaw = np.radians(error.error_yaw_deg) / 2
+    body = spec.worldbody.add_body(
+        name=OBJECT,
+        pos=[obj.x_m + error.error_x_m, obj.y_m + error.error_y_m, shape.half_m[2]],
+        quat=[np.cos(yaw), 0, 0, np.sin(yaw)],
+    )
     body.add_freejoint(name=OBJECT)
+    inertia = inertia_kg_m2(params)
+    body.explicitinertial = True
+    body.mass, body.ipos = obj.mass_kg, shape.centre_of_mass_m()
+    body.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
     body.add_geom(
-        name=OBJECT, type=mujoco.mjtGeom.mjGEOM_BOX, size=half, mass=shape.mass_kg,
+        name=OBJECT, **_footing(spec, shape), mass=0,
         contype=2, conaffinity=1, condim=3, friction=[params.grip.friction, 0.005, 1e-4], solref=[0.01, 1],
     )  # fmt: skip
     spec.worldbody.add_geom(
@@ -67,10 +81,22 @@ def _add_object(spec: Any, params: Params) -> None:
     )  # fmt: skip
 
 
+def _footing(spec: Any, shape: Shape) -> dict[str, Any]:
+    """What of a geom makes it the body that the table feels."""
+    footing = shape.footing()
+    if footing.kind == "hull":
+        spec.add_mesh(name=OBJECT, uservert=footing.vertices.ravel())
+        return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": OBJECT}
+    if footing.kind == "cylinder":
+        return {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": [footing.half_m[1], footing.half_m[2], 0]}
+    return {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": footing.half_m}
+
+
 def _add_pads(spec: Any, params: Params) -> None:
     friction = params.grip.friction
-    for finger, side in zip(FINGERS, (1, -1), strict=True):
-        for i, (x, z_up) in enumerate(contact_points(params)):
+    for finger, side, pad in zip(FINGERS, (1, -1), grasp(params).pads, strict=True):
+        face = _face(spec, finger, side, pad)
+        for i, (x, z_up) in enumerate(pad.contacts):
             name = f"{finger}_pad{i}"
             spec.body(finger).add_geom(
                 name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PAD_RADIUS_M, 0, 0], mass=0,
@@ -79,21 +105,36 @@ def _add_pads(spec: Any, params: Params) -> None:
             # The soft normal forgives the arm's tiny drift against the object, which a stiff one answers by unloading
             # the pad corner by corner; the stiff friction damping keeps that drift from becoming creep.
             spec.add_pair(
-                geomname1=name, geomname2=OBJECT, condim=3, friction=[friction, friction, 0.0065, 1e-4, 1e-4],
+                geomname1=name, geomname2=face, condim=3, friction=[friction, friction, 0.0065, 1e-4, 1e-4],
                 solref=[0.03, 1], solreffriction=[-1, -1e4], solimp=[0.95, 0.99, 0.001, 0.5, 2],
             )  # fmt: skip
 
 
-def _add_sensors(spec: Any) -> None:
+def _face(spec: Any, finger: str, side: int, pad: Patch) -> str:
+    """The geom that a pad touches: the object itself, or a thin box that is put where it presses on it."""
+    if pad.slab is not None:
+        (x, z), (half_x, half_z) = pad.slab.mean(axis=0), np.diff(pad.slab, axis=0)[0] / 2
+        spec.body(OBJECT).add_geom(
+            name=_face_name(finger, pad), type=mujoco.mjtGeom.mjGEOM_BOX, size=[half_x, SLAB_M / 2, half_z], mass=0,
+            pos=[x, -side * (pad.face_m - SLAB_M / 2), z], contype=0, conaffinity=0,
+        )  # fmt: skip
+    return _face_name(finger, pad)
+
+
+def _face_name(finger: str, pad: Patch) -> str:
+    return OBJECT if pad.slab is None else f"{OBJECT}_{finger}"
+
+
+def _add_sensors(spec: Any, params: Params) -> None:
     sensor, kind = mujoco.mjtSensor, mujoco.mjtObj
     for body in (HAND, OBJECT):
         spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=kind.mjOBJ_XBODY, objname=body)
         spec.add_sensor(type=sensor.mjSENS_FRAMEQUAT, objtype=kind.mjOBJ_XBODY, objname=body)
     for joint in [j.name for j in spec.joints if j.name != OBJECT]:
         spec.add_sensor(type=sensor.mjSENS_JOINTPOS, objtype=kind.mjOBJ_JOINT, objname=joint)
-    for finger in FINGERS:
+    for finger, pad in zip(FINGERS, grasp(params).pads, strict=True):
         for i in range(PAD_POINTS):
-            _add_force_sensor(spec, f"{finger}_pad{i}", OBJECT, reduce=1)
+            _add_force_sensor(spec, f"{finger}_pad{i}", _face_name(finger, pad), reduce=1)
     _add_force_sensor(spec, OBJECT, SURFACE, reduce=3)
 
 

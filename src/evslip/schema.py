@@ -6,15 +6,22 @@ The same fields serve twice: in a `Config` a field may hold a distribution, in `
 from dataclasses import dataclass
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Strict, model_validator
+import numpy as np
+from pydantic import BaseModel, ConfigDict, RootModel, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
+from evslip.shapes import SHAPES
 from evslip.values import extremes
 
 N = TypeVar("N")
 """Number in Params, distribution in a Config."""
 S = TypeVar("S")
 """Name in Params, name or choices in a Config."""
+
+
+def usual(value: float | str) -> Any:
+    """A default, typed so that it fits values and distributions alike."""
+    return value
 
 
 @dataclass(frozen=True)
@@ -25,6 +32,13 @@ class Within:
     high: float
 
 
+@dataclass(frozen=True)
+class OneOf:
+    """The names that a field may hold."""
+
+    names: tuple[str, ...]
+
+
 class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -33,6 +47,11 @@ class Section(BaseModel):
         for name, field in type(self).model_fields.items():
             for limit in field.metadata:
                 value: Any = getattr(self, name)
+                if isinstance(limit, OneOf):
+                    for choice in value if isinstance(value, tuple) else (value,):
+                        if choice not in limit.names:
+                            expected = f"{choice!r} is unknown; expected one of {', '.join(limit.names)}"
+                            raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
                 if isinstance(limit, Within) and value is not None:
                     low, high = extremes(value)
                     if low < limit.low or high > limit.high:
@@ -43,8 +62,15 @@ class Section(BaseModel):
 
 
 class ObjectSpec(Section, Generic[N, S]):
-    """The cuboid. At the start its sides are parallel to the table's axes; its depth is the gripped side."""
+    """The object. At the start its sides are parallel to the table's axes; its depth is the gripped side."""
 
+    shape: Annotated[S, OneOf(tuple(SHAPES))] = usual("cuboid")
+    """cuboid, cylinder (upright, round: its diameter is depth_m, and width_m follows) or mesh (a file)."""
+    mesh: S | None = None
+    """Path of a watertight mesh (.stl .ply .obj .off .glb .gltf .dae), z up; for shape mesh alone."""
+    mesh_fit: Annotated[S, OneOf(("stretch", "height", "own"))] = usual("stretch")
+    """Stretch: the mesh's bounding box becomes width_m x depth_m x height_m. Height: scaled evenly to height_m. Own:
+    the file is in metres. The dimensions that result replace the ones drawn."""
     width_m: Annotated[N, Within(0.01, 0.2)]
     """Size along world x, in the image plane of the side camera."""
     depth_m: Annotated[N, Within(0.005, 0.075)]
@@ -52,7 +78,15 @@ class ObjectSpec(Section, Generic[N, S]):
     height_m: Annotated[N, Within(0.02, 0.25)]
     """Size along world z."""
     mass_kg: Annotated[N, Within(0.001, 2.0)]
-    """Mass, evenly distributed."""
+    """Mass."""
+    density_kg_m3: Annotated[N | None, Within(1.0, 25000.0)] = None
+    """If given, the mass is this times the object's volume, and replaces mass_kg."""
+    com_x_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """Centre of mass, from where it is when the object is evenly filled: along the width,"""
+    com_y_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """... along the depth, between the pads,"""
+    com_z_m: Annotated[N, Within(-0.125, 0.125)] = usual(0.0)
+    """... and upwards."""
     x_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, along the robot's forward axis."""
     y_m: Annotated[N, Within(-1.0, 1.0)]
@@ -72,6 +106,12 @@ class GripSpec(Section, Generic[N, S]):
     """Normal force of each pad."""
     friction: Annotated[N, Within(0.05, 2.0)]
     """Coulomb friction coefficient between pad and object."""
+    error_x_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """How far the object stands from where the hand takes it to be: along its width,"""
+    error_y_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """... along its depth: the fingers push it into their middle,"""
+    error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
+    """... and turned about the vertical: the closing fingers turn it back."""
 
 
 class SurfaceSpec(Section, Generic[N, S]):
@@ -111,19 +151,78 @@ class LightSpec(Section, Generic[N, S]):
     """From the zenith: 0 overhead, 90 at the horizon."""
 
 
-class MotionSpec(Section, Generic[N, S]):
-    """The pick-and-place: approach, grasp, lift, tilt while moving sideways, back, place, release."""
+class Waypoint(Section):
+    """Where the hand rests on its way, counted from where the lift has put it."""
 
+    x_m: Annotated[float, Strict(), Within(-1.0, 1.0)] = 0.0
+    y_m: Annotated[float, Strict(), Within(-1.0, 1.0)] = 0.0
+    z_m: Annotated[float, Strict(), Within(-1.0, 1.0)] = 0.0
+    tilt_deg: Annotated[float, Strict(), Within(-60.0, 60.0)] = 0.0
+    """Lateral tilt, about the closing axis."""
+    time_s: Annotated[float, Strict(), Within(0.05, 60.0)] = 1.0
+    """Time that the way there takes."""
+
+    @property
+    def place_m(self) -> np.ndarray:
+        """Position, of shape (3,)."""
+        return np.array([self.x_m, self.y_m, self.z_m])
+
+
+class Waypoints(RootModel[tuple[Waypoint, ...]]):
+    """The way from the lift to the placement. Not a list of choices: a sample visits all of them."""
+
+    model_config = ConfigDict(frozen=True)
+
+    @model_validator(mode="after")
+    def _check_end(self) -> "Waypoints":
+        if self.root and self.root[-1].tilt_deg != 0:
+            raise ValueError("the last way-point needs tilt_deg = 0, so that the object can be set down")
+        return self
+
+
+class MotionSpec(Section, Generic[N, S]):
+    """What the hand does: approach, grasp, lift, the motion of its kind, place, release."""
+
+    kind: Literal["pick_and_place", "hold", "shake", "rotate", "waypoints"] = "pick_and_place"
+    """Between lift and placement: tilt while moving to the goal and back upright, hold still, shake along an axis, turn
+    to either side, or visit way-points."""
     duration_s: Annotated[N, Within(3.0, 60.0)]
-    """Whole length; the way-points scale with it."""
+    """Whole length of the pick-and-place. All times scale with it, except those given below, which lengthen or shorten
+    the whole."""
     lift_m: Annotated[N, Within(0.0, 0.5)]
     """Height of the lift."""
     move_x_m: Annotated[N, Within(-1.0, 1.0)]
-    """Way to the goal along world x."""
+    """Way to the goal along world x, of pick_and_place."""
     move_y_m: Annotated[N, Within(-1.0, 1.0)]
-    """Way to the goal along world y."""
+    """Way to the goal along world y, of pick_and_place."""
     tilt_deg: Annotated[N, Within(-60.0, 60.0)]
-    """Largest lateral tilt, about the closing axis."""
+    """Largest lateral tilt, about the closing axis; of pick_and_place and rotate."""
+    lift_s: Annotated[N | None, Within(0.1, 60.0)] = None
+    """Time of the lift. Default: 0.8 of 7.5 parts of duration_s."""
+    tilt_s: Annotated[N | None, Within(0.1, 60.0)] = None
+    """Time to reach the tilt, again for the way back, and of each swing of rotate. Default: 1.4 of 7.5 parts."""
+    lower_s: Annotated[N | None, Within(0.1, 60.0)] = None
+    """Time of lowering. Default: 1.2 of 7.5 parts."""
+    hold_s: Annotated[N, Within(0.1, 600.0)] = usual(3.0)
+    """Time that hold keeps the object up."""
+    amplitude_m: Annotated[N, Within(0.0, 0.2)] = usual(0.03)
+    """Largest way to either side of shake."""
+    frequency_hz: Annotated[N, Within(0.1, 5.0)] = usual(1.5)
+    """Oscillations a second of shake."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Axis of the world along which shake moves."""
+    cycles: Annotated[int, Strict(), Within(1, 1000)] = 3
+    """Oscillations of shake and rotate."""
+    waypoints: Waypoints | None = None
+    """Of waypoints: a list such as [{ y_m = -0.1, z_m = 0.05, tilt_deg = 20.0, time_s = 1.5 }, { y_m = -0.2 }], counted
+    from where the lift ends; the object is set down below the last."""
+
+    @model_validator(mode="after")
+    def _check_waypoints(self) -> "MotionSpec[N, S]":
+        if (self.kind == "waypoints") != bool(self.waypoints and self.waypoints.root):
+            needs = "needs motion.waypoints" if self.kind == "waypoints" else "takes no motion.waypoints"
+            raise ValueError(f"kind {self.kind!r} {needs}")
+        return self
 
 
 class CameraSpec(Section, Generic[N, S]):

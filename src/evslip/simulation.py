@@ -12,14 +12,14 @@ from evslip.trajectory import Trajectory
 
 
 def check_reach(params: Params) -> None:
-    """Raise ConfigError if the motion of these parameters is out of the arm's reach."""
+    """Raise PlanRejected if the robot cannot do the motion of these parameters."""
     plan(params, scene.build(params))
 
 
 def simulate(params: Params) -> Trajectory:
     """Run the pick-and-place of one sample at 1 kHz; bit-identical for equal parameters on one machine.
 
-    Raises ConfigError for a motion out of reach and GraspFailed when the physics diverges.
+    Raises PlanRejected for a motion that the robot cannot do, and GraspFailed when the physics diverges.
     """
     model = scene.build(params)
     planned = plan(params, model)

@@ -22,7 +22,7 @@ def pool() -> tuple[str, ...]:
     return tuple(f"{family}-{number}" for family in patterns.FAMILIES for number in range(PER_FAMILY))
 
 
-def expand(value: object) -> object:
+def expand(value: object, is_background: bool = False) -> object:
     """A pattern with "*" becomes the names of the pool that match it, or else the image files that match it as a
     path, sorted; anything else stays as it is. Raises ConfigError where a pattern matches nothing.
     """

@@ -1,13 +1,17 @@
 """A constant or a distribution in the same config field (after Drake's schema/stochastic.h)."""
 
 import math
+import struct
+from collections.abc import Collection
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, PlainSerializer, PlainValidator
 
-LATTICE_BITS = 32
-"""A range is drawn on a lattice of 2**33 points: even ones for training, odd ones for test."""
+from evslip.errors import ConfigError
+
+STEPS = 2**32
+"""A range is drawn on this many points."""
 
 
 class Range(BaseModel):
@@ -17,10 +21,26 @@ class Range(BaseModel):
     min: float
     max: float
 
-    def draw(self, rng: np.random.Generator, odd: bool) -> float:
-        """One value; draws with odd=True and odd=False can never be equal."""
-        step = 2 * int(rng.integers(0, 2**LATTICE_BITS)) + odd
-        return self.min + (self.max - self.min) * (step / 2 ** (LATTICE_BITS + 1))
+    def draw(self, rng: np.random.Generator, odd: bool, without: Collection[float] = ()) -> float:
+        """One value, none of `without`. Draws with odd=True and odd=False, also of other ranges, are never equal: the
+        last bit of the one's significand is 1, of the other's 0.
+
+        Raises ConfigError where the range is too narrow to hold such a value.
+        """
+        drawn = self.min + (self.max - self.min) * (int(rng.integers(0, STEPS)) / STEPS)
+        for end in (self.max, self.min):
+            value = drawn
+            while _is_odd(value) != odd or value in without:
+                if value == end:
+                    break
+                value = math.nextafter(value, end)
+            else:
+                return value
+        raise ConfigError(f"a range from {self.min!r} to {self.max!r} is too narrow to be divided between the splits")
+
+
+def _is_odd(value: float) -> bool:
+    return bool(struct.unpack("<q", struct.pack("<d", value))[0] & 1)
 
 
 Atom = float | Range
