@@ -9,7 +9,7 @@ from evslip.contact import Patch
 from evslip.grip import TCP_M, grasp
 from evslip.inertia import inertia_kg_m2
 from evslip.params import Params
-from evslip.robot import FINGERS, HAND, panda
+from evslip.robot import FINGERS, HAND, ROBOTS
 from evslip.shapes import shape_of
 from evslip.shapes.shape import Shape
 
@@ -17,6 +17,16 @@ TIMESTEP_S = 0.001
 OBJECT, SURFACE = "object", "surface"
 PAD_POINTS = 4
 PAD_RADIUS_M = 0.004
+PAD_GIVE_M = 0.001
+"""How far a pad gives under the grip force, whatever that is: so far that an object which stands a little askew hardly
+changes how the points share the force."""
+PAD_RELAXATION_S = 0.002
+"""Damping of a pad's give, over its stiffness."""
+PAD_SLACK_M_S2 = 3000.0
+"""Grip force times the regularisation of the pads' normal forces (MuJoCo's R, in 1/kg): large against what sliding
+adds to the normal forces in MuJoCo's cone, see docs/physics.md."""
+STICK_DAMPING_HZ = 1e5
+"""Friction damping while a contact sticks: stops what an arm drifts against the object within one step."""
 SLAB_M = 0.004
 """Thickness of the flat pieces that the pads press on."""
 FINGER_Z_M = 0.0584
@@ -27,13 +37,19 @@ GRAVITY_M_S2 = 9.81
 
 
 def build(params: Params) -> mujoco.MjModel:
-    """The model of one sample. Sensors report poses, joints and contact forces; see `sensor_columns`."""
-    spec = panda(params.grip.force_n)
-    _set_solver(spec)
-    _add_object(spec, params)
-    _add_pads(spec, params)
-    _add_sensors(spec, params)
-    return spec.compile()
+    """The model of one sample. Sensors report poses, joints and contact forces; see `split_sensors`."""
+    return assemble(ROBOTS[params.robot.kind](params.grip.force_n), params)
+
+
+def assemble(robot: Any, params: Params) -> mujoco.MjModel:
+    """The model of a robot (a mujoco.MjSpec, which this changes) with its pads, the object and the surface."""
+    _set_solver(robot)
+    _add_object(robot, params)
+    _add_pads(robot, params)
+    _add_sensors(robot, params)
+    model = robot.compile()
+    _set_compliance(model, params)
+    return model
 
 
 def _set_solver(spec: Any) -> None:
@@ -44,7 +60,7 @@ def _set_solver(spec: Any) -> None:
     option.gravity = [0, 0, -GRAVITY_M_S2]
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    option.impratio = 1000
+    option.impratio = 3e5
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     option.iterations = 100
@@ -95,14 +111,9 @@ def _add_pads(spec: Any, params: Params) -> None:
             name = f"{finger}_pad{i}"
             spec.body(finger).add_geom(
                 name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PAD_RADIUS_M, 0, 0], mass=0,
-                pos=[x, side * PAD_RADIUS_M, TCP_M[2] - FINGER_Z_M - z_up], contype=0, conaffinity=0,
+                pos=[x, side * (PAD_RADIUS_M - PAD_GIVE_M), TCP_M[2] - FINGER_Z_M - z_up], contype=0, conaffinity=0,
             )  # fmt: skip
-            # The soft normal forgives the arm's tiny drift against the object, which a stiff one answers by unloading
-            # the pad corner by corner; the stiff friction damping keeps that drift from becoming creep.
-            spec.add_pair(
-                geomname1=name, geomname2=face, condim=3, friction=[friction, friction, 0.0065, 1e-4, 1e-4],
-                solref=[0.03, 1], solreffriction=[-1, -1e4], solimp=[0.95, 0.99, 0.001, 0.5, 2],
-            )  # fmt: skip
+            spec.add_pair(geomname1=name, geomname2=face, condim=3, friction=[friction, friction, 0.0065, 1e-4, 1e-4])
 
 
 def _face(spec: Any, finger: str, side: int, pad: Patch) -> str:
@@ -118,6 +129,21 @@ def _face(spec: Any, finger: str, side: int, pad: Patch) -> str:
 
 def _face_name(finger: str, pad: Patch) -> str:
     return OBJECT if pad.slab is None else f"{OBJECT}_{finger}"
+
+
+def _set_compliance(model: mujoco.MjModel, params: Params) -> None:
+    """Make every pad contact a spring and damper that carries its share of the grip force at PAD_GIVE_M.
+
+    MuJoCo's contact force f obeys R f = -(a + b v + k r), so its spring is k / R and its damper b / R. R itself follows
+    from the impedance d and the inverse masses A by R = A (1 - d) / d.
+    """
+    regularisation = PAD_SLACK_M_S2 / params.grip.force_n
+    stiffness = PAD_SLACK_M_S2 / (PAD_POINTS * PAD_GIVE_M)
+    inverse_mass = model.body(OBJECT).invweight0[0] + model.body(FINGERS[0]).invweight0[0]
+    impedance = inverse_mass / (inverse_mass + regularisation)
+    model.pair_solimp[:, :2] = impedance
+    model.pair_solref[:] = -impedance * stiffness * np.array([1, PAD_RELAXATION_S])
+    model.pair_solreffriction[:] = -1, -impedance * STICK_DAMPING_HZ
 
 
 def _add_sensors(spec: Any, params: Params) -> None:
@@ -144,8 +170,9 @@ def _add_force_sensor(spec: Any, geom: str, other: str, reduce: int) -> None:
 
 
 def split_sensors(data: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Columns of sensor data (n, 50) as gripper pose (n, 7), object pose (n, 7), joints (n, 9), pad forces (n, 2) and
-    floor force (n,), in the order of `_add_sensors`."""
-    gripper, obj, joints, pads, floor = np.split(data, np.cumsum([7, 7, 9, 2 * PAD_POINTS * 3]), axis=1)
+    """Columns of sensor data as gripper pose (n, 7), object pose (n, 7), the robot's joints (n, k), pad forces (n, 2)
+    and floor force (n,), in the order of `_add_sensors`."""
+    pads_and_floor = 2 * PAD_POINTS * 3 + 3
+    gripper, obj, joints, pads, floor = np.split(data, [7, 14, -pads_and_floor, -3], axis=1)
     normal = np.abs(pads.reshape(len(data), 2, PAD_POINTS, 3)[..., 0]).sum(2)
     return gripper, obj, joints, normal, np.abs(floor[:, 2])

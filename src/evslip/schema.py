@@ -188,6 +188,14 @@ class Waypoints(RootModel[tuple[Waypoint, ...]]):
         return self
 
 
+class RobotSpec(Section):
+    """What moves the hand."""
+
+    kind: Literal["panda", "cartesian"] = "panda"
+    """The Panda's arm, with its reach, limits and inertia, or a cartesian hand: an ideal one that follows the motion
+    exactly and has no reach."""
+
+
 class MotionSpec(Section, Generic[N, S]):
     """What the hand does: approach, grasp, lift, the motion of its kind, place, release."""
 
@@ -328,6 +336,7 @@ class SampleSpec(Section, Generic[N, S]):
     surface: SurfaceSpec[N, S]
     background: BackgroundSpec[N, S]
     light: LightSpec[N, S]
+    robot: RobotSpec = RobotSpec()
     motion: MotionSpec[N, S]
     camera: CameraSpec[N, S]
     sensor: SensorSpec[N, S]
