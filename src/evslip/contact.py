@@ -20,7 +20,7 @@ PAD_STIFFNESS_PA_M = 1e9
 CELLS = 34
 """Lines of sight along each side of the pad, half a millimetre apart: they find the patch, ..."""
 FINE_CELLS = 24
-"""... and these along each side of its bounding rectangle give its pressure."""
+"""... and these along each side of its bounding rectangle give, in two steps, its pressure."""
 SIDE_CELLS = 64
 """Lines of sight along each side of the object: they find where it is flat."""
 FLAT_M = 0.001
@@ -90,19 +90,27 @@ def pressed_patch(shape: Shape, side: int, point: tuple[float, float], force_n: 
             f"{np.degrees(np.arctan(friction)):.0f} deg, too steep for grip.friction {friction:g}; grip nearer to "
             "where the object is thickest",
         )
-    used = [np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0)]
-    low = np.array([steps[rows[0]] for rows in used]) - cell / 2
-    high = np.array([steps[rows[-1]] for rows in used]) + cell / 2
-    fine = low + (high - low) * ((np.arange(FINE_CELLS) + 0.5) / FINE_CELLS)[:, None]
-    heights = shape.heights(side, point[0] + fine[:, 0], point[1] + fine[:, 1])
-    pressure = _indent(heights, force_n / float(np.prod((high - low) / FINE_CELLS)))
+    low, high = np.full(2, -PAD_HALF_M), np.full(2, PAD_HALF_M)
+    for _ in range(2):
+        low, high = _around(pressure, low, high)
+        sides = low + (high - low) * ((np.arange(FINE_CELLS) + 0.5) / FINE_CELLS)[:, None]
+        heights = shape.heights(side, point[0] + sides[:, 0], point[1] + sides[:, 1])
+        pressure = _indent(heights, force_n / float(np.prod((high - low) / FINE_CELLS)))
     touched = pressure > 0
-    x, z = np.meshgrid(fine[:, 0], fine[:, 1], indexing="ij")
+    x, z = np.meshgrid(sides[:, 0], sides[:, 1], indexing="ij")
     points, weights = np.stack([x[touched], z[touched]], axis=1), pressure[touched] / pressure.sum()
     margin = (high - low) / (2 * FINE_CELLS)
     corners = np.stack([points.min(axis=0) - margin, points.max(axis=0) + margin])
     top = float(heights.max())
     return Patch(points, weights, _fitted(points, weights), corners, top, _slab(shape, side, top, corners + point))
+
+
+def _around(pressure: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (2,) of the rectangle around the cells that touch, one cell wider, within the cells' (low, high)."""
+    cell = (high - low) / pressure.shape
+    used = [np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0)]
+    first, last = (np.array([rows[k] for rows in used]) for k in (0, -1))
+    return np.maximum(low, low + (first - 1) * cell), np.minimum(high, low + (last + 2) * cell)
 
 
 def _indent(heights: np.ndarray, force_per_area: float) -> np.ndarray:
@@ -154,7 +162,7 @@ def _slab(shape: Shape, side: int, top_m: float, touched: np.ndarray) -> np.ndar
     found = np.array([[columns.min(initial=SIDE_CELLS), rows.min(initial=SIDE_CELLS)],
                       [columns.max(initial=-1) + 1, rows.max(initial=-1) + 1]])  # fmt: skip
     found = found * cell - half
-    return np.stack([np.minimum(found[0], touched[0]), np.maximum(found[1], touched[1])])
+    return np.clip([np.minimum(found[0], touched[0]), np.maximum(found[1], touched[1])], -half, half)
 
 
 def _missed(shape: Shape, point: tuple[float, float]) -> PlanRejected:
