@@ -140,7 +140,7 @@ def within(corners, point):
         (lambda folder: ball(folder, grip__depth_m=0.03, grip__offset=0.9), "slope of more than 27 deg"),
         (
             lambda folder: params_with(grip__error_y_m=0.007),
-            r"grip\.error_y_m 0\.007.*a finger comes down on the object",
+            r"grip\.error_y_m 0\.007.*a finger comes down",
         ),
         (lambda folder: params_with(object__depth_m=0.075, grip__error_yaw_deg=12.0), "a finger comes down"),
     ],

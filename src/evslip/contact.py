@@ -90,14 +90,14 @@ def pressed_patch(shape: Shape, side: int, point: tuple[float, float], force_n: 
             f"{np.degrees(np.arctan(friction)):.0f} deg, too steep for grip.friction {friction:g}; grip nearer to "
             "where the object is thickest",
         )
-    low, high = np.full(2, -PAD_HALF_M), np.full(2, PAD_HALF_M)
+    middles, low, high = np.stack([steps, steps], axis=1), np.full(2, -PAD_HALF_M), np.full(2, PAD_HALF_M)
     for _ in range(2):
         low, high = _around(pressure, low, high)
-        sides = low + (high - low) * ((np.arange(FINE_CELLS) + 0.5) / FINE_CELLS)[:, None]
-        heights = shape.heights(side, point[0] + sides[:, 0], point[1] + sides[:, 1])
+        middles = low + (high - low) * ((np.arange(FINE_CELLS) + 0.5) / FINE_CELLS)[:, None]
+        heights = shape.heights(side, point[0] + middles[:, 0], point[1] + middles[:, 1])
         pressure = _indent(heights, force_n / float(np.prod((high - low) / FINE_CELLS)))
     touched = pressure > 0
-    x, z = np.meshgrid(sides[:, 0], sides[:, 1], indexing="ij")
+    x, z = np.meshgrid(middles[:, 0], middles[:, 1], indexing="ij")
     points, weights = np.stack([x[touched], z[touched]], axis=1), pressure[touched] / pressure.sum()
     margin = (high - low) / (2 * FINE_CELLS)
     corners = np.stack([points.min(axis=0) - margin, points.max(axis=0) + margin])
