@@ -34,6 +34,6 @@ def simulate(params: Params) -> Trajectory:
         raise GraspFailed("unstable", "the simulation diverged: the contact forces are too large for the object's mass")
     # Single precision, 30 nanometres at arm's length, is what a record stores: so what is rendered now can be rendered
     # again from the file.
-    gripper, obj, joints, pads, floor = scene.split_sensors(sensors[0].astype(np.float32))
-    t_us = np.arange(len(gripper), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
-    return Trajectory(params, t_us, gripper, obj, joints, pads, floor)
+    columns = scene.split_sensors(sensors[0].astype(np.float32), params.grip.friction)
+    t_us = np.arange(len(columns[0]), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
+    return Trajectory(params, t_us, *columns)
