@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Strict, ValidationError, model_validator
+from pydantic import BaseModel, RootModel, Strict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from evslip.errors import ConfigError
@@ -125,8 +125,16 @@ def explain(error: ValidationError, model: type) -> str:
 
 def _fields(model: Any, path: list[str]) -> list[str]:
     for part in path:
-        model = model.model_fields[part].annotation
+        if not part.isdigit():
+            model = _model(model.model_fields[part].annotation)
     return list(model.model_fields)
+
+
+def _model(annotation: Any) -> Any:
+    """The model in an annotation; of a list of models their entries'."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return _model(annotation.model_fields["root"].annotation) if issubclass(annotation, RootModel) else annotation
+    return next((found for part in get_args(annotation) if (found := _model(part))), None)
 
 
 def _short(value: Any) -> str:

@@ -36,13 +36,16 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     Each key has a generator of its own, so changing one key's distribution leaves all others' values alone. No value
     that a distribution yields in one split can occur in the other. Raises ConfigError.
     """
+    from evslip import slip
+
     if split not in SPLITS:
         raise ConfigError(f"split: {split!r} is unknown; expected one of {', '.join(SPLITS)}")
     if index < 0:
         raise ConfigError(f"index: {index} is out of range, expected 0 or more")
     if split == "test" and config.test_share == 0:
         raise ConfigError("test_share: is 0, so the configuration has no test split")
-    plan = make_plan(config)
+    prepared = slip.prepare(config, index, split)
+    plan = make_plan(prepared)
     rngs = {key: generator(config.seed, split, index, f"draw {key}") for key in plan.varied()}
     values, remaining = dict(plan.fixed), index
     for dimension, rows in reversed(list(zip(plan.dimensions, plan.shares[split], strict=True))):
@@ -51,7 +54,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
         else:
             position = int(rngs[dimension.keys[0]].integers(len(rows)))
         values.update(zip(dimension.keys, dimension.rows[rows[position]], strict=True))
-    tree = config.model_dump(include=set(SampleSpec.model_fields))
+    tree = prepared.model_dump(include=set(SampleSpec.model_fields))
     for key, value in values.items():
         section, name = key.split(".")
         if isinstance(value, Range):
@@ -61,7 +64,8 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
     drawn = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
-    return drawn.model_copy(update={"object": settle(drawn.object)})
+    settled = drawn.model_copy(update={"object": settle(drawn.object)})
+    return slip.weigh(settled, by_default=config.slip.multiple is None)
 
 
 def grid_size(config: Config, split: str = "train") -> int:

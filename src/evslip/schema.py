@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, RootModel, Strict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, RootModel, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from evslip.shapes import SHAPES
@@ -39,6 +39,11 @@ class OneOf:
     names: tuple[str, ...]
 
 
+def _wrong(key: str, expected: str) -> PydanticCustomError:
+    """An error of one field of a section, as `evslip.config.explain` tells it."""
+    return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
+
+
 class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -57,7 +62,7 @@ class Section(BaseModel):
                     if low < limit.low or high > limit.high:
                         bad = low if low < limit.low else high
                         expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
-                        raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
+                        raise _wrong(name, expected)
         return self
 
 
@@ -228,8 +233,35 @@ class MotionSpec(Section, Generic[N, S]):
     @model_validator(mode="after")
     def _check_waypoints(self) -> "MotionSpec[N, S]":
         if (self.kind == "waypoints") != bool(self.waypoints and self.waypoints.root):
-            needs = "needs motion.waypoints" if self.kind == "waypoints" else "takes no motion.waypoints"
-            raise ValueError(f"kind {self.kind!r} {needs}")
+            expected = (
+                "needs motion.kind = 'waypoints'" if self.waypoints else "is missing, motion.kind 'waypoints' needs it"
+            )
+            raise _wrong("waypoints", expected)
+        return self
+
+
+NATURAL = "natural"
+SLIP_KINDS = (NATURAL, "hold", "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
+
+
+class SlipSpec(Section, Generic[N, S]):
+    """Slip on purpose."""
+
+    kind: S = usual("natural")
+    """Natural: as object.mass_kg has it. Hold: none. Rotation, translation: of this form. Lift, tilt, placement: in
+    this phase. Creep: slowly. Drop: out of the hand. All but natural choose the mass and, where they must, grip and
+    motion. Of a list every sample has one, at random."""
+    multiple: Annotated[N | None, Within(0.01, 20.0)] = None
+    """Mass as a multiple of the onset mass, over the phases of the kind. Default: the kind's own."""
+
+    @model_validator(mode="after")
+    def _check_kind(self) -> "SlipSpec[N, S]":
+        kind: Any = self.kind
+        for name in kind if isinstance(kind, tuple) else (kind,):
+            if name not in SLIP_KINDS:
+                raise _wrong("kind", f"{name!r} is unknown, expected one of {', '.join(SLIP_KINDS)}")
+        if kind == NATURAL and self.multiple is not None:
+            raise _wrong("multiple", "needs a slip.kind other than natural")
         return self
 
 
@@ -292,3 +324,4 @@ class SampleSpec(Section, Generic[N, S]):
     camera: CameraSpec[N, S]
     sensor: SensorSpec[N, S]
     render: RenderSpec[N, S]
+    slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
