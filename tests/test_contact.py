@@ -68,9 +68,12 @@ def ball(folder, **values):
         lambda folder: ball(folder, grip__depth_m=0.03),
     ],
 )
-def test_four_points_carry_what_the_patch_does(tmp_path, make):
+def test_the_models_points_carry_what_the_patch_does(tmp_path, make):
     for pad in grasp(make(tmp_path)).pads:
-        model, patch = LimitSurface.of(pad.contacts, np.ones(4)), LimitSurface.of(pad.points, pad.weights)
+        model, patch = (
+            LimitSurface.of(pad.contacts, np.ones(len(pad.contacts))),
+            LimitSurface.of(pad.points, pad.weights),
+        )
         radius = np.sqrt(pad.weights @ ((pad.points - pad.weights @ pad.points) ** 2).sum(1))
         directions = np.random.default_rng(0).normal(size=(500, 3)) * [1, 1, radius]
         directions[:, 2] += pad.contacts.mean(0)[1] * directions[:, 0] - pad.contacts.mean(0)[0] * directions[:, 1]

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from trimesh.visual import TextureVisuals
 
 import evslip
 from evslip.errors import ConfigError
@@ -70,10 +71,8 @@ def test_the_filling_is_that_of_the_surface(params):
 
 def test_the_outline_contains_the_body(params):
     hull = trimesh.Trimesh(shape_of(params).outline()).convex_hull
-    beyond = (
-        surface_of(params).vertices @ hull.face_normals.T - np.sum(hull.face_normals * hull.triangles[:, 0], axis=1)
-    ).max()
-    assert beyond < 1e-7
+    offsets = np.sum(hull.face_normals * hull.triangles[:, 0], axis=1)
+    assert (surface_of(params).vertices @ hull.face_normals.T - offsets).max() < 1e-7
 
 
 @settings(max_examples=20, deadline=None)
@@ -132,16 +131,14 @@ def test_no_mass_reaches_beyond_the_object(x, z):
 def test_a_mesh_keeps_its_own_texture_coordinates(tmp_path):
     box = trimesh.creation.box((0.04, 0.05, 0.08))
     uv = np.random.default_rng(0).random((8, 2))
-    box.visual = trimesh.visual.TextureVisuals(uv=uv)
+    box.visual = TextureVisuals(uv=uv)
     path = tmp_path / "box.obj"
     box.export(path)
     surface = surface_of(params_with(object__shape="mesh", object__mesh=str(path), object__mesh_fit="own"))
-    found = {
-        tuple(np.round(v, 6)): tuple(np.round(uv, 6))
-        for v, uv in zip(surface.vertices[surface.faces].reshape(-1, 3), surface.uv.reshape(-1, 2), strict=True)
-    }
+    corners = surface.vertices[surface.faces].reshape(-1, 3).round(6).tolist()
+    found = {tuple(corner): uv for corner, uv in zip(corners, surface.uv.reshape(-1, 2), strict=True)}
     for vertex, (u, v) in zip(box.vertices, uv, strict=True):
-        assert found[tuple(np.round(vertex, 6))] == pytest.approx((u, 1 - v), abs=1e-5)
+        assert found[tuple(vertex.round(6).tolist())] == pytest.approx((u, 1 - v), abs=1e-5)
 
 
 def test_a_box_from_a_file_looks_like_a_cuboid(tmp_path):

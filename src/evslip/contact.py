@@ -12,9 +12,9 @@ PAD_HALF_M = 0.0085
 """Half side of the Panda's square finger pad."""
 ELEMENTS = 12
 """Elements along a side of a flat patch for sums over it: Gauss points, they give an onset within 0.2 %."""
-FITTED = 0.541
-"""Four points at this share of a rectangle's half sides have, within 0.90-1.05 for every slip direction, the limit
-surface of uniform pressure over it."""
+CONTACTS = np.array([(longer, shorter) for longer in (-0.7, 0.0, 0.7) for shorter in (-0.565, 0.565)])
+"""Points that share the force equally, as shares of a rectangle's longer and shorter half side. For every direction of
+slip and sides up to 8 : 1 their limit surface is within 0.96-1.04 of that of even pressure over the rectangle."""
 PAD_STIFFNESS_PA_M = 1e9
 """Pressure by depth of indentation. An assumption: 2 mm of silicone rubber of Young's modulus 2 MPa."""
 CELLS = 34
@@ -37,7 +37,7 @@ class Patch(NamedTuple):
     weights: np.ndarray
     """Share of the pad's normal force that each element carries, of shape (n,)."""
     contacts: np.ndarray
-    """Four points with equal forces that stand for the patch in the physics, about the tool centre; of shape (4, 2)."""
+    """Points with equal forces that stand for the patch in the physics, about the tool centre; of shape (6, 2)."""
     corners: np.ndarray
     """Two opposite corners of the patch's bounding rectangle, about the tool centre; of shape (2, 2)."""
     face_m: float
@@ -59,11 +59,11 @@ def flat_patch(shape: Shape, side: int, point: tuple[float, float], force_n: flo
     node, weight = np.polynomial.legendre.leggauss(ELEMENTS)
     centre, extent = (low + high) / 2, (high - low) / 2
     x, z = np.meshgrid(centre[0] + extent[0] * node, centre[1] + extent[1] * node)
-    signs = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+    shares = CONTACTS if extent[0] >= extent[1] else CONTACTS[:, ::-1]
     return Patch(
         points=np.stack([x.ravel(), z.ravel()], axis=1),
         weights=np.outer(weight, weight).ravel() / 4,
-        contacts=centre + FITTED * extent * signs,
+        contacts=centre + extent * shares,
         corners=np.stack([low, high]),
         face_m=float(shape.half_m[1]),
     )
@@ -139,14 +139,13 @@ def _rising(wide: np.ndarray, rise_m: float) -> np.ndarray:
 
 
 def _fitted(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Four points with equal forces that have the centre, the principal axes and the torsional friction of a patch."""
+    """Points with equal forces that have the centre, the principal axes and the torsional friction of a patch."""
     centre = weights @ points
     arms = points - centre
     variances, axes = np.linalg.eigh((arms.T * weights) @ arms)
-    sides = np.sqrt(np.maximum(variances, 0.0))
-    sides *= weights @ np.linalg.norm(arms, axis=1) / np.linalg.norm(sides)
-    signs = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
-    return centre + (signs * sides) @ axes.T
+    contacts = CONTACTS[:, ::-1] * np.sqrt(np.maximum(variances, 0.0))
+    contacts *= weights @ np.linalg.norm(arms, axis=1) / np.linalg.norm(contacts, axis=1).mean()
+    return centre + contacts @ axes.T
 
 
 def _slab(shape: Shape, side: int, top_m: float, touched: np.ndarray) -> np.ndarray:

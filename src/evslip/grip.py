@@ -74,7 +74,7 @@ def contact_patch(params: Params) -> tuple[float, float, float, float]:
 
 
 def contact_points(params: Params, pad: int = LEFT) -> np.ndarray:
-    """Where the model's pad touches the object, (x, z) about the tool centre in metres, of shape (4, 2)."""
+    """Where the model's pad touches the object, (x, z) about the tool centre in metres, of shape (6, 2)."""
     return grasp(params).pads[pad].contacts
 
 

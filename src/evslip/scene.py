@@ -4,8 +4,9 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from evslip.contact import Patch
+from evslip.contact import CONTACTS, Patch
 from evslip.grip import TCP_M, grasp
 from evslip.inertia import inertia_kg_m2
 from evslip.params import Params
@@ -15,7 +16,7 @@ from evslip.shapes.shape import Shape
 
 TIMESTEP_S = 0.001
 OBJECT, SURFACE = "object", "surface"
-PAD_POINTS = 4
+PAD_POINTS = len(CONTACTS)
 PAD_RADIUS_M = 0.004
 PAD_GIVE_M = 0.001
 """How far a pad gives under the grip force, whatever that is: so far that an object which stands a little askew hardly
@@ -34,6 +35,10 @@ FINGER_Z_M = 0.0584
 SURFACE_FRICTION = 0.15
 """Low, so that an object gripped off its centre slides when the fingers close instead of tipping."""
 GRAVITY_M_S2 = 9.81
+FORCE, PLACE, NORMAL, TANGENT = (1 << bit for bit in (1, 4, 5, 6))
+"""What a contact sensor can report."""
+FORCE_BITS, TORQUE_BITS, UTILISATION_BITS = 10, 20, 10
+"""Forces are kept to 1 mN, torques to 1 micronewton metre, the utilisation to 0.001."""
 
 
 def build(params: Params) -> mujoco.MjModel:
@@ -155,24 +160,44 @@ def _add_sensors(spec: Any, params: Params) -> None:
         spec.add_sensor(type=sensor.mjSENS_JOINTPOS, objtype=kind.mjOBJ_JOINT, objname=joint)
     for finger, pad in zip(FINGERS, grasp(params).pads, strict=True):
         for i in range(PAD_POINTS):
-            _add_force_sensor(spec, f"{finger}_pad{i}", _face_name(finger, pad), reduce=1)
+            face, name = _face_name(finger, pad), f"{finger}_pad{i}"
+            _add_force_sensor(spec, name, face, reduce=1, data=FORCE | PLACE | NORMAL | TANGENT)
     _add_force_sensor(spec, OBJECT, SURFACE, reduce=3)
 
 
-def _add_force_sensor(spec: Any, geom: str, other: str, reduce: int) -> None:
-    """Force of one contact in its frame, normal first (reduce=1), or of all contacts in the world frame (reduce=3)."""
+def _add_force_sensor(spec: Any, geom: str, other: str, reduce: int, data: int = FORCE) -> None:
+    """What `data` says of one contact (reduce=1), forces in its frame, or of all contacts in the world frame (3)."""
     kind = mujoco.mjtObj.mjOBJ_GEOM
-    force_only = 1 << 1
     spec.add_sensor(
         type=mujoco.mjtSensor.mjSENS_CONTACT, objtype=kind, objname=geom, reftype=kind, refname=other,
-        intprm=[force_only, reduce, 1],
+        intprm=[data, reduce, 1],
     )  # fmt: skip
 
 
-def split_sensors(data: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Columns of sensor data as gripper pose (n, 7), object pose (n, 7), the robot's joints (n, k), pad forces (n, 2)
-    and floor force (n,), in the order of `_add_sensors`."""
-    pads_and_floor = 2 * PAD_POINTS * 3 + 3
-    gripper, obj, joints, pads, floor = np.split(data, [7, 14, -pads_and_floor, -3], axis=1)
-    normal = np.abs(pads.reshape(len(data), 2, PAD_POINTS, 3)[..., 0]).sum(2)
-    return gripper, obj, joints, normal, np.abs(floor[:, 2])
+def split_sensors(data: np.ndarray, friction: float) -> tuple[np.ndarray, ...]:
+    """Columns of sensor data as gripper pose (n, 7), object pose (n, 7), joints (n, k), the pads' normal forces (n, 2),
+    floor force (n,), and the pads' friction (n, 2, 3) and its utilisation (n, 2): see Trajectory."""
+    gripper, obj, joints, pads, floor = np.split(data, [7, 14, -(2 * PAD_POINTS * 12 + 3), -3], axis=1)
+    force, place, normal, tangent = np.moveaxis(pads.reshape(len(data), 2, PAD_POINTS, 4, 3), 3, 0)
+    pressing = np.abs(force[..., 0])
+    available = friction * pressing.sum(2)
+    used = np.hypot(force[..., 1], force[..., 2]).sum(2)
+    utilisation = np.divide(used, available, out=np.zeros_like(used), where=available > 0)
+    wrench = _in_hand_plane(gripper, place, force[..., 1:2] * tangent + force[..., 2:] * np.cross(normal, tangent))
+    return gripper, obj, joints, pressing.sum(2), np.abs(floor[:, 2]), wrench, rounded(utilisation, UTILISATION_BITS)
+
+
+def _in_hand_plane(gripper: np.ndarray, place: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Wrenches (n, 2, 3) in the plane of the pads of forces at places (n, 2, PAD_POINTS, 3) in the world."""
+    hand = Rotation.from_quat(gripper[:, 3:], scalar_first=True).as_matrix().astype(np.float32)
+    place = (place - gripper[:, None, None, :3]) @ hand[:, None] - TCP_M.astype(np.float32)
+    force = force @ hand[:, None]
+    x, up, along, upward = place[..., 0], -place[..., 2], force[..., 0], -force[..., 2]
+    torque = (up * along - x * upward).sum(2)
+    forces = np.stack([along.sum(2), upward.sum(2)], axis=-1)
+    return np.concatenate([rounded(forces, FORCE_BITS), rounded(torque, TORQUE_BITS)[..., None]], axis=-1)
+
+
+def rounded(values: np.ndarray, bits: int) -> np.ndarray:
+    """Values to the nearest 2**-bits: what lies beyond any use would only make records large."""
+    return (np.round(values * 2.0**bits) / 2.0**bits).astype(np.float32)

@@ -34,7 +34,7 @@ def simulate(params: Params) -> Trajectory:
         raise GraspFailed("unstable", "the simulation diverged: the contact forces are too large for the object's mass")
     # Single precision, 30 nanometres at arm's length, is what a record stores: so what is rendered now can be rendered
     # again from the file.
-    gripper, obj, joints, pads, floor = scene.split_sensors(sensors[0].astype(np.float32))
+    gripper, obj, joints, *forces = scene.split_sensors(sensors[0].astype(np.float32), params.grip.friction)
     joints = np.insert(joints, [joints.shape[1] - 2] * (JOINTS - joints.shape[1]), 0, axis=1)
     t_us = np.arange(len(gripper), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
-    return Trajectory(params, t_us, gripper, obj, joints, pads, floor)
+    return Trajectory(params, t_us, gripper, obj, joints, *forces)

@@ -28,6 +28,13 @@ class Trajectory(NamedTuple):
     """Normal force on the left and right pad in newtons; of shape (n, 2)."""
     floor_force_n: np.ndarray
     """Normal force between object and surface in newtons; of shape (n,)."""
+    pad_friction: np.ndarray | None = None
+    """Friction of the left and right pad on the object in the plane of the pads: force along hand x and against hand z
+    (at zero tilt along world x and up) in newtons, and its torque about the closing axis through the tool centre, world
+    y at zero tilt, in newton metres; of shape (n, 2, 3). None in records made without."""
+    pad_utilisation: np.ndarray | None = None
+    """Share of each pad's friction that is in use: the magnitudes of its contact points' friction, over what they can
+    have, mu times their normal forces. 1 where the whole pad slides, 0 where it does not touch; of shape (n, 2)."""
 
     @property
     def finger_gap_m(self) -> np.ndarray:
