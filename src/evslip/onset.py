@@ -10,7 +10,7 @@ from evslip.inertia import centre_of_mass_m, gyration_m2
 from evslip.limit_surface import LimitSurface
 from evslip.motion import tool_path
 from evslip.params import Params
-from evslip.phases import PHASES, phase_times
+from evslip.phases import hanging_phases, phase_times
 from evslip.scene import GRAVITY_M_S2
 
 PADS = 2
@@ -18,8 +18,6 @@ STEP_S = 0.01
 """Distance of the instants at which the load is looked at ..."""
 DIFFERENCE_S = 0.001
 """... and of the positions that give its accelerations."""
-HANGING = tuple(name for name in PHASES if name not in ("approach", "initial", "release"))
-"""Phases in which the grip carries the object."""
 
 
 def onset_mass(params: Params, phases: Collection[str] | None = None) -> float:
@@ -29,12 +27,13 @@ def onset_mass(params: Params, phases: Collection[str] | None = None) -> float:
     resistance is the limit surface of two pads, each pressing with grip.force_n evenly over the part of the object that
     it covers. object.mass_kg itself plays no part. Raises ConfigError for an unknown phase.
     """
-    chosen = HANGING if phases is None else tuple(phases)
+    hanging = hanging_phases(params)
+    chosen = hanging if phases is None else tuple(phases)
     for name in chosen:
-        if name not in HANGING:
-            raise ConfigError(f"phases: {name!r} is wrong; expected some of {', '.join(HANGING)}")
+        if name not in hanging:
+            raise ConfigError(f"phases: {name!r} is wrong; expected some of {', '.join(hanging)}")
     if not chosen:
-        raise ConfigError(f"phases: none is named; expected some of {', '.join(HANGING)}")
+        raise ConfigError(f"phases: none is named; expected some of {', '.join(hanging)}")
     times = phase_times(params)
     t_s = np.concatenate([_instants(*times[name]) for name in chosen])
     friction_n = PADS * params.grip.friction * params.grip.force_n

@@ -20,14 +20,16 @@ class Ambient(NamedTuple):
 def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, albedo: float) -> Ambient:
     """The ambient light of a scene.
 
-    sky: coarse texture of the background (rows, columns), repeated `repetitions` times around the horizon; luminance:
-    of its white. The lower hemisphere is the table: it sends back `albedo` of what it receives from the sky and from
+    sky: coarse texture of the background (rows, columns), repeated `repetitions` times around the horizon, which a
+    panorama (wider than high) has in the middle; luminance: of its white. The lower hemisphere is the table: it sends back `albedo` of what it receives from the sky and from
     the lamp (`lamp`: luminance the lamp gives to white paper on it), so that undersides are not black. Irradiance from
     a distant surround is, to 1 %, a quadratic form in the normal (Ramamoorthi and Hanrahan 2001); it is fitted here.
     """
     azimuth = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
     height = (np.arange(ELEVATIONS) + 0.5) / ELEVATIONS
-    rows = np.floor(-np.arcsin(height) / (2 * np.pi) * repetitions * sky.shape[0]).astype(int) % sky.shape[0]
+    aspect = sky.shape[1] / sky.shape[0]
+    down = (0.5 if aspect > 1 else 0.0) - np.arcsin(height) / (2 * np.pi) * repetitions * aspect
+    rows = np.floor(down * sky.shape[0]).astype(int) % sky.shape[0]
     columns = np.floor(azimuth / (2 * np.pi) * repetitions * sky.shape[1]).astype(int) % sky.shape[1]
     upper = luminance * sky[rows[:, None], columns[None, :]].astype(np.float64)
     radius = np.sqrt(1 - height * height)[:, None]

@@ -159,7 +159,9 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
         highest = max(highest, S[GROUND + i])
     if lowest < ONE:
         unroll(S, n, repetitions, radius, pixel, sphere_levels[0, 1])
-        sample(S, n, sphere_cells, fetched, sphere_levels, ONE, ZERO, ONE, ZERO, True, 1, 1)
+        aspect = sphere_levels[0, 1] / sphere_levels[0, 2]
+        horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
+        sample(S, n, sphere_cells, fetched, sphere_levels, ONE, ZERO, aspect, horizon, True, 1, 1)
         glow(S, n, luminance)
         if lamp_here:
             draw_lamp(S, n, towards, angle, pixel, lamp_luminance)

@@ -48,9 +48,9 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
     """The setting of a sample. Raises ConfigError for unreadable textures and for impossible lamps."""
     light, background = params.light, params.background
     lamp = make_lamp(params)
-    sky = channel_of(textures.load(background.texture), channel)
+    sky = channel_of(textures.load(background.texture, is_background=True), channel)
     table = channel_of(textures.load(params.surface.texture), channel)
-    repetitions = max(1, round(360.0 / background.tile_deg))
+    repetitions = 1 if textures.is_panorama(sky) else max(1, round(360.0 / background.tile_deg))
     white = light.luminance_cd_m2 * light.radius_m**2 / light.distance_m**2 * math.cos(math.radians(light.polar_deg))
     coarse = sky
     while len(coarse) > SKY_TEXELS:

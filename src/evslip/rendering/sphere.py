@@ -64,7 +64,7 @@ def meet_sphere(S, n, turn, camera, radius, pixel):
 
 @kernel
 def unroll(S, n, repetitions, radius, pixel, texels):
-    """U, V = azimuth and elevation in repetitions of the texture, and the pixel's footprint in texels."""
+    """U, V = azimuth and elevation in repetitions of the texture's width, and the pixel's footprint in texels."""
     scale = repetitions * INVERSE_TURN
     for i in range(n):
         x, y, z = S[U + i], S[V + i], S[W + i]
