@@ -6,10 +6,11 @@ from typing import Literal
 from pydantic import ValidationError
 
 from evslip.config import Config, explain
-from evslip.errors import ConfigError, DataError
+from evslip.errors import ConfigError, DataError, PlanRejected
 from evslip.plan import make_plan
 from evslip.schema import SampleSpec
 from evslip.seeds import SPLITS, generator
+from evslip.shapes.dimensions import settle
 from evslip.values import Constant, Range
 
 
@@ -63,7 +64,12 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
     params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
-    return stratification.weigh(config, slip.weigh(params, by_default=config.slip.multiple is None))
+    params = params.model_copy(update={"object": settle(params.object)})
+    try:
+        params = slip.weigh(params, by_default=config.slip.multiple is None)
+        return stratification.weigh(config, params)
+    except PlanRejected:  # pads that miss the object carry no mass; planning the motion says so
+        return params
 
 
 def grid_size(config: Config, split: str = "train") -> int:

@@ -30,6 +30,7 @@ class Within:
 
     low: float
     high: float
+    reason: str = ""
 
 
 def _wrong(key: str, expected: str) -> PydanticCustomError:
@@ -56,12 +57,13 @@ class Section(BaseModel):
                     for choice in value if isinstance(value, tuple) else (value,):
                         if choice not in limit.names:
                             expected = f"{choice!r} is unknown; expected one of {', '.join(limit.names)}"
-                            raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
+                            raise _wrong(name, expected)
                 if isinstance(limit, Within) and value is not None:
                     low, high = extremes(value)
                     if low < limit.low or high > limit.high:
                         bad = low if low < limit.low else high
-                        expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
+                        reason = f"; {limit.reason}" if limit.reason else ""
+                        expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}{reason}"
                         raise _wrong(name, expected)
         return self
 
@@ -69,16 +71,16 @@ class Section(BaseModel):
 class ObjectSpec(Section, Generic[N, S]):
     """The object. At the start its sides are parallel to the table's axes; its depth is the gripped side."""
 
-    shape: Annotated[S, OneOf(tuple(SHAPES))]
+    shape: Annotated[S, OneOf(tuple(SHAPES))] = usual("cuboid")
     """cuboid, cylinder (upright, round: its diameter is depth_m, and width_m follows) or mesh (a file)."""
     mesh: S | None = None
     """Path of a watertight mesh (.stl .ply .obj .off .glb .gltf .dae), z up; for shape mesh alone."""
-    mesh_fit: Annotated[S, OneOf(("stretch", "height", "own"))]
+    mesh_fit: Annotated[S, OneOf(("stretch", "height", "own"))] = usual("stretch")
     """Stretch: the mesh's bounding box becomes width_m x depth_m x height_m. Height: scaled evenly to height_m. Own:
     the file is in metres. The dimensions that result replace the ones drawn."""
     width_m: Annotated[N, Within(0.01, 0.2)]
     """Size along world x, in the image plane of the side camera."""
-    depth_m: Annotated[N, Within(0.005, 0.075)]
+    depth_m: Annotated[N, Within(0.005, 0.075, "the hand opens to 0.08 m")]
     """Size along world y, between the pads; the hand opens to 0.08 m."""
     height_m: Annotated[N, Within(0.02, 0.25)]
     """Size along world z."""
@@ -86,11 +88,11 @@ class ObjectSpec(Section, Generic[N, S]):
     """Mass."""
     density_kg_m3: Annotated[N | None, Within(1.0, 25000.0)] = None
     """If given, the mass is this times the object's volume, and replaces mass_kg."""
-    com_x_m: Annotated[N, Within(-0.1, 0.1)]
+    com_x_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
     """Centre of mass, from where it is when the object is evenly filled: along the width,"""
-    com_y_m: Annotated[N, Within(-0.1, 0.1)]
+    com_y_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
     """... along the depth, between the pads,"""
-    com_z_m: Annotated[N, Within(-0.125, 0.125)]
+    com_z_m: Annotated[N, Within(-0.125, 0.125)] = usual(0.0)
     """... and upwards."""
     x_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, along the robot's forward axis."""
@@ -111,6 +113,12 @@ class GripSpec(Section, Generic[N, S]):
     """Normal force of each pad."""
     friction: Annotated[N, Within(0.05, 2.0)]
     """Coulomb friction coefficient between pad and object."""
+    error_x_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """How far the object stands from where the hand takes it to be: along its width,"""
+    error_y_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """... along its depth: the fingers push it into their middle,"""
+    error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
+    """... and turned about the vertical: the closing fingers turn it back."""
 
 
 class SurfaceSpec(Section, Generic[N, S]):
@@ -147,7 +155,8 @@ class LightSpec(Section, Generic[N, S]):
     azimuth_deg: Annotated[N, Within(-360.0, 360.0)]
     """About world z, from the x axis."""
     polar_deg: Annotated[N, Within(0.0, 90.0)]
-    """From the zenith: 0 overhead, 90 at the horizon."""
+    """From the zenith: 0 overhead, 90 at the horizon. Lights spread evenly over the hemisphere: { min = 0.0,
+    max = 90.0, law = "sphere" }."""
 
 
 class Waypoint(Section):
@@ -177,6 +186,14 @@ class Waypoints(RootModel[tuple[Waypoint, ...]]):
         if self.root and self.root[-1].tilt_deg != 0:
             raise ValueError("the last way-point needs tilt_deg = 0, so that the object can be set down")
         return self
+
+
+class RobotSpec(Section):
+    """What moves the hand."""
+
+    kind: Literal["panda", "cartesian"] = "panda"
+    """The Panda's arm, with its reach, limits and inertia, or a cartesian hand: an ideal one that follows the motion
+    exactly and has no reach."""
 
 
 class MotionSpec(Section, Generic[N, S]):
@@ -254,8 +271,22 @@ class SlipSpec(Section, Generic[N, S]):
 class CameraSpec(Section, Generic[N, S]):
     """The event camera, fixed to the hand."""
 
-    mount: Literal["side", "front"] = "side"
-    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it."""
+    mount: Annotated[S, OneOf(("side", "front", "custom"))] = usual("side")
+    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m,
+    y_m, z_m, looks at the tool centre."""
+    x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """Position in the hand's frame, added to the mount's, which is (0, 0.27, 0.13) for side, (0.27, 0, 0.13) for front
+    and 0 for custom: in the image plane of side,"""
+    y_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... along the closing axis,"""
+    z_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... and the way that the fingers point; the tool centre is at 0.1034. A small range of each is a jitter."""
+    yaw_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """Turn of the camera against its mount: to its right,"""
+    pitch_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """... then up,"""
+    roll_deg: Annotated[N, Within(-180.0, 180.0)] = usual(0.0)
+    """... then clockwise, seen from behind."""
     width: Annotated[int, Strict(), Within(16, 4096)] = 346
     """Columns."""
     height: Annotated[int, Strict(), Within(16, 4096)] = 260
@@ -305,6 +336,7 @@ class SampleSpec(Section, Generic[N, S]):
     surface: SurfaceSpec[N, S]
     background: BackgroundSpec[N, S]
     light: LightSpec[N, S]
+    robot: RobotSpec = RobotSpec()
     motion: MotionSpec[N, S]
     camera: CameraSpec[N, S]
     sensor: SensorSpec[N, S]

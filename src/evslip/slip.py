@@ -6,12 +6,15 @@ from typing import Any
 from evslip import stratification
 from evslip.config import Config
 from evslip.errors import ConfigError
+from evslip.motions import KINDS as MOTIONS
 from evslip.params import Params
 from evslip.schema import NATURAL
 from evslip.seeds import generator
+from evslip.truth import Truth
 from evslip.values import Range, extremes
 
 Interval = tuple[float, float]
+UPRIGHT = ("pick_and_place", "hold")
 EITHER_SIDE = ((-0.8, -0.4), (0.4, 0.8))
 NEARLY_CENTRAL = ((-0.1, 0.1),)
 
@@ -28,9 +31,13 @@ class Recipe:
     """Phases in which it shall not slip before: there the mass is at most EARLIER of their onset mass."""
     settings: dict[str, tuple[Interval, ...]] = field(default_factory=dict)
     """Ranges in which keys of the configuration have to lie."""
+    motions: tuple[str, ...] = tuple(MOTIONS)
+    """Kinds of motion that it works with."""
 
 
-EARLIER = 0.94
+CREEP_DEG_S = 1.0 / 0.16
+"""Faster would be slip in a window by the paper's rule."""
+EARLIER = 0.95
 """The first tenth of a degree comes at 0.97 of the onset mass."""
 RECIPES: dict[str, Recipe] = {
     "hold": Recipe((0.3, 0.8)),
@@ -46,6 +53,7 @@ RECIPES: dict[str, Recipe] = {
             "motion.lift_m": ((0.15, 0.15),),
             "motion.lift_s": ((0.65, 0.65),),
         },
+        motions=UPRIGHT,
     ),
     "lift": Recipe((1.15, 1.35), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
     "tilt": Recipe(
@@ -53,19 +61,22 @@ RECIPES: dict[str, Recipe] = {
         ("tilt", "back"),
         ("lift",),
         {"grip.offset": NEARLY_CENTRAL, "motion.tilt_deg": ((-24.0, -18.0), (20.0, 30.0))},
+        ("pick_and_place",),
     ),
     # The arm brakes as hard as it may, at the end of a long way down after a slow way up.
     "placement": Recipe(
-        (1.17, 1.21),
+        (1.18, 1.22),
         ("placement",),
         ("lift", "tilt", "back"),
         {
-            "grip.offset": ((-0.8, -0.5), (0.5, 0.8)),
+            "grip.offset": ((-0.8, -0.6), (0.6, 0.8)),
+            "grip.depth_m": ((0.008, 0.015),),
             "motion.tilt_deg": ((0.0, 0.0),),
             "motion.lift_m": ((0.35, 0.35),),
             "motion.lift_s": ((2.4, 2.4),),
             "motion.lower_s": ((0.82, 0.82),),
         },
+        ("pick_and_place",),
     ),
     "creep": Recipe(
         (1.2, 1.6),
@@ -77,6 +88,7 @@ RECIPES: dict[str, Recipe] = {
             "motion.tilt_deg": ((-18.0, -14.0), (14.0, 20.0)),
             "motion.tilt_s": ((5.0, 5.0),),
         },
+        ("pick_and_place",),
     ),
     # Friction that nearly all goes into the weight has none left for a torque: while the tilt turns the object in the
     # hand, it slides out of it.
@@ -90,6 +102,7 @@ RECIPES: dict[str, Recipe] = {
             "motion.lift_m": ((0.15, 0.15),),
             "motion.lift_s": ((3.5, 3.5),),
         },
+        motions=("pick_and_place",),
     ),
 }
 
@@ -123,15 +136,11 @@ def weigh(params: Params, by_default: bool) -> Params:
     if slip.kind == NATURAL or slip.multiple is None:
         return params
     recipe = RECIPES[slip.kind]
-    hanging = hanging_phases(params)
-    if not set(recipe.phases) <= set(hanging):
-        raise ConfigError(
-            f"slip.kind: {slip.kind!r} needs the phases {', '.join(recipe.phases)}; motion.kind "
-            f"{params.motion.kind!r} has {', '.join(hanging)}"
-        )
+    if params.motion.kind not in recipe.motions:
+        raise ConfigError(f"slip.kind: {slip.kind!r} needs motion.kind {' or '.join(recipe.motions)}")
     onset_kg = onset_mass(params, recipe.phases or None)
     mass_kg = slip.multiple * onset_kg
-    earlier = [name for name in recipe.earlier if name in hanging]
+    earlier = [name for name in recipe.earlier if name in hanging_phases(params)]
     if by_default and earlier:
         mass_kg = min(mass_kg, EARLIER * onset_mass(params, earlier))
     heavy = stratification.with_mass(params, mass_kg, f"slip.kind: {slip.kind!r}")
@@ -164,3 +173,20 @@ def _with(config: Config, changes: dict[str, Any]) -> Config:
         sections.setdefault(section, {})[name] = value
     updated = {section: getattr(config, section).model_copy(update=values) for section, values in sections.items()}
     return config.model_copy(update=updated)
+
+
+def shows(kind: str, truth: Truth) -> bool:
+    """Whether a sample does what the name of a kind says."""
+    slips = truth.episodes
+    if kind in (NATURAL, "hold"):
+        return kind == NATURAL or not slips
+    if not slips:
+        return False
+    if kind in ("rotation", "translation"):
+        return all(slip.kind == kind for slip in slips)
+    if kind == "drop":
+        return slips[-1].kind == "drop"
+    if kind == "creep":
+        slow = truth.angular_speed_deg_s[truth.held & truth.during("tilt", "back")] < CREEP_DEG_S
+        return slips[-1].kind != "drop" and bool(slow.all())
+    return slips[0].phase in RECIPES[kind].phases

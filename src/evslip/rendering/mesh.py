@@ -15,7 +15,7 @@ from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting, channel_of
 from evslip.rendering.skin import draw_skin
 from evslip.rendering.texels import bake
-from evslip.shapes import surface
+from evslip.shapes import surface_of
 
 
 class Mesh:
@@ -23,7 +23,7 @@ class Mesh:
 
     def __init__(self, params: Params, camera: Camera, channel: int):
         height, width = camera.height, camera.width
-        self._facets = prepare_facets(*surface(params))
+        self._facets = prepare_facets(*surface_of(params))
         self._size = float(np.linalg.norm(self._facets.vertices, axis=1).max())
         self.halves = np.zeros((0, 3))
         self._texture = bake(channel_of(textures.load(params.object.texture), channel), wrap=True)

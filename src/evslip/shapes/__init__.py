@@ -20,7 +20,7 @@ SHAPES = {
 def shape_of(params: "Params") -> "Shape":
     """The object's shape. Raises ConfigError for a mesh that cannot be used."""
     spec: Any = params.object
-    return _make(spec)
+    return shape_of_spec(spec)
 
 
 def surface_of(params: "Params") -> "Surface":
@@ -28,7 +28,13 @@ def surface_of(params: "Params") -> "Surface":
     return shape_of(params).surface()
 
 
-@lru_cache(maxsize=4)
-def _make(spec: Any) -> "Shape":
+def shape_class(spec: Any) -> "type[Shape]":
+    """The class of the shape that the object's section of the parameters names."""
     module, _, name = SHAPES[spec.shape].partition(":")
-    return getattr(import_module(module), name)(spec)
+    return getattr(import_module(module), name)
+
+
+@lru_cache(maxsize=4)
+def shape_of_spec(spec: Any) -> "Shape":
+    """As `shape_of`, from the object's section of the parameters."""
+    return shape_class(spec)(spec)

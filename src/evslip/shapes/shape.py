@@ -26,7 +26,7 @@ class Footing(NamedTuple):
     """"box", "cylinder" (upright) or "hull"."""
     half_m: np.ndarray
     """Half sides, of shape (3,)."""
-    vertices: np.ndarray | None = None
+    vertices: np.ndarray = np.empty((0, 3))
     """Of the hull, of shape (k, 3)."""
 
 
@@ -41,6 +41,7 @@ class Shape(ABC):
         """spec: the object's section of the parameters (`schema.ObjectSpec`)."""
         self.half_m = np.array(self.sides(spec)) / 2
         """Half the bounding box's sides, of shape (3,)."""
+        self._off_m = np.array([spec.com_x_m, spec.com_y_m, spec.com_z_m])
 
     @classmethod
     def sides(cls, spec: Any) -> tuple[float, float, float]:
@@ -71,6 +72,10 @@ class Shape(ABC):
     def reach_m(self, pad_half_m: float) -> float:
         """How far from the middle, along the width, the tool centre is for grip.offset = 1."""
         return 0.9 * self.half_m[0]
+
+    def centre_of_mass_m(self) -> np.ndarray:
+        """In the object's frame, of shape (3,)."""
+        return self.filling().centroid_m + self._off_m
 
     def inside(self, point: np.ndarray) -> bool:
         """Whether a point (3,) is in the convex hull, as any centre of mass is."""
