@@ -70,7 +70,7 @@ def _slide(truth: Truth) -> float:
 
 def _labels(truth: Truth) -> np.ndarray:
     settings = WindowSettings()
-    return np.array([label_of(turned, slid, settings) for _, turned, slid in movements(truth, settings)])
+    return np.array([label_of(movement, settings) for movement in movements(truth, settings)])
 
 
 def _range(values: list[float]) -> str:
