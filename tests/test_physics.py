@@ -108,10 +108,10 @@ def test_the_plan_stays_inside_joint_limits_and_is_smooth():
     params = params_with()
     model = scene.build(params)
     planned = plan(params, model)
-    for joint, angles in zip(ARM_JOINTS, planned.arm_rad.T, strict=True):
+    for joint, angles in zip(ARM_JOINTS, planned.joints.T, strict=True):
         low, high = model.joint(joint).range
         assert low < angles.min() <= angles.max() < high
-    assert np.abs(np.diff(planned.arm_rad, axis=0)).max() < 0.005
+    assert np.abs(np.diff(planned.joints, axis=0)).max() < 0.005
 
 
 @pytest.mark.parametrize(

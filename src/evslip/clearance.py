@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from evslip.errors import PlanRejected
-from evslip.grip import TCP_M, tcp_offset_m
+from evslip.grip import TCP_M, check_opening, tcp_offset_m
 from evslip.params import Params
 from evslip.phases import phase_bounds_s
 from evslip.robot import ARM_JOINTS, HAND, collision_hull
@@ -18,7 +18,9 @@ _MOVING = {f"panda_link{k}": f"link{k}" for k in range(2, 8)} | {HAND: "hand"}
 
 
 def check_grip(params: Params) -> None:
-    """Raise PlanRejected if the grasp itself puts the finger tips into the table or the object into the palm."""
+    """Raise PlanRejected if the grasp itself puts the finger tips into the table or onto the object, or the object into
+    the palm."""
+    check_opening(params)
     obj, grip = params.object, params.grip
     deepest = obj.height_m - TIP_BELOW_TCP_M
     if grip.depth_m > deepest:

@@ -1,4 +1,4 @@
-"""The way of the tool centre and of the fingers, and the plan of the arm that follows it."""
+"""The way of the tool centre and of the fingers, and the plan of the robot that follows it."""
 
 from typing import NamedTuple
 
@@ -8,13 +8,19 @@ from scipy.interpolate import CubicSpline
 
 from evslip import clearance
 from evslip.errors import PlanRejected
-from evslip.grip import tcp_offset_m
+from evslip.grip import open_travel_m, planned_grasp, tcp_offset_m
 from evslip.inverse_kinematics import joint_path
 from evslip.motions import KINDS
 from evslip.motions.steps import lift_s, lower_s, scale, step
 from evslip.params import Params
 from evslip.phases import phase_bounds_s
-from evslip.robot import ARM_JOINTS, ARM_SERVOS, MOST_ACCELERATION_RAD_S2, MOST_SPEED_RAD_S
+from evslip.robot import (
+    ARM_JOINTS,
+    ARM_SERVOS,
+    CARTESIAN_RATE_RAD_S,
+    MOST_ACCELERATION_RAD_S2,
+    MOST_SPEED_RAD_S,
+)
 from evslip.scene import TIMESTEP_S
 
 CLEARANCE_M = 0.0005
@@ -31,10 +37,12 @@ RATE_HZ = 60
 class Plan(NamedTuple):
     """Servo commands, one row a time step."""
 
-    arm_rad: np.ndarray
-    """Desired joint angles, of shape (n, 7)."""
+    joints: np.ndarray
+    """Desired positions of the robot's joints: angles of the arm (n, 7), or x, y, z, tilt of the cartesian hand (n, 4);
+    in radians and metres."""
     command: np.ndarray
-    """What the nine servos are told: the arm's angles led by their lag, then the two fingers; of shape (n, 9)."""
+    """What the servos are told: the joints' positions led by their lag, then the two fingers; of shape (n, 9) or
+    (n, 6)."""
 
 
 def duration_s(params: Params) -> float:
@@ -52,7 +60,8 @@ def tool_path(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     up = step(t_s, bounds["lift"][0], lift_s(motion))
     down = step(t_s, bounds["placement"][0], lower_s(motion))
     above = 1 - step(t_s, 0, APPROACH_S * slower) + step(t_s, retreat, APPROACH_S * slower)
-    grasp = np.array([obj.x_m + tcp_offset_m(params), obj.y_m, obj.height_m - params.grip.depth_m])
+    middle = planned_grasp(params).middle_m
+    grasp = np.array([obj.x_m + tcp_offset_m(params), obj.y_m + middle, obj.height_m - params.grip.depth_m])
     height = motion.lift_m * (up - down) - end[0, 2] * down + CLEARANCE_M * up + APPROACH_M * above
     return grasp + way + height[:, None] * [0, 0, 1], tilt
 
@@ -60,30 +69,46 @@ def tool_path(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def finger_travel(params: Params, t_s: np.ndarray) -> np.ndarray:
     """Commanded travel of each finger in metres, of shape (n,)."""
     bounds, slower = phase_bounds_s(params), scale(params.motion)
-    half_depth = params.object.depth_m / 2
-    opened, closed = min(0.039, half_depth + 0.006), half_depth - CLOSE_INTO_M
+    opened, closed = open_travel_m(params), planned_grasp(params).gap_m / 2 - CLOSE_INTO_M
     grasp = step(t_s, bounds["initial"][0], CLOSE_S * slower) - step(t_s, bounds["release"][0], OPEN_S * slower)
     return opened + (closed - opened) * grasp
 
 
 def plan(params: Params, model: mujoco.MjModel) -> Plan:
-    """Commands for the whole motion. Raises PlanRejected where the arm cannot go, cannot go so fast, or would run
+    """Commands for the whole motion. Raises PlanRejected where the robot cannot go, cannot go so fast, or would run
     something into the table or the hand."""
     clearance.check_grip(params)
     duration = duration_s(params)
     coarse_s = np.linspace(0, duration, round(duration * RATE_HZ) + 1)
-    tool, tilt = tool_path(params, coarse_s)
-    clearance.check_object(params, coarse_s, tool, tilt)
-    angles = joint_path(params, model, coarse_s, tool, tilt)
+    clearance.check_object(params, coarse_s, *tool_path(params, coarse_s))
+    t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S
+    follow = {"panda": _with_arm, "cartesian": _with_slides}[params.robot.kind]
+    joints, command = follow(params, model, coarse_s, t_s)
+    fingers = finger_travel(params, t_s)[:, None].repeat(2, axis=1)
+    return Plan(joints, np.hstack([command, fingers]))
+
+
+def _with_arm(
+    params: Params, model: mujoco.MjModel, coarse_s: np.ndarray, t_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Angles of the arm's joints and what their servos are told, each (n, 7), at times (n,)."""
+    angles = joint_path(params, model, coarse_s, *tool_path(params, coarse_s))
     clearance.check_arm(model, coarse_s, angles)
     spline = CubicSpline(coarse_s, angles)
-    t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S
-    speed = spline(t_s, 1)
-    _check_speed(t_s, speed, spline(t_s, 2))
+    _check_speed(t_s, spline(t_s, 1), spline(t_s, 2))
     lag_s = np.array([servo.damping / servo.stiffness for servo in ARM_SERVOS])
-    fingers = finger_travel(params, t_s)[:, None].repeat(2, axis=1)
-    arm = spline(t_s)
-    return Plan(arm, np.hstack([arm + lag_s * speed, fingers]))
+    next_s = t_s + TIMESTEP_S  # the discrete integrator's servos act on where a step ends
+    return spline(t_s), spline(next_s) + lag_s * spline(next_s, 1)
+
+
+def _with_slides(
+    params: Params, model: mujoco.MjModel, coarse_s: np.ndarray, t_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions of the cartesian hand's joints and what their servos are told, each (n, 4), at times (n,)."""
+    before, now, after = (np.column_stack(tool_path(params, t_s + k * TIMESTEP_S)) for k in (0, 1, 2))
+    speed = (after - before) / (2 * TIMESTEP_S)
+    acceleration = (before - 2 * now + after) / TIMESTEP_S**2
+    return before, now + 2 / CARTESIAN_RATE_RAD_S * speed + acceleration / CARTESIAN_RATE_RAD_S**2
 
 
 def _check_speed(t_s: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> None:

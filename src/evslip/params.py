@@ -10,6 +10,7 @@ from evslip.errors import ConfigError, DataError
 from evslip.plan import make_plan
 from evslip.schema import SampleSpec
 from evslip.seeds import SPLITS, generator
+from evslip.shapes.dimensions import settle
 from evslip.values import Constant, Range
 
 
@@ -62,8 +63,9 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
             except ConfigError as error:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
-    params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
-    return slip.weigh(params, by_default=config.slip.multiple is None)
+    drawn = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
+    settled = drawn.model_copy(update={"object": settle(drawn.object)})
+    return slip.weigh(settled, by_default=config.slip.multiple is None)
 
 
 def grid_size(config: Config, split: str = "train") -> int:

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, RootModel, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
+from evslip.shapes import SHAPES
 from evslip.values import extremes
 
 N = TypeVar("N")
@@ -31,6 +32,13 @@ class Within:
     high: float
 
 
+@dataclass(frozen=True)
+class OneOf:
+    """The names that a field may hold."""
+
+    names: tuple[str, ...]
+
+
 def _wrong(key: str, expected: str) -> PydanticCustomError:
     """An error of one field of a section, as `evslip.config.explain` tells it."""
     return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
@@ -44,6 +52,11 @@ class Section(BaseModel):
         for name, field in type(self).model_fields.items():
             for limit in field.metadata:
                 value: Any = getattr(self, name)
+                if isinstance(limit, OneOf):
+                    for choice in value if isinstance(value, tuple) else (value,):
+                        if choice not in limit.names:
+                            expected = f"{choice!r} is unknown; expected one of {', '.join(limit.names)}"
+                            raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
                 if isinstance(limit, Within) and value is not None:
                     low, high = extremes(value)
                     if low < limit.low or high > limit.high:
@@ -54,8 +67,15 @@ class Section(BaseModel):
 
 
 class ObjectSpec(Section, Generic[N, S]):
-    """The cuboid. At the start its sides are parallel to the table's axes; its depth is the gripped side."""
+    """The object. At the start its sides are parallel to the table's axes; its depth is the gripped side."""
 
+    shape: Annotated[S, OneOf(tuple(SHAPES))] = usual("cuboid")
+    """cuboid, cylinder (upright, round: its diameter is depth_m, and width_m follows) or mesh (a file)."""
+    mesh: S | None = None
+    """Path of a watertight mesh (.stl .ply .obj .off .glb .gltf .dae), z up; for shape mesh alone."""
+    mesh_fit: Annotated[S, OneOf(("stretch", "height", "own"))] = usual("stretch")
+    """Stretch: the mesh's bounding box becomes width_m x depth_m x height_m. Height: scaled evenly to height_m. Own:
+    the file is in metres. The dimensions that result replace the ones drawn."""
     width_m: Annotated[N, Within(0.01, 0.2)]
     """Size along world x, in the image plane of the side camera."""
     depth_m: Annotated[N, Within(0.005, 0.075)]
@@ -63,7 +83,15 @@ class ObjectSpec(Section, Generic[N, S]):
     height_m: Annotated[N, Within(0.02, 0.25)]
     """Size along world z."""
     mass_kg: Annotated[N, Within(0.001, 2.0)]
-    """Mass, evenly distributed."""
+    """Mass."""
+    density_kg_m3: Annotated[N | None, Within(1.0, 25000.0)] = None
+    """If given, the mass is this times the object's volume, and replaces mass_kg."""
+    com_x_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """Centre of mass, from where it is when the object is evenly filled: along the width,"""
+    com_y_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """... along the depth, between the pads,"""
+    com_z_m: Annotated[N, Within(-0.125, 0.125)] = usual(0.0)
+    """... and upwards."""
     x_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, along the robot's forward axis."""
     y_m: Annotated[N, Within(-1.0, 1.0)]
@@ -83,6 +111,12 @@ class GripSpec(Section, Generic[N, S]):
     """Normal force of each pad."""
     friction: Annotated[N, Within(0.05, 2.0)]
     """Coulomb friction coefficient between pad and object."""
+    error_x_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """How far the object stands from where the hand takes it to be: along its width,"""
+    error_y_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
+    """... along its depth: the fingers push it into their middle,"""
+    error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
+    """... and turned about the vertical: the closing fingers turn it back."""
 
 
 class SurfaceSpec(Section, Generic[N, S]):
@@ -149,6 +183,14 @@ class Waypoints(RootModel[tuple[Waypoint, ...]]):
         if self.root and self.root[-1].tilt_deg != 0:
             raise ValueError("the last way-point needs tilt_deg = 0, so that the object can be set down")
         return self
+
+
+class RobotSpec(Section):
+    """What moves the hand."""
+
+    kind: Literal["panda", "cartesian"] = "panda"
+    """The Panda's arm, with its reach, limits and inertia, or a cartesian hand: an ideal one that follows the motion
+    exactly and has no reach."""
 
 
 class MotionSpec(Section, Generic[N, S]):
@@ -277,6 +319,7 @@ class SampleSpec(Section, Generic[N, S]):
     surface: SurfaceSpec[N, S]
     background: BackgroundSpec[N, S]
     light: LightSpec[N, S]
+    robot: RobotSpec = RobotSpec()
     motion: MotionSpec[N, S]
     camera: CameraSpec[N, S]
     sensor: SensorSpec[N, S]

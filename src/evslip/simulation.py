@@ -8,7 +8,7 @@ from evslip import scene
 from evslip.errors import GraspFailed
 from evslip.motion import plan
 from evslip.params import Params
-from evslip.trajectory import Trajectory
+from evslip.trajectory import JOINTS, Trajectory
 
 
 def check_reach(params: Params) -> None:
@@ -24,7 +24,7 @@ def simulate(params: Params) -> Trajectory:
     model = scene.build(params)
     planned = plan(params, model)
     data = mujoco.MjData(model)
-    data.qpos[: planned.command.shape[1]] = np.r_[planned.arm_rad[0], planned.command[0, 7:]]
+    data.qpos[: planned.command.shape[1]] = np.r_[planned.joints[0], planned.command[0, -2:]]
     mujoco.mj_forward(model, data)
     full = mujoco.mjtState.mjSTATE_FULLPHYSICS
     state = np.empty(mujoco.mj_stateSize(model, full))
@@ -34,6 +34,7 @@ def simulate(params: Params) -> Trajectory:
         raise GraspFailed("unstable", "the simulation diverged: the contact forces are too large for the object's mass")
     # Single precision, 30 nanometres at arm's length, is what a record stores: so what is rendered now can be rendered
     # again from the file.
-    columns = scene.split_sensors(sensors[0].astype(np.float32), params.grip.friction)
-    t_us = np.arange(len(columns[0]), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
-    return Trajectory(params, t_us, *columns)
+    gripper, obj, joints, *forces = scene.split_sensors(sensors[0].astype(np.float32), params.grip.friction)
+    joints = np.insert(joints, [joints.shape[1] - 2] * (JOINTS - joints.shape[1]), 0, axis=1)
+    t_us = np.arange(len(gripper), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
+    return Trajectory(params, t_us, gripper, obj, joints, *forces)

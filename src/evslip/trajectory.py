@@ -6,6 +6,9 @@ import numpy as np
 
 from evslip.params import Params
 
+JOINTS = 9
+"""Columns of a trajectory's joints."""
+
 
 class Trajectory(NamedTuple):
     """One pick-and-place, sampled at 1 kHz. World frame: metres, z up, table top at z = 0."""
@@ -19,7 +22,8 @@ class Trajectory(NamedTuple):
     object_pose: np.ndarray
     """Object frame (centre of the cuboid) in the world, as gripper_pose; of shape (n, 7)."""
     joints: np.ndarray
-    """Arm joint angles in radians (7), then the travel of the left and right finger in metres; of shape (n, 9)."""
+    """Arm joint angles in radians (7), then the travel of the left and right finger in metres; of shape (n, 9). The
+    cartesian hand's are x, y, z in metres, tilt in radians and three zeros."""
     pad_force_n: np.ndarray
     """Normal force on the left and right pad in newtons; of shape (n, 2)."""
     floor_force_n: np.ndarray
