@@ -42,6 +42,7 @@ COST_S = 0.6
 VARIED = {"grip.force_n": {"min": 1.0, "max": 10.0}, "grip.friction": {"min": 0.3, "max": 1.0},
           "motion.tilt_deg": {"min": -25.0, "max": 25.0}}  # fmt: skip
 """What the random draws vary beyond preset complex."""
+CUBOID = {"object.width_m": 0.05, "object.depth_m": 0.05, "object.height_m": 0.1}
 STIFF = {"PAD_GIVE_M": 1e-5, "PAD_SLACK_M_S2": 30.0}
 """Pads nearly as hard as MuJoCo's default contact."""
 
@@ -70,7 +71,7 @@ def onset(count: int, seed: int, robot: str) -> bool:
     ratios = np.full((len(FORCES_N), len(FRICTIONS), len(DEPTHS_MM), len(OFFSETS_MM)), np.nan)
     for k in progress(np.sort(chosen).tolist()):
         force, friction, depth, offset = grid[k]
-        ratios.flat[k] = _bisected(_params(0, seed, robot, CUBOID | _gripped(depth, offset, force, friction)))
+        ratios.flat[k] = bisected(params_of(0, seed, robot, CUBOID | gripped(depth, offset, force, friction)))
     print(f"{np.isfinite(ratios).sum()} cases; smallest...largest over forces {FORCES_N} N and frictions {FRICTIONS}")
     print("| depth of the tool centre, mm | " + " | ".join(f"offset {offset} mm" for offset in OFFSETS_MM) + " |")
     print("|---" * (1 + len(OFFSETS_MM)) + "|")
@@ -81,10 +82,8 @@ def onset(count: int, seed: int, robot: str) -> bool:
     return bool(low >= RATIO[0] and high <= RATIO[1])
 
 
-CUBOID = {"object.width_m": 0.05, "object.depth_m": 0.05, "object.height_m": 0.1}
-
-
-def _gripped(depth_mm: float, offset_mm: float, force_n: float, friction: float) -> dict[str, Any]:
+def gripped(depth_mm: float, offset_mm: float, force_n: float, friction: float) -> dict[str, Any]:
+    """Overrides that grip CUBOID there."""
     share = offset_mm / (900 * CUBOID["object.width_m"] / 2)
     return {"grip.depth_m": depth_mm / 1e3, "grip.offset": share, "grip.force_n": force_n, "grip.friction": friction}
 
@@ -96,7 +95,8 @@ def hanging_onset_kg(params: Params) -> float:
     return float(1 / pad_surface(params).utilisation(weight, PADS * params.grip.friction * params.grip.force_n))
 
 
-def _bisected(params: Params, low: float = 0.8, high: float = 1.25) -> float:
+def bisected(params: Params, low: float = 0.8, high: float = 1.25) -> float:
+    """Simulated over predicted onset mass of an object that hangs at rest."""
     predicted = hanging_onset_kg(params)
     while high - low > 0.002:
         middle = (low + high) / 2
@@ -109,7 +109,7 @@ def motion(count: int, seed: int, robot: str) -> bool:
     right = {HOLD: 0, SLIP: 0}
     wrong = []
     for index in progress(range(count)):
-        params = _params(index, seed, robot, VARIED)
+        params = params_of(index, seed, robot, VARIED)
         for multiple, slips in ((HOLD, False), (SLIP, True)):
             slipped = _slips(weighing(params, multiple * evslip.onset_mass(params)))
             right[multiple] += slipped == slips
@@ -143,7 +143,7 @@ def creep(count: int, seed: int, robot: str) -> bool:
         for index in progress(range(count)):
             x, y, yaw = off * sides[index] * [0.002, 0.002, 1.0]
             error = {"grip.error_x_m": x, "grip.error_y_m": y, "grip.error_yaw_deg": yaw}
-            params = _params(index, seed, robot, VARIED | error)
+            params = params_of(index, seed, robot, VARIED | error)
             worst[index] = _windows(weighing(params, multiples[index] * evslip.onset_mass(params)))
         (turn, slide), (turns, slides) = worst.max(axis=0), np.median(worst, axis=0)
         print(f"| {name} | {count} | {turn:.4f} | {turns:.4f} | {slide:.3f} | {slides:.3f} |", flush=True)
@@ -180,7 +180,7 @@ def chatter(count: int, seed: int, robot: str) -> bool:
 
 def slide(friction: float, constants: dict[str, float]) -> tuple[np.ndarray, float]:
     """Force of both pads, over the grip force, in the first 6 mm of a slide at 1.3 times the onset mass; top speed."""
-    params = _params(0, 0, "panda", CUBOID | _gripped(12, 0, 1, friction))
+    params = params_of(0, 0, "panda", CUBOID | gripped(12, 0, 1, friction))
     motion = hang(weighing(params, 1.3 * hanging_onset_kg(params)), constants)
     way = -motion.position_m[:, 2]
     sliding = (way > 1e-4) & (way < 6e-3)
@@ -190,10 +190,10 @@ def slide(friction: float, constants: dict[str, float]) -> tuple[np.ndarray, flo
 def cost(count: int, seed: int, robot: str) -> bool:
     """Processor seconds and memory."""
     memory = []
-    evslip.simulate(_params(0, seed, robot, {}))
+    evslip.simulate(params_of(0, seed, robot, {}))
     start = time.process_time()
     for index in progress(range(count)):
-        evslip.simulate(_params(index, seed, robot, {}))
+        evslip.simulate(params_of(index, seed, robot, {}))
         memory.append(_resident_mb())
     seconds = (time.process_time() - start) / count
     tenth = max(1, count // 10)
@@ -207,7 +207,8 @@ def _resident_mb() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 2**20
 
 
-def _params(index: int, seed: int, robot: str, overrides: dict[str, Any]) -> Params:
+def params_of(index: int, seed: int, robot: str, overrides: dict[str, Any]) -> Params:
+    """A draw of preset complex."""
     config = evslip.load_config("complex", {"seed": seed, "robot.kind": robot, **overrides})
     return evslip.draw(config, index)
 
