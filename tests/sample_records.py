@@ -3,8 +3,10 @@
 import numpy as np
 
 from evslip.config import load_config
+from evslip.episodes import Episode
 from evslip.events.stream import Events
 from evslip.params import Params, draw
+from evslip.phases import PHASE_NAMES
 from evslip.record import Record
 from evslip.trajectory import Trajectory
 from evslip.truth import Truth
@@ -29,7 +31,8 @@ def random_events(
 def random_motion(rng: np.random.Generator, params: Params, steps: int, slips: bool) -> tuple[Trajectory, Truth]:
     """A trajectory and a truth of the right shapes; the numbers mean nothing."""
     t_us = np.arange(steps, dtype=np.int64) * 1000
-    floats = [rng.normal(size=shape) for shape in ((steps, 7), (steps, 7), (steps, 9), (steps, 2), (steps,))]
+    tails = ((7,), (7,), (9,), (2,), (), (2, 3), (2,))
+    trajectory = Trajectory(params, t_us, *(rng.normal(size=(steps, *tail)) for tail in tails))
     truth = Truth(
         t_us,
         rng.random(steps),
@@ -38,8 +41,13 @@ def random_motion(rng: np.random.Generator, params: Params, steps: int, slips: b
         rng.random(steps) < 0.5,
         (0, 1000 * steps),
         1000 if slips else None,
+        (Episode(1000, 3000, "mixed", "tilt", rng.random(), rng.random()),) if slips else (),
+        rng.integers(0, len(PHASE_NAMES), steps).astype(np.uint8),
+        trajectory.pad_force_n,
+        trajectory.pad_friction,
+        trajectory.pad_utilisation,
     )
-    return Trajectory(params, t_us, *floats), truth
+    return trajectory, truth
 
 
 def simulated(index: int = 0, split: str = "train", events: int = 200, steps: int = 5) -> Record:

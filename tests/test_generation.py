@@ -106,9 +106,17 @@ def test_an_unreachable_object_stops_the_run_and_names_sample_and_key(tmp_path):
     assert not (tmp_path / "new").exists()
 
 
-def test_an_object_out_of_reach_at_some_index_only_stops_there_and_a_mended_configuration_goes_on(tmp_path):
+def test_an_object_out_of_reach_at_some_index_is_a_rejection_there(tmp_path):
     config = small_config(**{"sampling": "grid", "object.mass_kg": 0.012, "object.x_m": [0.9, 0.461], "test_share": 0})
-    with pytest.raises(ConfigError, match=r"sample train/0: object\.x_m 0\.9.*cannot reach"):
-        evslip.generate(config, tmp_path, 2, workers=1)
-    assert not list(tmp_path.rglob("*.h5"))
+    summary = evslip.generate(config, tmp_path, 2, workers=1)
+    assert [made.entry["kind"] for made in summary.made] == ["rejected", "simulated"]
+    (rejection,) = evslip.open_dataset(tmp_path).rejections
+    kind, reason = rejection["rejection"]
+    assert kind == "unreachable"
+    assert "object.x_m 0.9" in reason
+
+
+def test_a_configuration_that_failed_can_be_mended_in_its_folder(tmp_path):
+    with pytest.raises(ConfigError, match="cannot reach"):
+        evslip.generate(small_config(**{"object.x_m": 0.9}), tmp_path, 1, workers=1)
     assert len(evslip.generate(small_config(), tmp_path, 1, workers=1).made) == 1

@@ -7,7 +7,8 @@ import evslip
 from evslip import grip, scene
 from evslip.errors import ConfigError, GraspFailed
 from evslip.grip import TCP_M
-from evslip.motion import minimum_jerk, plan, tool_path
+from evslip.motion import plan, tool_path
+from evslip.motions.steps import minimum_jerk
 from evslip.params import Params
 from evslip.phases import phase_times
 from evslip.robot import ARM_JOINTS
@@ -107,10 +108,10 @@ def test_the_plan_stays_inside_joint_limits_and_is_smooth():
     params = params_with()
     model = scene.build(params)
     planned = plan(params, model)
-    for joint, angles in zip(ARM_JOINTS, planned.arm_rad.T, strict=True):
+    for joint, angles in zip(ARM_JOINTS, planned.joints.T, strict=True):
         low, high = model.joint(joint).range
         assert low < angles.min() <= angles.max() < high
-    assert np.abs(np.diff(planned.arm_rad, axis=0)).max() < 0.005
+    assert np.abs(np.diff(planned.joints, axis=0)).max() < 0.005
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from evslip.frame import Frame
     from evslip.generation import generate
     from evslip.learn import Detector
+    from evslip.onset import onset_mass
     from evslip.params import Params, draw
     from evslip.record import Record
     from evslip.rendering import render
@@ -40,6 +41,7 @@ _HOME = {
     "generate": "generation",
     "load_config": "config",
     "measure": "truth",
+    "onset_mass": "onset",
     "open_dataset": "dataset",
     "read_events": "codecs",
     "render": "rendering",
@@ -64,6 +66,7 @@ __all__ = [
     "learn",
     "load_config",
     "measure",
+    "onset_mass",
     "open_dataset",
     "read_events",
     "render",

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Strict, ValidationError
+from pydantic import BaseModel, RootModel, Strict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
 
 from evslip.errors import ConfigError
-from evslip.schema import SampleSpec, Within
+from evslip.schema import HOLD, NATURAL, SampleSpec, Within
 from evslip.values import Names, Number
 
 PRESETS = ("demo", "simple", "complex")
@@ -26,6 +27,46 @@ class Config(SampleSpec[Number, Names]):
     """Grid: lists are combined exhaustively, the first key slowest. Random: drawn. Ranges are drawn in both."""
     test_share: Annotated[float, Strict(), Within(0.0, 0.9)] = 0.2
     """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
+    together: tuple[tuple[str, ...], ...] = ()
+    """Groups of keys whose lists are walked through together, entry by entry, instead of being combined."""
+    slip_fraction: Annotated[float | None, Strict(), Within(0.0, 1.0)] = None
+    """If given, this share of the samples slips: each gets a mass above 1.25 or below 0.85 of its onset mass."""
+
+    @model_validator(mode="after")
+    def _check_groups(self) -> "Config":
+        seen: set[str] = set()
+        for group in self.together:
+            lengths = {}
+            for key in group:
+                section, _, name = key.partition(".")
+                if section not in SampleSpec.model_fields or name not in type(getattr(self, section)).model_fields:
+                    raise _wrong("together", f"{key!r} is unknown, expected keys such as object.texture")
+                if key in seen:
+                    raise _wrong("together", f"{key} occurs twice")
+                seen.add(key)
+                value = getattr(getattr(self, section), name)
+                if isinstance(value, tuple):
+                    lengths[key] = len(value)
+            if len(set(lengths.values())) > 1:
+                counts = ", ".join(f"{key} has {length} entries" for key, length in lengths.items())
+                raise _wrong("together", f"{counts}, expected lists of equal length")
+        return self
+
+    @model_validator(mode="after")
+    def _check_fraction(self) -> "Config":
+        if self.slip_fraction is None:
+            return self
+        kinds = self.slip.kind if isinstance(self.slip.kind, tuple) else (self.slip.kind,)
+        is_able = (HOLD in kinds or self.slip_fraction == 1, any(k != HOLD for k in kinds) or self.slip_fraction == 0)
+        if NATURAL not in kinds and not all(is_able):
+            raise _wrong("slip_fraction", "needs a slip.kind that is natural, or a list of hold and another kind")
+        if self.object.density_kg_m3 is not None:
+            raise _wrong("slip_fraction", "chooses object.mass_kg, so object.density_kg_m3 cannot be given")
+        return self
+
+
+def _wrong(key: str, message: str) -> PydanticCustomError:
+    return PydanticCustomError("within", "{key}|{message}", {"key": key, "message": message})
 
 
 def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None = None) -> Config:
@@ -98,8 +139,16 @@ def explain(error: ValidationError, model: type) -> str:
 
 def _fields(model: Any, path: list[str]) -> list[str]:
     for part in path:
-        model = model.model_fields[part].annotation
+        if not part.isdigit():
+            model = _model(model.model_fields[part].annotation)
     return list(model.model_fields)
+
+
+def _model(annotation: Any) -> Any:
+    """The model in an annotation; of a list of models their entries'."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return _model(annotation.model_fields["root"].annotation) if issubclass(annotation, RootModel) else annotation
+    return next((found for part in get_args(annotation) if (found := _model(part))), None)
 
 
 def _short(value: Any) -> str:
@@ -137,7 +186,7 @@ def _load(text: str, source: str) -> dict[str, Any]:
 def _merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in over.items():
-        nested = isinstance(value, dict) and isinstance(base.get(key), dict) and not set(base[key]) <= {"min", "max"}
+        nested = isinstance(value, dict) and isinstance(base.get(key), dict) and "min" not in base[key]
         merged[key] = _merge(base[key], value) if nested else value
     return merged
 

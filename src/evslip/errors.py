@@ -9,6 +9,17 @@ class ConfigError(EvslipError):
     """A configuration key is unknown, of the wrong type, out of range, or asks for what the robot cannot do."""
 
 
+class PlanRejected(ConfigError):
+    """The robot cannot do the motion of one sample. Of a sample among others a rejection, recorded at its index.
+
+    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "collision".
+    """
+
+    def __init__(self, kind: str, message: str):
+        super().__init__(message)
+        self.kind = kind
+
+
 class DataError(EvslipError):
     """A file or folder is missing, empty, truncated, damaged, or not what it claims to be."""
 

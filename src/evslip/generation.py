@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from evslip import dataset
 from evslip.config import Config, config_from_text, dump_config, load_config
-from evslip.errors import ConfigError, GraspFailed
+from evslip.errors import ConfigError, GraspFailed, PlanRejected
 from evslip.events import camera_for
 from evslip.events.stream import empty_events
 from evslip.frame import Frame
@@ -23,6 +23,8 @@ from evslip.simulation import check_reach, simulate
 from evslip.truth import measure
 
 STAGES = ("physics", "frames", "events", "file")
+TRIED = 8
+"""Samples whose plans are tried before a folder is made."""
 
 
 @dataclass
@@ -71,14 +73,14 @@ class Summary(NamedTuple):
 def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
     """The whole record of one sample; a pure function of its parameters.
 
-    A grasp that fails in physics gives a record of kind "rejected" that says why.
+    A motion that the robot cannot do and a grasp that fails in physics give a record of kind "rejected" that says why.
     """
     watch = watch or Stopwatch()
     try:
         with watch.stage("physics"):
             trajectory = simulate(params)
             truth = measure(trajectory)
-    except GraspFailed as failure:
+    except (GraspFailed, PlanRejected) as failure:
         return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
     with watch.stage("events"):
         frames = _Frames(render(trajectory, start_us=truth.span_us[0], end_us=truth.span_us[1]))
@@ -90,13 +92,19 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
     )
 
 
-def _check(params: Params) -> None:
-    """Raise ConfigError for what can be known to fail, before a folder is made."""
-    camera_for(params)
-    try:
-        check_reach(params)
-    except ConfigError as error:
-        raise ConfigError(f"sample {params.split}/{params.index}: {error}") from None
+def _check(config: Config, count: int, split: str) -> None:
+    """Raise ConfigError for what can be known to fail, before a folder is made: also a motion that the robot can do in
+    none of a few samples."""
+    camera_for(draw(config, count - 1, split))
+    rejected = []
+    for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):
+        try:
+            return check_reach(draw(config, index, split))
+        except PlanRejected as error:
+            rejected.append(f"sample {split}/{index}: {error}")
+        except ConfigError as error:
+            raise ConfigError(f"sample {split}/{index}: {error}") from None
+    raise ConfigError(rejected[0])
 
 
 def _record(params: Params, **parts: Any) -> Record:
@@ -145,7 +153,7 @@ def generate(
     if workers < 1:
         raise ConfigError(f"workers: {workers} is out of range, expected 1 or more")
     run = runner(runner_name)
-    _check(draw(config, count - 1, split))
+    _check(config, count, split)
     root, text = Path(out).absolute(), dump_config(config)
     dataset.create(root, text)
     dataset.plan(root, split, count)

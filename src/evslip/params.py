@@ -1,16 +1,16 @@
 """The concrete parameters of one sample, and how they are drawn."""
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Literal
+import math
+from typing import Literal
 
-import numpy as np
 from pydantic import ValidationError
 
-from evslip import textures
 from evslip.config import Config, explain
-from evslip.errors import ConfigError, DataError
+from evslip.errors import ConfigError, DataError, PlanRejected
+from evslip.plan import make_plan
 from evslip.schema import SampleSpec
 from evslip.seeds import SPLITS, generator
+from evslip.shapes.dimensions import settle
 from evslip.values import Constant, Range
 
 
@@ -36,73 +36,44 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     Each key has a generator of its own, so changing one key's distribution leaves all others' values alone. No value
     that a distribution yields in one split can occur in the other. Raises ConfigError.
     """
+    from evslip import slip, stratification
+
     if split not in SPLITS:
         raise ConfigError(f"split: {split!r} is unknown; expected one of {', '.join(SPLITS)}")
     if index < 0:
         raise ConfigError(f"index: {index} is out of range, expected 0 or more")
     if split == "test" and config.test_share == 0:
         raise ConfigError("test_share: is 0, so the configuration has no test split")
-    tree = config.model_dump(exclude={"sampling", "test_share", "seed"})
-    remaining = index
-    for section, name, value in reversed(list(_leaves(config))):
-        rng = generator(config.seed, split, index, f"draw {section}.{name}")
-        if isinstance(value, tuple):
-            choices = _share(config, f"{section}.{name}", value, split)
-            if config.sampling == "grid" and value is getattr(getattr(config, section), name):
-                remaining, position = divmod(remaining, len(choices))
-            else:
-                position = int(rng.integers(len(choices)))
-            value = choices[position]
-        if name == "texture":
-            _of_section(section, textures.check, value)
-        tree[section][name] = value.draw(rng, odd=split == "test") if isinstance(value, Range) else value
-    return Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
+    prepared = slip.prepare(config, index, split)
+    plan = make_plan(prepared)
+    rngs = {key: generator(config.seed, split, index, f"draw {key}") for key in plan.varied()}
+    values, remaining = dict(plan.fixed), index
+    for dimension, rows in reversed(list(zip(plan.dimensions, plan.shares[split], strict=True))):
+        if config.sampling == "grid" and not dimension.is_pool:
+            remaining, position = divmod(remaining, len(rows))
+        else:
+            position = int(rngs[dimension.keys[0]].integers(len(rows)))
+        values.update(zip(dimension.keys, dimension.rows[rows[position]], strict=True))
+    tree = prepared.model_dump(include=set(SampleSpec.model_fields))
+    for key, value in values.items():
+        section, name = key.split(".")
+        if isinstance(value, Range):
+            try:
+                value = value.draw(rngs[key], odd=split == "test", without=plan.constants.get(key, frozenset()))
+            except ConfigError as error:
+                raise ConfigError(f"{key}: {error}") from None
+        tree[section][name] = value
+    params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
+    params = params.model_copy(update={"object": settle(params.object)})
+    try:
+        params = slip.weigh(params, by_default=config.slip.multiple is None)
+        return stratification.weigh(config, params)
+    except PlanRejected:  # pads that miss the object carry no mass; planning the motion says so
+        return params
 
 
 def grid_size(config: Config, split: str = "train") -> int:
     """Number of combinations of the configuration's lists in a split."""
-    lists = ((s, n, getattr(getattr(config, s), n)) for s, n, _ in _leaves(config))
-    sizes = [len(_share(config, f"{s}.{n}", value, split)) for s, n, value in lists if isinstance(value, tuple)]
-    return int(np.prod(sizes, dtype=np.int64))
-
-
-def _leaves(config: Config) -> Iterator[tuple[str, str, Any]]:
-    """(section, name, value) of every field, texture patterns replaced by the names they match.
-
-    A list that came from a pattern is a pool to draw from, never a dimension of a grid.
-    """
-    for section in SampleSpec.model_fields:
-        for name, value in getattr(config, section):
-            yield section, name, _of_section(section, textures.expand, value) if name == "texture" else value
-
-
-def _of_section(section: str, function: Callable[[Any], Any], value: Any) -> Any:
-    """Call a function of textures, whose errors begin with the key's last part."""
-    try:
-        return function(value)
-    except ConfigError as error:
-        raise ConfigError(f"{section}.{error}") from None
-
-
-def _share(config: Config, key: str, choices: Sequence[Any], split: str) -> Sequence[Any]:
-    """The part of a list that belongs to a split: ranges to both (their lattices differ), constants to one.
-
-    A texture kept for testing is kept from every texture list, so that no part of a training scene shows it.
-    """
-    constants = {choice for choice in choices if not isinstance(choice, Range)}
-    if config.test_share == 0 or not constants:
-        return choices
-    is_names = isinstance(choices[0], str)
-    pool = sorted(_texture_pool(config) if is_names else constants)
-    order = generator(config.seed, "train", 0, f"split {'texture' if is_names else key}").permutation(len(pool))
-    held_out = {pool[i] for i in order[: max(1, round(config.test_share * len(pool)))]}
-    mine = [c for c in choices if isinstance(c, Range) or (c in held_out) == (split == "test")]
-    if not mine:
-        raise ConfigError(f"{key}: too few values to split between train and test; give more or set test_share = 0")
-    return mine
-
-
-def _texture_pool(config: Config) -> set[str]:
-    return {
-        name for _, field, value in _leaves(config) if field == "texture" and isinstance(value, tuple) for name in value
-    }
+    plan = make_plan(config)
+    sizes = zip(plan.dimensions, plan.shares[split], strict=True)
+    return math.prod(len(rows) for dimension, rows in sizes if not dimension.is_pool)

@@ -14,9 +14,11 @@ import evslip
 from evslip import atomic, hdf5
 from evslip.codecs.hdf5 import get_events, put_events
 from evslip.codecs.inputs import check_events, check_size
+from evslip.episodes import KINDS, Episode
 from evslip.errors import DataError
 from evslip.events.stream import Events, empty_events
 from evslip.params import Params
+from evslip.phases import PHASE_NAMES
 from evslip.seeds import SPLITS
 from evslip.trajectory import Trajectory
 from evslip.truth import Truth
@@ -25,8 +27,11 @@ FORMAT, VERSION = "evslip", 1
 Kind = Literal["simulated", "rejected", "recording"]
 
 _TRAJECTORY = {"gripper_pose": (7,), "object_pose": (7,), "joints": (9,), "pad_force_n": (2,), "floor_force_n": ()}
+_PADS = {"pad_friction": (2, 3), "pad_utilisation": (2,)}
+"""Arrays of the trajectory that the first records of format 1 lack."""
 _TRUTH = {"theta_deg": (), "rotation": (4,), "position_m": (3,)}
 """Trailing shapes of the float arrays; float32 or float64, kept as they come."""
+_EPISODE = "start_us, end_us, kind (of rotation, translation, mixed, drop), phase, rotation_deg, translation_mm"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -95,19 +100,29 @@ def _fill(file: h5py.File, record: Record) -> None:
         file.attrs["rejection_kind"], file.attrs["rejection"] = record.rejection
     put_events(file, record.events)
     if record.trajectory is not None:
-        _fill_group(file.create_group("trajectory"), record.trajectory, ("t_us", *_TRAJECTORY))
+        names = ("t_us", *_TRAJECTORY, *(name for name in _PADS if getattr(record.trajectory, name) is not None))
+        _fill_group(file.create_group("trajectory"), record.trajectory, names)
     if record.truth is not None:
         group = file.create_group("truth")
         _fill_group(group, record.truth, ("t_us", *_TRUTH, "held"))
         group.attrs["span_us"] = np.array(record.truth.span_us, np.int64)
         if record.truth.onset_us is not None:
             group.attrs["onset_us"] = record.truth.onset_us
+        if record.truth.phase is not None:
+            hdf5.put(group, "phase", record.truth.phase)
+            hdf5.put(group, "episodes", _episode_rows(record.truth.episodes))
+            group.attrs["phases"], group["episodes"].attrs["columns"] = ", ".join(PHASE_NAMES), _EPISODE
 
 
 def _fill_group(group: h5py.Group, values: Trajectory | Truth, names: tuple[str, ...]) -> None:
     for name in names:
         array = getattr(values, name)
         hdf5.put(group, name, array.astype(np.uint8) if array.dtype == bool else array)
+
+
+def _episode_rows(episodes: tuple[Episode, ...]) -> np.ndarray:
+    rows = [(e.start_us, e.end_us, KINDS.index(e.kind), PHASE_NAMES.index(e.phase), *e[4:]) for e in episodes]
+    return np.array(rows, np.float64).reshape(-1, len(Episode._fields))
 
 
 def _record(file: h5py.File, events: bool) -> Record:
@@ -120,6 +135,7 @@ def _record(file: h5py.File, events: bool) -> Record:
     rejection = None
     if "rejection_kind" in file.attrs:
         rejection = hdf5.attribute(file, "rejection_kind", str), hdf5.attribute(file, "rejection", str)
+    trajectory = _trajectory(file["trajectory"], params) if "trajectory" in file else None
     return Record(
         kind=hdf5.attribute(file, "kind", str),
         name=hdf5.attribute(file, "name", str),
@@ -128,8 +144,8 @@ def _record(file: h5py.File, events: bool) -> Record:
         split=hdf5.attribute(file, "split", str) if "split" in file.attrs else None,
         index=hdf5.attribute(file, "index", int) if "index" in file.attrs else None,
         params=params,
-        trajectory=_trajectory(file["trajectory"], params) if "trajectory" in file else None,
-        truth=_truth(file["truth"]) if "truth" in file else None,
+        trajectory=trajectory,
+        truth=_truth(file["truth"], trajectory) if "truth" in file else None,
         rejection=rejection,
         stats=_table(file, "stats"),
         provenance=_table(file, "provenance"),
@@ -140,18 +156,34 @@ def _trajectory(group: Any, params: Params | None) -> Trajectory:
     if params is None:
         raise DataError(f"{group.file.filename}: has a trajectory but no parameters")
     t_us = hdf5.get(group, "t_us", "i", (None,))
-    return Trajectory._make(
-        [params, t_us, *(hdf5.get(group, name, "f", (len(t_us), *s)) for name, s in _TRAJECTORY.items())]
-    )
+    arrays = {name: hdf5.get(group, name, "f", (len(t_us), *shape)) for name, shape in _TRAJECTORY.items()}
+    pads = {name: hdf5.get(group, name, "f", (len(t_us), *shape)) for name, shape in _PADS.items() if name in group}
+    return Trajectory(params, t_us, **arrays, **pads)
 
 
-def _truth(group: Any) -> Truth:
+def _truth(group: Any, trajectory: Trajectory | None) -> Truth:
     t_us = hdf5.get(group, "t_us", "i", (None,))
     floats = [hdf5.get(group, name, "f", (len(t_us), *shape)) for name, shape in _TRUTH.items()]
     held = hdf5.get(group, "held", "u", t_us.shape) > 0
     start, end = (int(t) for t in group.attrs["span_us"])
     onset = hdf5.attribute(group, "onset_us", int) if "onset_us" in group.attrs else None
-    return Truth._make([t_us, *floats, held, (start, end), onset])
+    truth = Truth(t_us, *floats, held, (start, end), onset)
+    if trajectory is not None:
+        truth = truth._replace(**{name: getattr(trajectory, name) for name in ("pad_force_n", *_PADS)})
+    if "phase" not in group:
+        return truth
+    phase = hdf5.get(group, "phase", "u", t_us.shape)
+    if phase.max(initial=0) >= len(PHASE_NAMES):
+        raise DataError(f"{group.file.filename}: truth/phase: {phase.max()} is none of {', '.join(PHASE_NAMES)}")
+    return truth._replace(phase=phase, episodes=_episodes(group))
+
+
+def _episodes(group: Any) -> tuple[Episode, ...]:
+    rows = hdf5.get(group, "episodes", "f", (None, len(Episode._fields)))
+    return tuple(
+        Episode(int(start), int(end), KINDS[int(kind)], PHASE_NAMES[int(phase)], turned, slid)
+        for start, end, kind, phase, turned, slid in rows.tolist()
+    )
 
 
 def _table(file: h5py.File, name: str) -> dict[str, Any]:
@@ -185,7 +217,8 @@ def _check(record: Record, where: object) -> None:
     if record.trajectory is not None:
         if record.trajectory.params != params:
             raise DataError(f"{where}: the trajectory has other parameters than the record")
-        _check_arrays(record.trajectory, _TRAJECTORY, f"{where}: trajectory")
+        pads = {name: shape for name, shape in _PADS.items() if getattr(record.trajectory, name) is not None}
+        _check_arrays(record.trajectory, _TRAJECTORY | pads, f"{where}: trajectory")
     if record.truth is not None:
         _check_arrays(record.truth, {**_TRUTH, "held": ()}, f"{where}: truth")
         if record.trajectory is None or not np.array_equal(record.truth.t_us, record.trajectory.t_us):

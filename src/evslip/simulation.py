@@ -8,23 +8,23 @@ from evslip import scene
 from evslip.errors import GraspFailed
 from evslip.motion import plan
 from evslip.params import Params
-from evslip.trajectory import Trajectory
+from evslip.trajectory import JOINTS, Trajectory
 
 
 def check_reach(params: Params) -> None:
-    """Raise ConfigError if the motion of these parameters is out of the arm's reach."""
+    """Raise PlanRejected if the robot cannot do the motion of these parameters."""
     plan(params, scene.build(params))
 
 
 def simulate(params: Params) -> Trajectory:
     """Run the pick-and-place of one sample at 1 kHz; bit-identical for equal parameters on one machine.
 
-    Raises ConfigError for a motion out of reach and GraspFailed when the physics diverges.
+    Raises PlanRejected for a motion that the robot cannot do, and GraspFailed when the physics diverges.
     """
     model = scene.build(params)
     planned = plan(params, model)
     data = mujoco.MjData(model)
-    data.qpos[: planned.command.shape[1]] = np.r_[planned.arm_rad[0], planned.command[0, 7:]]
+    data.qpos[: planned.command.shape[1]] = np.r_[planned.joints[0], planned.command[0, -2:]]
     mujoco.mj_forward(model, data)
     full = mujoco.mjtState.mjSTATE_FULLPHYSICS
     state = np.empty(mujoco.mj_stateSize(model, full))
@@ -34,6 +34,7 @@ def simulate(params: Params) -> Trajectory:
         raise GraspFailed("unstable", "the simulation diverged: the contact forces are too large for the object's mass")
     # Single precision, 30 nanometres at arm's length, is what a record stores: so what is rendered now can be rendered
     # again from the file.
-    gripper, obj, joints, pads, floor = scene.split_sensors(sensors[0].astype(np.float32))
+    gripper, obj, joints, *forces = scene.split_sensors(sensors[0].astype(np.float32), params.grip.friction)
+    joints = np.insert(joints, [joints.shape[1] - 2] * (JOINTS - joints.shape[1]), 0, axis=1)
     t_us = np.arange(len(gripper), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
-    return Trajectory(params, t_us, gripper, obj, joints, pads, floor)
+    return Trajectory(params, t_us, gripper, obj, joints, *forces)

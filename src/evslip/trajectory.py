@@ -6,6 +6,9 @@ import numpy as np
 
 from evslip.params import Params
 
+JOINTS = 9
+"""Columns of a trajectory's joints."""
+
 
 class Trajectory(NamedTuple):
     """One pick-and-place, sampled at 1 kHz. World frame: metres, z up, table top at z = 0."""
@@ -19,11 +22,19 @@ class Trajectory(NamedTuple):
     object_pose: np.ndarray
     """Object frame (centre of the cuboid) in the world, as gripper_pose; of shape (n, 7)."""
     joints: np.ndarray
-    """Arm joint angles in radians (7), then the travel of the left and right finger in metres; of shape (n, 9)."""
+    """Arm joint angles in radians (7), then the travel of the left and right finger in metres; of shape (n, 9). The
+    cartesian hand's are x, y, z in metres, tilt in radians and three zeros."""
     pad_force_n: np.ndarray
     """Normal force on the left and right pad in newtons; of shape (n, 2)."""
     floor_force_n: np.ndarray
     """Normal force between object and surface in newtons; of shape (n,)."""
+    pad_friction: np.ndarray | None = None
+    """Friction of the left and right pad on the object in the plane of the pads: force along hand x and against hand z
+    (at zero tilt along world x and up) in newtons, and its torque about the closing axis through the tool centre, world
+    y at zero tilt, in newton metres; of shape (n, 2, 3). None in records made without."""
+    pad_utilisation: np.ndarray | None = None
+    """Share of each pad's friction that is in use: the magnitudes of its contact points' friction, over what they can
+    have, mu times their normal forces. 1 where the whole pad slides, 0 where it does not touch; of shape (n, 2)."""
 
     @property
     def finger_gap_m(self) -> np.ndarray:

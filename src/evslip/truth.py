@@ -5,9 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from evslip.episodes import SLIP_DEG, SLIP_M, Episode, movements_of
 from evslip.errors import GraspFailed
 from evslip.grip import TCP_M
-from evslip.phases import phase_times
+from evslip.params import Params
+from evslip.phases import PHASE_NAMES, phase_times
 from evslip.trajectory import Trajectory
 
 SETTLED_SHARE = 0.9
@@ -18,8 +20,8 @@ SETTLED_S = 0.1
 """... for this long."""
 LOST_S = 0.02
 """The grip is lost when a pad has carried nothing for this long."""
-ONSET_DEG, ONSET_M = 0.1, 1e-4
-SLIP_DEG, SLIP_M = 1.0, 2e-3
+SPEED_S = 0.01
+"""Slip speeds are central differences over this time."""
 
 
 class Truth(NamedTuple):
@@ -39,8 +41,67 @@ class Truth(NamedTuple):
     span_us: tuple[int, int]
     """From the closed grip to the command to open: the time that is recorded."""
     onset_us: int | None
-    """When the slip begins: the first 0.1 deg or 0.1 mm of a movement in the grip that reaches 1 deg or 2 mm. None: the
-    object holds."""
+    """When the first slip begins: the first 0.1 deg or 0.1 mm of a movement in the grip that reaches 1 deg or 2 mm.
+    None, if the object holds."""
+    episodes: tuple[Episode, ...] = ()
+    """Every slip, in order."""
+    phase: np.ndarray | None = None
+    """Phase of the task at each sample, as its position in evslip.phases.PHASE_NAMES; uint8 of shape (n,)."""
+    pad_force_n: np.ndarray | None = None
+    """The trajectory's pad_force_n, pad_friction and pad_utilisation; the latter two None in records made without."""
+    pad_friction: np.ndarray | None = None
+    pad_utilisation: np.ndarray | None = None
+
+    @property
+    def spin_deg(self) -> np.ndarray:
+        """Rotation in the hand about the closing axis since the grip closed, signed and unbounded: positive where the
+        object turns as the hand does with positive tilt; of shape (n,)."""
+        w, _, y, _ = self._since_closed().as_quat(scalar_first=True).T
+        return -np.degrees(np.unwrap(2 * np.arctan2(y, w)))
+
+    @property
+    def slide_m(self) -> np.ndarray:
+        """Way of the gripped point in the hand since the grip closed: along the object's width, along the closing axis,
+        and up (against the fingers), as they lie at zero tilt; of shape (n, 3)."""
+        return (self.position_m - self.position_m[self._closed]).astype(np.float64) * [1, -1, -1]
+
+    @property
+    def slide_mm(self) -> np.ndarray:
+        """Distance of the gripped point from where it was when the grip closed; of shape (n,)."""
+        return 1e3 * np.linalg.norm(self.slide_m, axis=1)
+
+    @property
+    def angular_speed_deg_s(self) -> np.ndarray:
+        """How fast the object turns in the hand, about any axis; of shape (n,)."""
+        turns = Rotation.from_quat(self.rotation, scalar_first=True)
+        before, after, seconds = self._neighbours()
+        return np.degrees((turns[before].inv() * turns[after]).magnitude()) / seconds
+
+    @property
+    def linear_speed_mm_s(self) -> np.ndarray:
+        """How fast the gripped point slides in the hand; of shape (n,)."""
+        before, after, seconds = self._neighbours()
+        way = self.position_m[after].astype(np.float64) - self.position_m[before]
+        return 1e3 * np.linalg.norm(way, axis=1) / seconds
+
+    def during(self, *phases: str) -> np.ndarray:
+        """Which samples lie in the named phases; bool of shape (n,)."""
+        return np.isin(self.phase, [PHASE_NAMES.index(name) for name in phases])
+
+    @property
+    def _closed(self) -> int:
+        return int(np.searchsorted(self.t_us, self.span_us[0]))
+
+    def _since_closed(self) -> Rotation:
+        turns = Rotation.from_quat(self.rotation, scalar_first=True)
+        return turns * turns[min(self._closed, len(self.t_us) - 1)].inv()
+
+    def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Samples SPEED_S / 2 before and after each one, as far as there are any, and the seconds between them."""
+        n = len(self.t_us)
+        reach = max(1, round(SPEED_S / 2 * 1e6 / max(1, int(self.t_us[min(1, n - 1)] - self.t_us[0]))))
+        before, after = np.maximum(np.arange(n) - reach, 0), np.minimum(np.arange(n) + reach, n - 1)
+        return before, after, np.maximum(self.t_us[after] - self.t_us[before], 1) / 1e6
 
 
 def angular_difference(trajectory: Trajectory) -> np.ndarray:
@@ -57,11 +118,12 @@ def measure(trajectory: Trajectory) -> Truth:
     hand = _rotation(trajectory.gripper_pose)
     centre = hand.inv().apply(trajectory.object_pose[:, :3] - trajectory.gripper_pose[:, :3])
     position = centre + (relative * relative[closed].inv()).apply(TCP_M - centre[closed])
-    first, last = _held_span(trajectory, closed, opening)
+    first, last, lost = _held_span(trajectory, closed, opening)
     held = np.zeros(len(trajectory.t_us), bool)
     held[first:last] = True
-    onset = _onset(relative[first:last], position[first:last])
     t_us = trajectory.t_us
+    phase = phase_of(trajectory.params, t_us)
+    episodes = find_episodes(t_us, relative, position, held, phase, lost)
     return Truth(
         t_us=t_us,
         theta_deg=angular_difference(trajectory).astype(np.float32),
@@ -69,8 +131,42 @@ def measure(trajectory: Trajectory) -> Truth:
         position_m=position.astype(np.float32),
         held=held,
         span_us=(int(t_us[closed]), int(t_us[opening])),
-        onset_us=None if onset is None else int(t_us[first + onset]),
+        onset_us=episodes[0].start_us if episodes else None,
+        episodes=episodes,
+        phase=phase,
+        pad_force_n=trajectory.pad_force_n,
+        pad_friction=trajectory.pad_friction,
+        pad_utilisation=trajectory.pad_utilisation,
     )
+
+
+def phase_of(params: Params, t_us: np.ndarray) -> np.ndarray:
+    """Phase at each time, as its position in PHASE_NAMES; uint8 of shape (n,)."""
+    times = phase_times(params)
+    starts = [start for start, _ in times.values()]
+    codes = np.array([PHASE_NAMES.index(name) for name in times], np.uint8)
+    return codes[np.searchsorted(starts, t_us, "right") - 1]
+
+
+def find_episodes(
+    t_us: np.ndarray, rotation: Rotation, position_m: np.ndarray, held: np.ndarray, phase: np.ndarray, lost: bool
+) -> tuple[Episode, ...]:
+    """The slips within the held time, of poses in the hand; `lost`: the object left the grip at its end."""
+    inside = np.flatnonzero(held)
+    if len(inside) < 2:
+        return ()
+    first, last = int(inside[0]), int(inside[-1]) + 1
+    step_s = int(t_us[1] - t_us[0]) / 1e6
+    found = []
+    for slip in movements_of(rotation[first:last], position_m[first:last], step_s):
+        reached = slip.rotation_deg >= SLIP_DEG, slip.translation_m >= SLIP_M
+        kind = "mixed" if all(reached) else "rotation" if reached[0] else "translation"
+        if lost and first + slip.end == last - 1:
+            kind = "drop"
+        start, end = first + slip.start, first + slip.end
+        measures = slip.rotation_deg, 1e3 * slip.translation_m
+        found.append(Episode(int(t_us[start]), int(t_us[end]), kind, PHASE_NAMES[phase[start]], *measures))
+    return tuple(found)
 
 
 def _recorded(trajectory: Trajectory) -> tuple[int, int]:
@@ -89,8 +185,9 @@ def _recorded(trajectory: Trajectory) -> tuple[int, int]:
     return closed, opening
 
 
-def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, int]:
-    """From the last touch of the surface while lifting to the first while placing, or to the loss of the grip."""
+def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, int, bool]:
+    """From the last touch of the surface while lifting to the first while placing, or to the loss of the grip, and
+    whether it is that."""
     step_us = int(trajectory.t_us[1] - trajectory.t_us[0])
     empty = np.any(trajectory.pad_force_n[closed:opening] <= 0, axis=1)
     lost = _first_run(empty, round(LOST_S * 1e6 / step_us))
@@ -103,7 +200,7 @@ def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, 
     last = end if landed is None else first + landed
     if (last - first) * step_us < SETTLED_S * 1e6:
         raise GraspFailed("never_lifted", "the object stayed on the surface: the grip cannot carry it")
-    return first, last
+    return first, last, lost is not None and landed is None
 
 
 def _first_run(flags: np.ndarray, length: int) -> int | None:
@@ -112,17 +209,6 @@ def _first_run(flags: np.ndarray, length: int) -> int | None:
         return None
     full = np.convolve(flags, np.ones(length, int), "valid") == length
     return int(full.argmax()) if full.any() else None
-
-
-def _onset(relative: Rotation, position: np.ndarray) -> int | None:
-    """Index of the slip's beginning within the held span."""
-    turned = _angle_deg(relative[0].inv() * relative)
-    moved = np.linalg.norm(position - position[0], axis=1)
-    slipped = (turned >= SLIP_DEG) | (moved >= SLIP_M)
-    if not slipped.any():
-        return None
-    before = (turned < ONSET_DEG) & (moved < ONSET_M)
-    return int(np.flatnonzero(before[: slipped.argmax()])[-1]) + 1
 
 
 def _rotation(pose: np.ndarray) -> Rotation:

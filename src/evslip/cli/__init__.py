@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 
 from evslip import __version__
-from evslip.cli import detecting, first_steps, making, sensing
+from evslip.cli import detecting, first_steps, making, sensing, showing
 from evslip.cli.usage import chosen
 from evslip.errors import EvslipError
 
@@ -14,7 +14,7 @@ DESCRIPTION = (
 )
 VERBS: dict[str, Callable[..., None]] = {
     "demo": first_steps.demo,
-    "show": making.show,
+    "show": showing.show,
     "generate": making.generate,
     "status": making.status,
     "verify": making.verify,

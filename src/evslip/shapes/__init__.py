@@ -1,0 +1,40 @@
+"""The kinds of object. A new one is a class in a file of its own and one line in SHAPES."""
+
+from functools import lru_cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from evslip.params import Params
+    from evslip.shapes.shape import Shape
+    from evslip.shapes.surface import Surface
+
+SHAPES = {
+    "cuboid": "evslip.shapes.cuboid:Cuboid",
+    "cylinder": "evslip.shapes.cylinder:Cylinder",
+    "mesh": "evslip.shapes.mesh:MeshShape",
+}
+"""Name -> module:class. A shape is made from the object's section of the parameters."""
+
+
+def shape_of(params: "Params") -> "Shape":
+    """The object's shape. Raises ConfigError for a mesh that cannot be used."""
+    spec: Any = params.object
+    return shape_of_spec(spec)
+
+
+def surface_of(params: "Params") -> "Surface":
+    """What the object looks like, as triangles in its frame. Raises ConfigError for a mesh that cannot be used."""
+    return shape_of(params).surface()
+
+
+def shape_class(spec: Any) -> "type[Shape]":
+    """The class of the shape that the object's section of the parameters names."""
+    module, _, name = SHAPES[spec.shape].partition(":")
+    return getattr(import_module(module), name)
+
+
+@lru_cache(maxsize=4)
+def shape_of_spec(spec: Any) -> "Shape":
+    """As `shape_of`, from the object's section of the parameters."""
+    return shape_class(spec)(spec)
