@@ -40,7 +40,7 @@ EARLIER = 0.95
 """The first tenth of a degree comes at 0.97 of the onset mass."""
 RECIPES: dict[str, Recipe] = {
     "hold": Recipe((0.3, 0.8)),
-    "rotation": Recipe((1.15, 1.4), settings={"grip.offset": EITHER_SIDE}),
+    "rotation": Recipe((1.2, 1.32), settings={"grip.offset": EITHER_SIDE}),
     # A central grip without tilt carries no torque; the lift's acceleration overloads it for a moment.
     "translation": Recipe(
         (1.05, 1.075),
@@ -54,7 +54,7 @@ RECIPES: dict[str, Recipe] = {
         },
         motions=UPRIGHT,
     ),
-    "lift": Recipe((1.15, 1.35), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
+    "lift": Recipe((1.22, 1.4), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
     "tilt": Recipe(
         (1.1, 1.3),
         ("tilt", "back"),
