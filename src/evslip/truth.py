@@ -73,9 +73,9 @@ class Truth(NamedTuple):
     @property
     def angular_speed_deg_s(self) -> np.ndarray:
         """How fast the object turns in the hand, about any axis; of shape (n,)."""
-        turns = Rotation.from_quat(self.rotation, scalar_first=True)
         before, after, seconds = self._neighbours()
-        return np.degrees((turns[before].inv() * turns[after]).magnitude()) / seconds
+        first, second = (Rotation.from_quat(self.rotation[k], scalar_first=True) for k in (before, after))
+        return np.degrees((first.inv() * second).magnitude()) / seconds
 
     @property
     def linear_speed_mm_s(self) -> np.ndarray:
@@ -85,7 +85,9 @@ class Truth(NamedTuple):
         return 1e3 * np.linalg.norm(way, axis=1) / seconds
 
     def during(self, *phases: str) -> np.ndarray:
-        """Which samples lie in the named phases; bool of shape (n,)."""
+        """Which samples lie in the named phases; bool of shape (n,). None do where the phase is not known."""
+        if self.phase is None:
+            return np.zeros(len(self.t_us), bool)
         return np.isin(self.phase, [PHASE_NAMES.index(name) for name in phases])
 
     @property
