@@ -81,11 +81,9 @@ def test_labels(rotation: float, translation: float, rise: float) -> None:
     assert (label == HOLD) == (rotation < 0.1 and translation < 0.1)
     equal = WindowSettings(slip_deg=0.5, hold_deg=0.5, slip_mm=1, hold_mm=1)
     assert label_of(movement, equal) != UNCERTAIN
-    for settings_of_mode, angle in (
-        (WindowSettings(labels="angular"), rotation),
-        (WindowSettings(labels="paper"), rise),
-    ):
-        label = label_of(movement, settings_of_mode)
+    by_mode = (WindowSettings(labels="angular"), rotation), (WindowSettings(labels="paper"), rise)
+    for mode, angle in by_mode:
+        label = label_of(movement, mode)
         assert (label == SLIP) == (angle >= 1)
         assert (label == HOLD) == (angle < 0.1)
 
