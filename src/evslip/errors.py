@@ -35,7 +35,7 @@ class MissingExtraError(EvslipError):
 class GraspFailed(EvslipError):
     """The physics let the grasp fail. Not a user error: recorded as a rejection at its index, never redrawn.
 
-    `kind` is a short stable name: "never_held", "dropped_early", "tipped", "unstable".
+    `kind` is a short stable name: "never_closed", "never_lifted", "unstable".
     """
 
     def __init__(self, kind: str, message: str):

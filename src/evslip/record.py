@@ -50,7 +50,7 @@ class Record:
     trajectory: Trajectory | None = None
     truth: Truth | None = None
     rejection: tuple[str, str] | None = None
-    """Kind and message of the GraspFailed, if that is what became of the sample."""
+    """Kind and message of the GraspFailed or PlanRejected, if that is what became of the sample."""
     stats: dict[str, int] = field(default_factory=dict)
     """Counts that say how it was made, such as frames rendered. Equal for equal seeds: no times, no host names."""
     provenance: dict[str, str] = field(default_factory=dict)
