@@ -20,6 +20,8 @@ SETTLED_S = 0.1
 """... for this long."""
 LOST_S = 0.02
 """The grip is lost when a pad has carried nothing for this long."""
+THETA_BITS, ROTATION_BITS, POSITION_BITS = 16, 22, 23
+"""Angles are kept to about 1e-5 degrees, positions to 0.1 micrometres: finer digits would only make records large."""
 SPEED_S = 0.01
 """Slip speeds are central differences over this time."""
 
@@ -128,9 +130,9 @@ def measure(trajectory: Trajectory) -> Truth:
     episodes = find_episodes(t_us, relative, position, held, phase, lost)
     return Truth(
         t_us=t_us,
-        theta_deg=angular_difference(trajectory).astype(np.float32),
-        rotation=relative.as_quat(scalar_first=True).astype(np.float32),
-        position_m=position.astype(np.float32),
+        theta_deg=_rounded(angular_difference(trajectory), THETA_BITS),
+        rotation=_rounded(relative.as_quat(scalar_first=True), ROTATION_BITS),
+        position_m=_rounded(position, POSITION_BITS),
         held=held,
         span_us=(int(t_us[closed]), int(t_us[opening])),
         onset_us=episodes[0].start_us if episodes else None,
@@ -219,6 +221,11 @@ def _rotation(pose: np.ndarray) -> Rotation:
 
 def _relative_rotation(trajectory: Trajectory) -> Rotation:
     return _rotation(trajectory.gripper_pose).inv() * _rotation(trajectory.object_pose)
+
+
+def _rounded(values: np.ndarray, bits: int) -> np.ndarray:
+    """Values to the nearest 2**-bits, in single precision."""
+    return (np.round(values * 2.0**bits) / 2.0**bits).astype(np.float32)
 
 
 def _angle_deg(rotation: Rotation) -> np.ndarray:
