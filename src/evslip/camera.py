@@ -4,11 +4,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from evslip.errors import ConfigError
+from evslip.grip import TCP_M
 from evslip.params import Params
 
 MOUNTS = {"side": (0.0, 0.27, 0.13), "front": (0.27, 0.0, 0.13)}
 """Position in the hand frame in metres. Both look straight across the hand's z axis, with the hand's -z up."""
+NEAREST_M = 0.05
+"""A custom camera closer to the hand's axis has no view of the grasp."""
 
 
 class Camera(NamedTuple):
@@ -32,10 +37,30 @@ class Camera(NamedTuple):
 
 
 def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
-    """The sample's camera; `size` is (width, height) in pixels, with the horizontal field of view unchanged."""
-    width, height = size or (params.camera.width, params.camera.height)
-    position = np.array(MOUNTS[params.camera.mount])
-    backward = np.array([position[0], position[1], 0.0]) / math.hypot(position[0], position[1])
-    up = np.array([0.0, 0.0, -1.0])
-    focal_px = 0.5 * width / math.tan(math.radians(params.camera.fov_deg) / 2)
-    return Camera(position, np.stack([np.cross(up, backward), up, backward], 1), width, height, focal_px)
+    """The sample's camera; `size` is (width, height) in pixels, with the horizontal field of view unchanged.
+
+    Raises ConfigError for a camera that sits in the grasp.
+    """
+    settings = params.camera
+    width, height = size or (settings.width, settings.height)
+    shift = np.array([settings.x_m, settings.y_m, settings.z_m])
+    if settings.mount == "custom":
+        position, backward = shift, shift - TCP_M
+        if np.hypot(*shift[:2]) < NEAREST_M:
+            raise ConfigError(
+                f"camera.x_m {shift[0]:g}, camera.y_m {shift[1]:g}: a custom camera must be at least {NEAREST_M:g} m "
+                "away from the hand's axis"
+            )
+    else:
+        position, backward = MOUNTS[settings.mount] + shift, np.array([*MOUNTS[settings.mount][:2], 0.0])
+    turn = Rotation.from_euler("YXZ", [-settings.yaw_deg, settings.pitch_deg, -settings.roll_deg], degrees=True)
+    focal_px = 0.5 * width / math.tan(math.radians(settings.fov_deg) / 2)
+    return Camera(position, _facing(backward) @ turn.as_matrix(), width, height, focal_px)
+
+
+def _facing(backward: np.ndarray) -> np.ndarray:
+    """Axes right, up, backward as columns, with the hand's -z as nearly up as can be."""
+    backward = backward / np.linalg.norm(backward)
+    right = np.cross([0.0, 0.0, -1.0], backward)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(backward, right), backward], axis=1)

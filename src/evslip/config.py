@@ -172,7 +172,7 @@ def _load(text: str, source: str) -> dict[str, Any]:
 def _merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in over.items():
-        nested = isinstance(value, dict) and isinstance(base.get(key), dict) and not set(base[key]) <= {"min", "max"}
+        nested = isinstance(value, dict) and isinstance(base.get(key), dict) and "min" not in base[key]
         merged[key] = _merge(base[key], value) if nested else value
     return merged
 

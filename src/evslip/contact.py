@@ -20,7 +20,7 @@ PAD_STIFFNESS_PA_M = 1e9
 CELLS = 34
 """Lines of sight along each side of the pad, half a millimetre apart: they find the patch, ..."""
 FINE_CELLS = 24
-"""... and these along each side of its bounding rectangle give its pressure."""
+"""... and these along each side of its bounding rectangle give, in two steps, its pressure."""
 SIDE_CELLS = 64
 """Lines of sight along each side of the object: they find where it is flat."""
 FLAT_M = 0.001
@@ -90,19 +90,27 @@ def pressed_patch(shape: Shape, side: int, point: tuple[float, float], force_n: 
             f"{np.degrees(np.arctan(friction)):.0f} deg, too steep for grip.friction {friction:g}; grip nearer to "
             "where the object is thickest",
         )
-    used = [np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0)]
-    low = np.array([steps[rows[0]] for rows in used]) - cell / 2
-    high = np.array([steps[rows[-1]] for rows in used]) + cell / 2
-    fine = low + (high - low) * ((np.arange(FINE_CELLS) + 0.5) / FINE_CELLS)[:, None]
-    heights = shape.heights(side, point[0] + fine[:, 0], point[1] + fine[:, 1])
-    pressure = _indent(heights, force_n / float(np.prod((high - low) / FINE_CELLS)))
+    middles, low, high = np.stack([steps, steps], axis=1), np.full(2, -PAD_HALF_M), np.full(2, PAD_HALF_M)
+    for _ in range(2):
+        low, high = _around(pressure, low, high)
+        middles = low + (high - low) * ((np.arange(FINE_CELLS) + 0.5) / FINE_CELLS)[:, None]
+        heights = shape.heights(side, point[0] + middles[:, 0], point[1] + middles[:, 1])
+        pressure = _indent(heights, force_n / float(np.prod((high - low) / FINE_CELLS)))
     touched = pressure > 0
-    x, z = np.meshgrid(fine[:, 0], fine[:, 1], indexing="ij")
+    x, z = np.meshgrid(middles[:, 0], middles[:, 1], indexing="ij")
     points, weights = np.stack([x[touched], z[touched]], axis=1), pressure[touched] / pressure.sum()
     margin = (high - low) / (2 * FINE_CELLS)
     corners = np.stack([points.min(axis=0) - margin, points.max(axis=0) + margin])
     top = float(heights.max())
     return Patch(points, weights, _fitted(points, weights), corners, top, _slab(shape, side, top, corners + point))
+
+
+def _around(pressure: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (2,) of the rectangle around the cells that touch, one cell wider, within the cells' (low, high)."""
+    cell = (high - low) / pressure.shape
+    used = [np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0)]
+    first, last = (np.array([rows[k] for rows in used]) for k in (0, -1))
+    return np.maximum(low, low + (first - 1) * cell), np.minimum(high, low + (last + 2) * cell)
 
 
 def _indent(heights: np.ndarray, force_per_area: float) -> np.ndarray:
@@ -136,7 +144,7 @@ def _fitted(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
     arms = points - centre
     variances, axes = np.linalg.eigh((arms.T * weights) @ arms)
     contacts = CONTACTS[:, ::-1] * np.sqrt(np.maximum(variances, 0.0))
-    contacts *= weights @ np.hypot(*arms.T) / np.hypot(*contacts.T).mean()
+    contacts *= weights @ np.linalg.norm(arms, axis=1) / np.linalg.norm(contacts, axis=1).mean()
     return centre + contacts @ axes.T
 
 
@@ -145,14 +153,15 @@ def _slab(shape: Shape, side: int, top_m: float, touched: np.ndarray) -> np.ndar
     half = shape.half_m[[0, 2]]
     cell = 2 * half / SIDE_CELLS
     x, z = ((np.arange(SIDE_CELLS) - (SIDE_CELLS - 1) / 2) * size for size in cell)
-    regions, _ = ndimage.label(shape.heights(side, x, z) > top_m - FLAT_M)
+    regions = np.empty((SIDE_CELLS, SIDE_CELLS), np.int32)
+    ndimage.label(shape.heights(side, x, z) > top_m - FLAT_M, output=regions)
     first, last = np.clip(((touched + half) / cell).astype(int), 0, SIDE_CELLS - 1)
     under = regions[first[0] : last[0] + 1, first[1] : last[1] + 1]
     columns, rows = np.nonzero(np.isin(regions, under[under > 0]))
     found = np.array([[columns.min(initial=SIDE_CELLS), rows.min(initial=SIDE_CELLS)],
                       [columns.max(initial=-1) + 1, rows.max(initial=-1) + 1]])  # fmt: skip
     found = found * cell - half
-    return np.stack([np.minimum(found[0], touched[0]), np.maximum(found[1], touched[1])])
+    return np.clip([np.minimum(found[0], touched[0]), np.maximum(found[1], touched[1])], -half, half)
 
 
 def _missed(shape: Shape, point: tuple[float, float]) -> PlanRejected:

@@ -6,7 +6,7 @@ from typing import Literal
 from pydantic import ValidationError
 
 from evslip.config import Config, explain
-from evslip.errors import ConfigError, DataError
+from evslip.errors import ConfigError, DataError, PlanRejected
 from evslip.plan import make_plan
 from evslip.schema import SampleSpec
 from evslip.seeds import SPLITS, generator
@@ -63,9 +63,12 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
             except ConfigError as error:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
-    drawn = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
-    settled = drawn.model_copy(update={"object": settle(drawn.object)})
-    return slip.weigh(settled, by_default=config.slip.multiple is None)
+    params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
+    params = params.model_copy(update={"object": settle(params.object)})
+    try:
+        return slip.weigh(params, by_default=config.slip.multiple is None)
+    except PlanRejected:  # pads that miss the object carry no mass; planning the motion says so
+        return params
 
 
 def grid_size(config: Config, split: str = "train") -> int:

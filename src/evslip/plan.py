@@ -35,14 +35,17 @@ def make_plan(config: Config) -> Plan:
         f"{section}.{name}": value for section in SampleSpec.model_fields for name, value in getattr(config, section)
     }
     values = {key: _textures(key, value) if key.endswith(f".{TEXTURE}") else value for key, value in given.items()}
-    groups = [tuple(key for key in group if isinstance(given[key], tuple)) for group in config.together]
+    groups = [
+        tuple(key for key in group if isinstance(given[key], tuple) and given[key] == values[key])
+        for group in config.together
+    ]
     group_of = {key: group for group in groups for key in group}
     dimensions: dict[tuple[str, ...], Dimension] = {}
     for key, value in values.items():
         if isinstance(value, tuple):
             keys = group_of.get(key, (key,))
             rows = tuple(zip(*(values[k] for k in keys), strict=True))
-            dimensions[keys] = Dimension(keys, rows, is_pool=not isinstance(given[key], tuple))
+            dimensions[keys] = Dimension(keys, rows, is_pool=value != given[key])
     choices = tuple(dimensions.values())
     entries = {key: column for d in choices for key, column in zip(d.keys, zip(*d.rows, strict=True), strict=True)}
     return Plan(
@@ -54,11 +57,8 @@ def make_plan(config: Config) -> Plan:
 
 
 def _textures(key: str, value: Any) -> Any:
-    """The names that a texture's pattern matches, all of them known to exist."""
+    """The names that a texture's patterns and folders stand for."""
     try:
-        names = textures.expand(value, is_background=key.startswith("background."))
-        for name in names if isinstance(names, tuple) else (names,):
-            textures.check(name)
+        return textures.expand(value, is_background=key.startswith("background."))
     except ConfigError as error:
         raise ConfigError(f"{key.removesuffix(TEXTURE)}{error}") from None
-    return names

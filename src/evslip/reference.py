@@ -39,5 +39,5 @@ def _show(value: Distribution | str | tuple[str, ...] | None) -> str:
     if isinstance(value, tuple):
         return ", ".join(map(_show, value))
     if isinstance(value, Range):
-        return f"{value.min:g}...{value.max:g}"
+        return f"{value.min:g}...{value.max:g}" + (f" ({value.law})" if value.law != "uniform" else "")
     return f"`{value}`" if isinstance(value, str) else f"{value:g}"

@@ -30,6 +30,12 @@ class Within:
 
     low: float
     high: float
+    reason: str = ""
+
+
+def _wrong(key: str, expected: str) -> PydanticCustomError:
+    """An error of one field of a section, as `evslip.config.explain` tells it."""
+    return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
 
 
 @dataclass(frozen=True)
@@ -37,11 +43,6 @@ class OneOf:
     """The names that a field may hold."""
 
     names: tuple[str, ...]
-
-
-def _wrong(key: str, expected: str) -> PydanticCustomError:
-    """An error of one field of a section, as `evslip.config.explain` tells it."""
-    return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
 
 
 class Section(BaseModel):
@@ -56,12 +57,13 @@ class Section(BaseModel):
                     for choice in value if isinstance(value, tuple) else (value,):
                         if choice not in limit.names:
                             expected = f"{choice!r} is unknown; expected one of {', '.join(limit.names)}"
-                            raise PydanticCustomError("within", "{key}|{expected}", {"key": name, "expected": expected})
+                            raise _wrong(name, expected)
                 if isinstance(limit, Within) and value is not None:
                     low, high = extremes(value)
                     if low < limit.low or high > limit.high:
                         bad = low if low < limit.low else high
-                        expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}"
+                        reason = f"; {limit.reason}" if limit.reason else ""
+                        expected = f"{bad:g} is out of range, expected {limit.low:g} to {limit.high:g}{reason}"
                         raise _wrong(name, expected)
         return self
 
@@ -78,7 +80,7 @@ class ObjectSpec(Section, Generic[N, S]):
     the file is in metres. The dimensions that result replace the ones drawn."""
     width_m: Annotated[N, Within(0.01, 0.2)]
     """Size along world x, in the image plane of the side camera."""
-    depth_m: Annotated[N, Within(0.005, 0.075)]
+    depth_m: Annotated[N, Within(0.005, 0.075, "the hand opens to 0.08 m")]
     """Size along world y, between the pads; the hand opens to 0.08 m."""
     height_m: Annotated[N, Within(0.02, 0.25)]
     """Size along world z."""
@@ -97,7 +99,7 @@ class ObjectSpec(Section, Generic[N, S]):
     y_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, to the robot's left."""
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """Name of a texture of the pool, or path of an image; patterns and folders are drawn from."""
 
 
 class GripSpec(Section, Generic[N, S]):
@@ -116,14 +118,14 @@ class GripSpec(Section, Generic[N, S]):
     error_y_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
     """... along its depth: the fingers push it into their middle,"""
     error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
-    """... and turned about the vertical: the closing fingers turn it back."""
+    """... and turned about the vertical: the pads give way to it, and turn it straight only where friction is low."""
 
 
 class SurfaceSpec(Section, Generic[N, S]):
     """The table: a plane at z = 0."""
 
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """Name of a texture of the pool, or path of an image; patterns and folders are drawn from."""
     tile_m: Annotated[N, Within(0.01, 10.0)]
     """Side of one repetition of the texture."""
 
@@ -132,13 +134,13 @@ class BackgroundSpec(Section, Generic[N, S]):
     """The sphere around the scene: background and ambient light."""
 
     texture: S
-    """Name of a texture of the pool, or path of an image."""
+    """As object.texture, and the pool's panoramas; an image twice as wide as high is a panorama, too."""
     luminance_cd_m2: Annotated[N, Within(0.0, 1e7)]
     """Luminance where the texture is white."""
     radius_m: Annotated[N, Within(5.0, 1000.0)]
     """Radius, about the world's origin."""
     tile_deg: Annotated[N, Within(1.0, 360.0)]
-    """Angle that one repetition of the texture covers, seen from the centre."""
+    """Angle that one repetition of the texture covers, seen from the centre; a panorama covers all."""
 
 
 class LightSpec(Section, Generic[N, S]):
@@ -153,7 +155,8 @@ class LightSpec(Section, Generic[N, S]):
     azimuth_deg: Annotated[N, Within(-360.0, 360.0)]
     """About world z, from the x axis."""
     polar_deg: Annotated[N, Within(0.0, 90.0)]
-    """From the zenith: 0 overhead, 90 at the horizon."""
+    """From the zenith: 0 overhead, 90 at the horizon. Lights spread evenly over the hemisphere: { min = 0.0,
+    max = 90.0, law = "sphere" }."""
 
 
 class Waypoint(Section):
@@ -268,8 +271,22 @@ class SlipSpec(Section, Generic[N, S]):
 class CameraSpec(Section, Generic[N, S]):
     """The event camera, fixed to the hand."""
 
-    mount: Literal["side", "front"] = "side"
-    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it."""
+    mount: Annotated[S, OneOf(("side", "front", "custom"))] = usual("side")
+    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m,
+    y_m, z_m, looks at the tool centre."""
+    x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """Position in the hand's frame, added to the mount's, which is (0, 0.27, 0.13) for side, (0.27, 0, 0.13) for front
+    and 0 for custom: in the image plane of side,"""
+    y_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... along the closing axis,"""
+    z_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... and the way that the fingers point; the tool centre is at 0.1034. A small range of each is a jitter."""
+    yaw_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """Turn of the camera against its mount: to its right,"""
+    pitch_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """... then up,"""
+    roll_deg: Annotated[N, Within(-180.0, 180.0)] = usual(0.0)
+    """... then clockwise, seen from behind."""
     width: Annotated[int, Strict(), Within(16, 4096)] = 346
     """Columns."""
     height: Annotated[int, Strict(), Within(16, 4096)] = 260

@@ -3,7 +3,7 @@
 import math
 import struct
 from collections.abc import Collection
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, PlainSerializer, PlainValidator
@@ -15,11 +15,12 @@ STEPS = 2**32
 
 
 class Range(BaseModel):
-    """A uniform distribution over [min, max]."""
+    """A distribution over [min, max]: uniform, or that of the polar angle in degrees of points uniform on a sphere."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
     min: float
     max: float
+    law: Literal["uniform", "sphere"] = "uniform"
 
     def draw(self, rng: np.random.Generator, odd: bool, without: Collection[float] = ()) -> float:
         """One value, none of `without`. Draws with odd=True and odd=False, also of other ranges, are never equal: the
@@ -27,7 +28,7 @@ class Range(BaseModel):
 
         Raises ConfigError where the range is too narrow to hold such a value.
         """
-        drawn = self.min + (self.max - self.min) * (int(rng.integers(0, STEPS)) / STEPS)
+        drawn = self._at(int(rng.integers(0, STEPS)) / STEPS)
         for end in (self.max, self.min):
             value = drawn
             while _is_odd(value) != odd or value in without:
@@ -37,6 +38,15 @@ class Range(BaseModel):
             else:
                 return value
         raise ConfigError(f"a range from {self.min!r} to {self.max!r} is too narrow to be divided between the splits")
+
+    def _at(self, share: float) -> float:
+        """The value below which a share of the distribution lies."""
+        if self.law == "uniform":
+            return self.min + (self.max - self.min) * share
+        # A zone of a sphere is as large as it is high (Archimedes).
+        top, bottom = (math.cos(math.radians(end)) for end in (self.min, self.max))
+        angle = math.degrees(math.acos(top + (bottom - top) * share))
+        return min(max(angle, self.min), self.max)
 
 
 def _is_odd(value: float) -> bool:
@@ -58,12 +68,17 @@ def _atom(raw: Any) -> Atom:
         return raw
     if not isinstance(raw, dict):
         return _number(raw)
-    if set(raw) != {"min", "max"}:
-        raise ValueError("a range needs exactly the keys min and max")
+    if not {"min", "max"} <= set(raw) <= set(Range.model_fields):
+        raise ValueError("a range needs exactly the keys min and max, and may have law")
     low, high = _number(raw["min"]), _number(raw["max"])
     if not low < high:
         raise ValueError(f"a range needs min < max, not {low:g} and {high:g}")
-    return Range(min=low, max=high)
+    law = raw.get("law", "uniform")
+    if law not in ("uniform", "sphere"):
+        raise ValueError(f"the law of a range, {law!r}, is unknown; expected uniform or sphere")
+    if law == "sphere" and not 0 <= low < high <= 180:
+        raise ValueError(f"a range over a sphere needs 0 <= min < max <= 180 degrees, not {low:g} and {high:g}")
+    return Range(min=low, max=high, law=law)
 
 
 def parse(raw: Any) -> Distribution:
@@ -102,7 +117,7 @@ def extremes(value: Distribution | float) -> tuple[float, float]:
 def _plain(value: Distribution | str | tuple[str, ...]) -> Any:
     if isinstance(value, tuple):
         return [_plain(atom) for atom in value]
-    return value.model_dump() if isinstance(value, Range) else value
+    return value.model_dump(exclude_defaults=True) if isinstance(value, Range) else value
 
 
 Number = Annotated[Distribution, PlainValidator(parse), PlainSerializer(_plain)]

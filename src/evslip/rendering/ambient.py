@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.lanes import formula
+from evslip.rendering.lanes import f32, formula, kernel
 
 AZIMUTHS, ELEVATIONS = 128, 64
 NORMALS = 400
@@ -20,14 +20,16 @@ class Ambient(NamedTuple):
 def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, albedo: float) -> Ambient:
     """The ambient light of a scene.
 
-    sky: coarse texture of the background (rows, columns), repeated `repetitions` times around the horizon; luminance:
-    of its white. The lower hemisphere is the table: it sends back `albedo` of what it receives from the sky and from
+    sky: coarse texture of the background (rows, columns), repeated `repetitions` times around the horizon, which a
+    panorama (wider than high) has in the middle; luminance: of its white. The lower hemisphere is the table: it sends back `albedo` of what it receives from the sky and from
     the lamp (`lamp`: luminance the lamp gives to white paper on it), so that undersides are not black. Irradiance from
     a distant surround is, to 1 %, a quadratic form in the normal (Ramamoorthi and Hanrahan 2001); it is fitted here.
     """
     azimuth = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
     height = (np.arange(ELEVATIONS) + 0.5) / ELEVATIONS
-    rows = np.floor(-np.arcsin(height) / (2 * np.pi) * repetitions * sky.shape[0]).astype(int) % sky.shape[0]
+    aspect = sky.shape[1] / sky.shape[0]
+    down = (0.5 if aspect > 1 else 0.0) - np.arcsin(height) / (2 * np.pi) * repetitions * aspect
+    rows = np.floor(down * sky.shape[0]).astype(int) % sky.shape[0]
     columns = np.floor(azimuth / (2 * np.pi) * repetitions * sky.shape[1]).astype(int) % sky.shape[1]
     upper = luminance * sky[rows[:, None], columns[None, :]].astype(np.float64)
     radius = np.sqrt(1 - height * height)[:, None]
@@ -57,3 +59,19 @@ def irradiance(matrix, x, y, z):
     mixed = matrix[0, 1] * x * y + matrix[0, 2] * x * z + matrix[1, 2] * y * z
     linear = matrix[0, 3] * x + matrix[1, 3] * y + matrix[2, 3] * z
     return squares + (mixed + linear) + (mixed + linear) + matrix[3, 3]  # a factor 2 would widen float32 to float64
+
+
+@kernel
+def turned(matrix, turn):
+    """The ambient light's matrix for normals in camera axes."""
+    result = np.zeros((4, 4), np.float32)
+    for i in range(4):
+        for j in range(4):
+            total = 0.0
+            for p in range(4):
+                for q in range(4):
+                    left = turn[p, i] if p < 3 and i < 3 else (1.0 if p == i else 0.0)
+                    right = turn[q, j] if q < 3 and j < 3 else (1.0 if q == j else 0.0)
+                    total += left * matrix[p, q] * right
+            result[i, j] = f32(total)
+    return result

@@ -20,6 +20,7 @@ from evslip.rendering.lanes import (
     f32,
     kernel,
 )
+from evslip.rendering.outline import PIXEL_BLUR, outline_scratch, shade_behind
 from evslip.rendering.plane import PLANE, describe, meet_plane, reflect, reflect_below_horizon
 from evslip.rendering.shadow import (
     begin_group,
@@ -44,10 +45,11 @@ def backdrop(
     out, bodies, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
     surface_cells, surface_levels, tile_m, surface_ambient, gloss,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
-    caster_turns, caster_places, caster_halves, hidden, total, touched, full,
+    caster_turns, caster_places, caster_halves, own, outline, hidden, total, touched, full,
 ):  # fmt: skip
     """Shade every pixel that the gripper (hidden, bool per pixel) and the object (total, touched, full of `cover_box`)
-    leave visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the
+    leave visible. The first `own` casters are the object's, the others are parts of the gripper; `outline` is the
+    object's as well. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the
     pixel's own middle there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
     height, width = out.shape
@@ -77,7 +79,11 @@ def backdrop(
         sphere_cells, sphere_levels, f32(repetitions), f32(sphere_radius), f32(sphere_luminance),
         camera32, turn32, towards, angle, f32(lamp_luminance),
     )  # fmt: skip
-    shadows = (active, turns, moves, lamps, caster_halves.astype(np.float32), steps)
+    to_lamp, lamp_move, chosen = np.empty((3, 3), np.float32), np.empty(3, np.float32), outline_scratch(outline)
+    change_frame(axes, origin, outline.turn, outline.place, to_lamp, lamp_move)
+    outlined, blur = np.zeros(1, np.bool_), np.zeros(2, np.float32)
+    own_outline = (outline, to_lamp, lamp_move, chosen, outlined, blur)
+    shadows = (active, turns, moves, lamps, caster_halves.astype(np.float32), steps, own, own_outline)
     where = np.empty(LANES, np.int64)
     flat = out.reshape(-1)
     for y0 in range(0, height, TILE_H):
@@ -149,7 +155,9 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
         highest = max(highest, S[GROUND + i])
     if lowest < ONE:
         unroll(S, n, repetitions, radius, pixel, sphere_levels[0, 1])
-        sample(S, n, sphere_cells, fetched, sphere_levels, ONE, ZERO, ONE, ZERO, True, 1, 1)
+        aspect = sphere_levels[0, 1] / sphere_levels[0, 2]
+        horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
+        sample(S, n, sphere_cells, fetched, sphere_levels, ONE, ZERO, aspect, horizon, True, 1, 1)
         glow(S, n, luminance)
         if lamp_here:
             draw_lamp(S, n, towards, angle, pixel, lamp_luminance)
@@ -158,16 +166,22 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
         meet_plane(
             S, n, plane, pixel, power, lamp_radius, gloss, per_m * levels[0, 1], PROBES, 1, ENDLESS, ENDLESS
         )  # fmt: skip
-        active, turns, moves, lamps, halves, steps = shadows
-        if active.any():
+        active, turns, moves, lamps, halves, steps, own, own_outline = shadows
+        outline, to_lamp, lamp_move, chosen, outlined, blur = own_outline
+        if active.any() or outlined[0]:
             u, v, reach = _around(S, n)
             begin_group(S, n)
+            if outlined[0]:
+                middle = (u, v, ZERO)
+                shade_behind(S, n, middle, reach, to_lamp, lamp_move, outline, chosen, lamp_radius, blur, False)
+                end_group(S, n)
+                begin_group(S, n)
             for k in range(active.size):
                 if active[k] and box_may_shadow(
                     u, v, ZERO, reach, turns[k], moves[k], halves[k], lamps[k], lamp_radius
                 ):
                     hide(S, n, turns[k], moves[k], lamps[k], halves[k], lamp_radius, steps[k])
-                if k == 0:  # the object's shadow and the gripper's overlap; the gripper's parts are one body
+                if k == own - 1:  # the object's shadow and the gripper's overlap; the gripper's parts are one body
                     end_group(S, n)
                     begin_group(S, n)
             end_group(S, n)
@@ -195,8 +209,10 @@ def _choose_casters(
     x0, y0, x1, y1, height, width, camera, turn, focal, lamp, lamp_radius, sphere_radius, plane, places, sizes, shadows
 ):  # fmt: skip
     """Which casters can shadow the surface in a tile, and how a pixel there steps each one's shadow."""
-    active, turns, _, _, halves, steps = shadows
+    active, turns, _, _, halves, steps, _, own_outline = shadows
+    outline, to_lamp, _, _, outlined, blur = own_outline
     active[:] = False
+    outlined[0] = False
     points = np.empty((5, 3))
     ray = np.empty(3)
     below = 0
@@ -229,6 +245,12 @@ def _choose_casters(
         if may_shadow(middle, spread * 1.1 + 0.01, places[k], sizes[k], lamp, lamp_radius):
             active[k] = True
             pixel_steps(turns[k], right, down, halves[k], steps[k])
+    if outline.size > 0 and may_shadow(middle, spread * 1.1 + 0.01, outline.place, outline.size, lamp, lamp_radius):
+        outlined[0] = True
+        for k in range(2):
+            across = to_lamp[k, 0] * right[0] + to_lamp[k, 1] * right[1]
+            along = to_lamp[k, 0] * down[0] + to_lamp[k, 1] * down[1]
+            blur[k] = f32(min(PIXEL_BLUR * math.sqrt(across**2 + along**2), outline.size))
 
 
 @kernel

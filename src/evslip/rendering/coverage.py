@@ -66,7 +66,7 @@ def cover(x, y, n, area, spans, x2, y2):
         spans[row, 1] = 0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
-        _accumulate(x[i], y[i], x[j], y[j], area, spans, row0, row1)
+        accumulate(x[i], y[i], x[j], y[j], area, spans, row0, row1)
     for row in range(row0, row1):
         total = 0.0
         spans[row, 1] = min(spans[row, 1], width)
@@ -77,7 +77,7 @@ def cover(x, y, n, area, spans, x2, y2):
 
 
 @kernel
-def _accumulate(xa, ya, xb, yb, area, spans, row0, row1):
+def accumulate(xa, ya, xb, yb, area, spans, row0, row1):
     """Add one edge: the derivative along x of the area to its right, row by row."""
     if ya == yb:
         return

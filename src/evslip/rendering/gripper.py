@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 
-from evslip.rendering.ambient import irradiance
+from evslip.rendering.ambient import irradiance, turned
 from evslip.rendering.lanes import LANES, LIT, ONE, RESULT, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
 from evslip.rendering.layers import FINGER, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
+from evslip.rendering.outline import PIXEL_BLUR, outline_scratch, shade_behind
 from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
 
 TOUCHING_M = 0.0015
@@ -15,14 +16,16 @@ TOUCHING_M = 0.0015
 
 @kernel
 def shade_gripper(
-    values, front, S, fragments, albedo, bounds, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share,
-    ambient, gloss, object_place, object_axes, object_half, palm_turn, palm_place, palm_half,
+    values, S, fragments, albedo, bounds, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share,
+    ambient, gloss, object_place, object_axes, object_halves, outline, palm_turn, palm_place, palm_half,
 ):  # fmt: skip
-    """values (n,): luminance of every fragment. front (n,): 1 where it lies in front of the object, else 0.
+    """values (n,): luminance of every fragment.
 
-    albedo: row of the fragments' colour. The object shadows all parts, the palm (given in camera axes) shadows the
-    fingers; the fingers' own shadows on hand and fingers are left out.
+    albedo: row of the fragments' colour. The object shadows all parts, as a box where object_halves (0 or 1, 3) has one
+    and by its outline; the palm (given in camera axes) shadows the fingers. The fingers' own shadows on hand and fingers
+    are left out.
     """
+    boxed = object_halves.shape[0] > 0
     eye, zero = np.eye(3), np.zeros(3)
     lamp_here, place_here, axes_here = np.zeros(3), np.zeros(3), np.zeros((3, 3))
     for k in range(3):
@@ -31,7 +34,7 @@ def shade_gripper(
             place_here[k] += turn[j, k] * (object_place[j] - camera[j])
             for i in range(3):
                 axes_here[k, i] += turn[j, k] * object_axes[j, i]
-    matrix = _turned(ambient, turn)
+    matrix = turned(ambient, turn)
     turns, moves, lamps = np.empty((2, 3, 3), np.float32), np.empty((2, 3), np.float32), np.zeros((2, 3), np.float32)
     change_frame(eye, zero, axes_here, place_here, turns[0], moves[0])
     change_frame(eye, zero, palm_turn, palm_place, turns[1], moves[1])
@@ -41,7 +44,7 @@ def shade_gripper(
     right[0] = down[1] = -place_here[2] / focal
     for k in range(2):
         for j in range(3):
-            halves[k, j] = object_half[j] if k == 0 else palm_half[j]
+            halves[k, j] = palm_half[j] if k == 1 else (object_halves[0, j] if boxed else outline.size)
             sizes[k] += halves[k, j] ** 2
             total = moves[k, j] + 0.0
             for i in range(3):
@@ -51,7 +54,15 @@ def shade_gripper(
         pixel_steps(turns[k], right, down, halves[k], steps[k])
     lamp32, radius = lamp_here.astype(np.float32), f32(lamp_radius)
     power, shine = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss)
-    planes = _near_faces(axes_here, place_here, object_half)
+    to_lamp, lamp_move, chosen = np.empty((3, 3), np.float32), np.empty(3, np.float32), outline_scratch(outline)
+    outline_turn, outline_place = np.zeros((3, 3)), np.zeros(3)
+    for k in range(3):
+        for j in range(3):
+            outline_place[k] += turn[j, k] * (outline.place[j] - camera[j])
+            for i in range(3):
+                outline_turn[k, i] += turn[j, k] * outline.turn[j, i]
+    change_frame(eye, zero, outline_turn, outline_place, to_lamp, lamp_move)
+    blur = np.full(2, f32(right[0] * PIXEL_BLUR))
     for chunk in range(bounds.shape[0]):
         start = chunk * LANES
         n = min(LANES, fragments.shape[1] - start)
@@ -65,7 +76,10 @@ def shade_gripper(
             middle, reach = bounds[chunk, :3], bounds[chunk, 3] + 0.001
             begin_group(S, n)
             if may_shadow(middle, reach, place_here, sizes[0], lamp_here, lamp_radius):
-                hide(S, n, turns[0], moves[0], lamps[0], halves[0], radius, steps[0])
+                if boxed:
+                    hide(S, n, turns[0], moves[0], lamps[0], halves[0], radius, steps[0])
+                else:
+                    shade_behind(S, n, middle, reach, to_lamp, lamp_move, outline, chosen, radius, blur, True)
             end_group(S, n)
             if finger > ZERO and may_shadow(middle, reach, palm_place, sizes[1], lamp_here, lamp_radius):
                 begin_group(S, n)
@@ -74,11 +88,30 @@ def shade_gripper(
                     S[SEEN + i] *= ONE - own[FINGER, i] * (ONE - S[SEEN_NOW + i])
         for i in range(n):
             values[start + i] = S[RESULT + i] + S[LIT + i] * S[SEEN + i]
-            inside = f32(-1e9)
-            for k in range(3):
-                ahead = planes[k, 0] * own[X, i] + planes[k, 1] * own[Y, i] + planes[k, 2] * own[Z, i] - planes[k, 3]
-                inside = max(inside, ahead)
-            front[start + i] = ONE if inside > f32(-TOUCHING_M) else ZERO
+
+
+@kernel
+def order_by_faces(front, fragments, place, axes, half):
+    """front (n,): 1 for fragments on the camera's side of any face of a box, 0 for those behind. The box's pose is given
+    in camera axes."""
+    planes = _near_faces(axes, place, half)
+    for i in range(front.size):
+        inside = f32(-1e9)
+        for k in range(3):
+            x, y, z = fragments[X, i], fragments[Y, i], fragments[Z, i]
+            ahead = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z - planes[k, 3]
+            inside = max(inside, ahead)
+        front[i] = ONE if inside > f32(-TOUCHING_M) else ZERO
+
+
+@kernel
+def order_by_depth(front, fragments, pixels, starts, near):
+    """front (n,): 1 for fragments that are nearer than the object; near (height, width): 1 / its depth, 0 for none."""
+    flat = near.reshape(-1)
+    for m in range(pixels.size):
+        inverse = flat[pixels[m]]
+        for k in range(starts[m], starts[m + 1]):
+            front[k] = ONE if (-fragments[Z, k] - f32(TOUCHING_M)) * inverse < ONE else ZERO
 
 
 @kernel
@@ -149,22 +182,6 @@ def _light(S, n, own, albedo, lamp, lamp_radius, power, gloss, matrix):
         shine *= shine
         S[LIT + i] = lit * (own[albedo, i] + gloss * shine)
         S[RESULT + i] = own[albedo, i] * irradiance(matrix, n0, n1, n2)
-
-
-@kernel
-def _turned(matrix, turn):
-    """The ambient light's matrix for normals in camera axes."""
-    result = np.zeros((4, 4), np.float32)
-    for i in range(4):
-        for j in range(4):
-            total = 0.0
-            for p in range(4):
-                for q in range(4):
-                    left = turn[p, i] if p < 3 and i < 3 else (1.0 if p == i else 0.0)
-                    right = turn[q, j] if q < 3 and j < 3 else (1.0 if q == j else 0.0)
-                    total += left * matrix[p, q] * right
-            result[i, j] = f32(total)
-    return result
 
 
 @kernel

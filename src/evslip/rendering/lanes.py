@@ -17,14 +17,16 @@ TILE_W, TILE_H = 32, 8
 (
     RAY_X, RAY_Y,  # ray through the pixel: (RAY_X, RAY_Y, -1) in camera axes
     U, V, W,  # receiver point, in the frame of its pass
-    MAJOR_U, MAJOR_V, MINOR,  # footprint of one probe: its long axis, and the ratio short : long
+    MAJOR_U, MAJOR_V, MINOR_U, MINOR_V,  # footprint of one probe: both sides of a parallelogram
     TEXELS,  # width of a probe in texels of the finest level
     LIT, GLOSS, SEEN, SEEN_NOW,  # lamp's diffuse and specular part; share of the lamp seen, so far and past one group
     TEX, WHERE, FRAC_X, FRAC_Y, WEIGHT,  # texture value; cell, place in it and weight of one probe
     GROUND,  # share of the pixel below the horizon
     RESULT,
-) = (slot * LANES for slot in range(20))  # fmt: skip
-SCRATCH = 20 * LANES
+    NORMAL_X, NORMAL_Y, NORMAL_Z, AMBIENT,  # where they differ from pixel to pixel
+    LAMP_X, LAMP_Y, LAMP_Z, HIDDEN,  # receiver point in the lamp's frame; what an outline hides
+) = (slot * LANES for slot in range(29))  # fmt: skip
+SCRATCH = 29 * LANES
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)

@@ -9,7 +9,8 @@ from evslip.rendering.lanes import (
     LIT,
     MAJOR_U,
     MAJOR_V,
-    MINOR,
+    MINOR_U,
+    MINOR_V,
     ONE,
     RAY_X,
     RAY_Y,
@@ -83,7 +84,9 @@ def meet_plane(S, n, plane, pixel, power, lamp_radius, gloss, texels_per_m, alon
         u = min(max(camera_u + distance * ray_u, -room_u), room_u)
         v = min(max(camera_v + distance * ray_v, -room_v), room_v)
         S[U + i], S[V + i], S[W + i] = u, v, ZERO
-        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR + i] = major_u, major_v, width * per_across / length
+        minor = width * per_across / length
+        S[MAJOR_U + i], S[MAJOR_V + i] = major_u, major_v
+        S[MINOR_U + i], S[MINOR_V + i] = -minor * major_v, minor * major_u
         S[TEXELS + i] = max(width * per_across, length) * texels_per_m
         S[SEEN + i] = ONE
         to_u, to_v = lamp_u - u, lamp_v - v

@@ -1,19 +1,18 @@
 """When to draw a frame: often enough that nothing moves far in the image, and no oftener."""
 
-import itertools
-
 import numpy as np
 
 from evslip.camera import Camera, hand_camera
 from evslip.errors import ConfigError
 from evslip.params import Params
 from evslip.rendering.poses import Poses
+from evslip.shapes import shape_of
 from evslip.trajectory import Trajectory
 
 GRID = 7
 """Motion of the scene behind the object is measured at GRID x GRID places of the image."""
 NEAR_M = 0.02
-"""Object corners closer to the camera plane than this are not followed."""
+"""Corners of the object closer to the camera plane than this are not followed."""
 
 
 def frame_times(
@@ -21,7 +20,7 @@ def frame_times(
 ) -> np.ndarray:
     """Times in microseconds, int64, strictly increasing from `start_us` to `end_us`.
 
-    Between two of them no corner of the object and no place of surface or background moves farther in the image than
+    Between two of them no point of the object and no place of surface or background moves farther in the image than
     `max_motion_px` (default: the parameters' render.max_motion_px, at the camera's resolution), and no more time passes
     than one period of render.min_rate_hz. Raises ConfigError.
     """
@@ -52,9 +51,7 @@ def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
 
 
 def _object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
-    shape = params.object
-    half = np.array([shape.width_m, shape.depth_m, shape.height_m]) / 2
-    corners = np.array(list(itertools.product((-1, 1), repeat=3))) * half
+    corners = shape_of(params).outline()
     world = poses.object_position[:, None] + corners @ poses.object_rotation.transpose(0, 2, 1)
     image = camera.project(_into(poses.camera_position[:, None], poses.camera_rotation, world))
     ahead = image[..., 2] > NEAR_M

@@ -37,8 +37,6 @@ class Setting(NamedTuple):
     sphere: tuple[np.ndarray, np.ndarray]
     repetitions: int
     """Of the background's texture around the horizon."""
-    solid: tuple[np.ndarray, np.ndarray, np.ndarray]
-    """Cells, levels, and the first level of the faces across x, y, z, then their end."""
 
 
 def channel_of(image: np.ndarray, channel: int) -> np.ndarray:
@@ -50,20 +48,15 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
     """The setting of a sample. Raises ConfigError for unreadable textures and for impossible lamps."""
     light, background = params.light, params.background
     lamp = make_lamp(params)
-    sky = channel_of(textures.load(background.texture), channel)
+    sky = channel_of(textures.load(background.texture, is_background=True), channel)
     table = channel_of(textures.load(params.surface.texture), channel)
-    repetitions = max(1, round(360.0 / background.tile_deg))
+    repetitions = 1 if textures.is_panorama(sky) else max(1, round(360.0 / background.tile_deg))
     white = light.luminance_cd_m2 * light.radius_m**2 / light.distance_m**2 * math.cos(math.radians(light.polar_deg))
     coarse = sky
     while len(coarse) > SKY_TEXELS:
         coarse = halve(halve(coarse, 0), 1)
     ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
-    shape = params.object
-    sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
-    return Setting(
-        lamp, ambient, bake(table, wrap=True), bake(sky, wrap=True), repetitions,
-        bake_faces(channel_of(textures.load(shape.texture), channel), sides),
-    )  # fmt: skip
+    return Setting(lamp, ambient, bake(table, wrap=True), bake(sky, wrap=True), repetitions)
 
 
 def make_lamp(params: Params) -> Lamp:
@@ -79,24 +72,3 @@ def make_lamp(params: Params) -> Lamp:
     height = min(1.0, light.distance_m * math.cos(polar) / light.radius_m)
     share = 0.5 + (height * math.sqrt(max(0.0, 1 - height * height)) + math.asin(height)) / math.pi
     return Lamp(light.distance_m * np.array(direction), light.radius_m, light.luminance_cd_m2, share)
-
-
-def bake_faces(image: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The whole texture on every face of a box. Each pair of faces has a pyramid of its own, narrowed until its texels
-    are about square on the face: a square pyramid would blur the longer side."""
-    cells, levels, starts, total = [], [], [0], 0
-    for axis in range(3):
-        up = 1 if axis == 2 else 2
-        ratio = sides[3 - axis - up] / sides[up]
-        face = image
-        while ratio < math.sqrt(0.5) and face.shape[1] > 1:
-            face, ratio = halve(face, 1), ratio * 2
-        while ratio > math.sqrt(2.0) and face.shape[0] > 1:
-            face, ratio = halve(face, 0), ratio / 2
-        own_cells, own_levels = bake(face, wrap=False)
-        own_levels[:, 0] += total
-        cells.append(own_cells)
-        levels.append(own_levels)
-        starts.append(starts[-1] + len(own_levels))
-        total += len(own_cells)
-    return np.concatenate(cells), np.concatenate(levels), np.array(starts)

@@ -186,14 +186,8 @@ def place_lamp(caster_turns, caster_places, lamp, lamps):
 
 
 def casters(
-    camera_position: np.ndarray,
-    camera_rotation: np.ndarray,
-    object_position: np.ndarray,
-    object_rotation: np.ndarray,
-    part_turns: np.ndarray,
-    part_places: np.ndarray,
+    camera_position: np.ndarray, camera_rotation: np.ndarray, part_turns: np.ndarray, part_places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """World frames of all casters, the object first, then the gripper's parts, which are given in camera axes."""
-    turns = np.concatenate([object_rotation[None], camera_rotation @ part_turns])
-    places = np.concatenate([object_position[None], camera_position + part_places @ camera_rotation.T])
+    """World frames of the gripper's parts, which are given in camera axes."""
+    turns, places = camera_rotation @ part_turns, camera_position + part_places @ camera_rotation.T
     return np.ascontiguousarray(turns), np.ascontiguousarray(places)

@@ -44,7 +44,7 @@ def draw_solid(
     width), the share of each pixel that no part of the gripper in front of the object covers.
 
     lamp_share: how much of the lamp stands above the surface's horizon. level_starts (4,): rows of `levels` that belong
-    to the faces across x, y, z. Casters: all, the object itself first.
+    to the faces across x, y, z. Casters: the gripper's.
     """
     pixel, width, height = f32(1.0 / focal), out.shape[1], out.shape[0]
     radius, power = f32(lamp_radius), f32(lamp_luminance * lamp_radius**2 * lamp_share)
@@ -72,7 +72,7 @@ def draw_solid(
         right[0] = math.sqrt(distance) / focal
         down[1] = right[0]
         lit = plane[14] > -lamp_radius
-        for c in range(1, count):
+        for c in range(count):
             active[c] = lit and _above(caster_turns[c], caster_places[c], caster_halves[c], normal, origin)
             size = math.sqrt(caster_halves[c, 0] ** 2 + caster_halves[c, 1] ** 2 + caster_halves[c, 2] ** 2)
             reach = math.sqrt(half_u**2 + half_v**2) + 0.002
@@ -96,7 +96,7 @@ def draw_solid(
                 )
                 if lit:
                     begin_group(S, n)
-                    for c in range(1, count):
+                    for c in range(count):
                         if active[c]:
                             hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, steps[c])
                     end_group(S, n)

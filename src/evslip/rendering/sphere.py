@@ -7,7 +7,8 @@ from evslip.rendering.lanes import (
     HALF,
     MAJOR_U,
     MAJOR_V,
-    MINOR,
+    MINOR_U,
+    MINOR_V,
     ONE,
     RAY_X,
     RAY_Y,
@@ -63,7 +64,7 @@ def meet_sphere(S, n, turn, camera, radius, pixel):
 
 @kernel
 def unroll(S, n, repetitions, radius, pixel, texels):
-    """U, V = azimuth and elevation in repetitions of the texture, and the pixel's footprint in texels."""
+    """U, V = azimuth and elevation in repetitions of the texture's width, and the pixel's footprint in texels."""
     scale = repetitions * INVERSE_TURN
     for i in range(n):
         x, y, z = S[U + i], S[V + i], S[W + i]
@@ -72,7 +73,7 @@ def unroll(S, n, repetitions, radius, pixel, texels):
         S[V + i] = -arctangent(z, across) * scale
         # A pixel spans more of the azimuth towards the zenith; the geometric mean of both directions.
         S[TEXELS + i] *= pixel * scale * texels / math.sqrt(radius * across)
-        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR + i] = ZERO, ZERO, ZERO
+        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i] = ZERO, ZERO, ZERO, ZERO
 
 
 @kernel

@@ -8,7 +8,8 @@ from evslip.rendering.lanes import (
     HALF,
     MAJOR_U,
     MAJOR_V,
-    MINOR,
+    MINOR_U,
+    MINOR_V,
     ONE,
     TEX,
     TEXELS,
@@ -61,7 +62,7 @@ def floor32(x):
 
 @kernel
 def sample(S, n, cells, fetched, levels, scale_u, offset_u, scale_v, offset_v, wrap, along, across):
-    """TEX = texture at (U, V), mean of along x across probes over the footprint MAJOR, MINOR.
+    """TEX = texture at (U, V), mean of along x across probes that are MAJOR and MINOR apart.
 
     A level's weight is a hat over the footprint in its texels, so that the mix of levels is continuous without a
     logarithm. The probe loops hold no gather; `fetched` (uint64, LANES) separates the loads from the arithmetic.
@@ -91,9 +92,8 @@ def sample(S, n, cells, fetched, levels, scale_u, offset_u, scale_v, offset_v, w
             a = f32(probe % along) - HALF * f32(along - 1)
             b = f32(probe // along) - HALF * f32(across - 1)
             for i in range(n):
-                c = b * S[MINOR + i]
-                u = (S[U + i] + a * S[MAJOR_U + i] - c * S[MAJOR_V + i]) * scale_u + offset_u
-                v = (S[V + i] + a * S[MAJOR_V + i] + c * S[MAJOR_U + i]) * scale_v + offset_v
+                u = (S[U + i] + a * S[MAJOR_U + i] + b * S[MINOR_U + i]) * scale_u + offset_u
+                v = (S[V + i] + a * S[MAJOR_V + i] + b * S[MINOR_V + i]) * scale_v + offset_v
                 if wrap:
                     x = (u - floor32(u)) * columns - HALF
                     y = (v - floor32(v)) * rows - HALF

@@ -10,7 +10,8 @@ def settle(spec: Any) -> Any:
     """The object's section of the parameters with the dimensions that its shape comes to, and its density replaced by a
     mass. Raises ConfigError for a mesh that cannot be used, sizes and masses out of range, and a centre of mass that no
     filling of the object has, or with which it would fall over."""
-    sides: dict[str, float] = dict(zip(("width_m", "depth_m", "height_m"), shape_class(spec).sides(spec), strict=True))
+    drawn = (round(side, 9) for side in shape_class(spec).sides(spec))  # a nanometre beyond a limit is none
+    sides: dict[str, float] = dict(zip(("width_m", "depth_m", "height_m"), drawn, strict=True))
     _check(spec, f"object.{'mesh' if spec.shape == 'mesh' else 'shape'}", sides)
     spec = spec.model_copy(update=sides)
     shape = shape_of_spec(spec)
@@ -38,7 +39,7 @@ def _check(spec: Any, source: str, values: dict[str, float]) -> None:
     for name, value in values.items():
         limits = next(m for m in type(spec).model_fields[name].metadata if hasattr(m, "high"))
         if not limits.low <= value <= limits.high:
-            reason = "; the hand opens to 0.08 m" if name == "depth_m" else ""
+            reason = f"; {limits.reason}" if limits.reason else ""
             raise ConfigError(
                 f"{source}: gives object.{name} {value:.4g}, expected {limits.low:g} to {limits.high:g}{reason}"
             )

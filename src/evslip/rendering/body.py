@@ -1,0 +1,79 @@
+"""The object as the renderer sees it: one interface for every kind of body."""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from evslip.camera import Camera
+from evslip.params import Params
+from evslip.rendering.hand import Boxes
+from evslip.rendering.layers import Layers
+from evslip.rendering.outline import Outline
+from evslip.rendering.setting import Setting
+
+GLOSS = 0.2
+"""Strength of the highlights. A smooth dielectric (Fresnel 0.04) with exponent 32 has 0.2."""
+
+
+class View(NamedTuple):
+    """Camera and object at one instant, in the world."""
+
+    camera: np.ndarray
+    """Position in metres, of shape (3,)."""
+    turn: np.ndarray
+    """The camera's axes as columns: right, up, backward; of shape (3, 3)."""
+    focal: float
+    """In pixels."""
+    place: np.ndarray
+    """The object's position, of shape (3,)."""
+    axes: np.ndarray
+    """Its axes as columns, of shape (3, 3)."""
+
+
+class Body(Protocol):
+    """Draws one object. `cover` comes first in each frame; the other methods go by what it found."""
+
+    total: np.ndarray
+    """Share of each pixel that the object covers, float32 of shape (height, width)."""
+    touched: np.ndarray
+    """Columns in which it covers anything: first and past the last, of shape (height, 2)."""
+    full: np.ndarray
+    """A run of columns that it covers wholly."""
+    halves: np.ndarray
+    """Half sides of the box that casts its shadow, of shape (1, 3); or (0, 3) if an outline does."""
+
+    def cover(self, view: View) -> None:
+        """Find the pixels that show the object."""
+        ...
+
+    def outline(self, view: View, lamp: np.ndarray) -> Outline:
+        """What casts its shadow unless a box does."""
+        ...
+
+    def order(self, front: np.ndarray, layers: Layers) -> None:
+        """front (n,): set to 1 for the gripper's fragments in front of the object, to 0 for those behind."""
+        ...
+
+    def draw(
+        self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
+        boxes: Boxes,
+    ) -> None:  # fmt: skip
+        """Add the object to `out` where `keep` (height, width) leaves room; the gripper's boxes shadow it."""
+        ...
+
+
+BODIES = {
+    "cuboid": "evslip.rendering.cuboid:Cuboid",
+    "cylinder": "evslip.rendering.mesh:Mesh",
+    "mesh": "evslip.rendering.mesh:Mesh",
+}
+"""Shape of the object -> module:class. A body is made from (params, camera, channel)."""
+
+
+def make_body(params: Params, camera: Camera, channel: int) -> Body:
+    """The body of a sample's object in one colour channel. Raises ConfigError for an unreadable texture or mesh."""
+    module, _, attribute = BODIES[params.object.shape].partition(":")
+    kind: Callable[[Params, Camera, int], Body] = getattr(import_module(module), attribute)
+    return kind(params, camera, channel)

@@ -1,0 +1,84 @@
+"""The object as a box."""
+
+import math
+
+import numpy as np
+
+from evslip import textures
+from evslip.camera import Camera
+from evslip.params import Params
+from evslip.rendering.body import GLOSS, View
+from evslip.rendering.coverage import cover_box
+from evslip.rendering.gripper import order_by_faces
+from evslip.rendering.hand import Boxes
+from evslip.rendering.layers import Layers
+from evslip.rendering.outline import Outline, no_outline
+from evslip.rendering.setting import Setting, channel_of
+from evslip.rendering.shadow import casters
+from evslip.rendering.solid import draw_solid
+from evslip.rendering.texels import bake, halve
+
+
+class Cuboid:
+    """A `body.Body`: its faces are planes, so silhouettes and textures are formulas."""
+
+    def __init__(self, params: Params, camera: Camera, channel: int):
+        height, width = camera.height, camera.width
+        shape = params.object
+        sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
+        self._half = sides / 2
+        self.halves = self._half[None]
+        self._texture = bake_faces(channel_of(textures.load(shape.texture), channel), sides)
+        self.total = np.zeros((height, width), np.float32)
+        self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
+        self._area, self._spans = np.zeros((3, height, width + 2)), np.zeros((3, height, 2), np.int64)
+        self._rows, self._faces = np.zeros((3, 2), np.int64), np.zeros(3, np.int64)
+        self._visible, self._view = 0, None
+
+    def cover(self, view: View) -> None:
+        self._view = view
+        self._visible = cover_box(
+            view.camera, view.turn, view.focal, view.place, view.axes, self._half, self._area, self._spans, self._rows,
+            self._faces, self.total, self.touched, self.full,
+        )  # fmt: skip
+
+    def outline(self, view: View, lamp: np.ndarray) -> Outline:
+        return no_outline()
+
+    def order(self, front: np.ndarray, layers: Layers) -> None:
+        assert self._view is not None
+        _, turn, _, place, axes = self._view
+        order_by_faces(front, layers.fragments, turn.T @ (place - self._view.camera), turn.T @ axes, self._half)
+
+    def draw(
+        self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
+        boxes: Boxes,
+    ) -> None:  # fmt: skip
+        lamp, camera, turn, place, axes = setting.lamp, view.camera, view.turn, view.place, view.axes
+        draw_solid(
+            out, *scratch, camera, turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
+            setting.ambient.matrix, GLOSS, place, axes, self._half, *self._texture,
+            *casters(camera, turn, boxes.turns, boxes.places), boxes.halves,
+            self._visible, self._faces, self._rows, self._area, self._spans, keep,
+        )  # fmt: skip
+
+
+def bake_faces(image: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The whole texture on every face of a box. Each pair of faces has a pyramid of its own, narrowed until its texels
+    are about square on the face: a square pyramid would blur the longer side."""
+    cells, levels, starts, total = [], [], [0], 0
+    for axis in range(3):
+        up = 1 if axis == 2 else 2
+        ratio = sides[3 - axis - up] / sides[up]
+        face = image
+        while ratio < math.sqrt(0.5) and face.shape[1] > 1:
+            face, ratio = halve(face, 1), ratio * 2
+        while ratio > math.sqrt(2.0) and face.shape[0] > 1:
+            face, ratio = halve(face, 0), ratio / 2
+        own_cells, own_levels = bake(face, wrap=False)
+        own_levels[:, 0] += total
+        cells.append(own_cells)
+        levels.append(own_levels)
+        starts.append(starts[-1] + len(own_levels))
+        total += len(own_cells)
+    return np.concatenate(cells), np.concatenate(levels), np.array(starts)

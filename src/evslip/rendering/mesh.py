@@ -1,0 +1,53 @@
+"""The object as a mesh: cylinders and whatever comes from a file."""
+
+import numpy as np
+
+from evslip import textures
+from evslip.camera import Camera
+from evslip.params import Params
+from evslip.rendering.body import GLOSS, View
+from evslip.rendering.facets import prepare_facets
+from evslip.rendering.gripper import order_by_depth
+from evslip.rendering.hand import Boxes
+from evslip.rendering.layers import Layers
+from evslip.rendering.outline import Outline, outline_of
+from evslip.rendering.raster import make_raster, trace
+from evslip.rendering.setting import Setting, channel_of
+from evslip.rendering.skin import draw_skin
+from evslip.rendering.texels import bake
+from evslip.shapes import surface_of
+
+
+class Mesh:
+    """A `body.Body` of triangles with smooth normals."""
+
+    def __init__(self, params: Params, camera: Camera, channel: int):
+        height, width = camera.height, camera.width
+        self._facets = prepare_facets(*surface_of(params))
+        self._size = float(np.linalg.norm(self._facets.vertices, axis=1).max())
+        self.halves = np.zeros((0, 3))
+        self._texture = bake(channel_of(textures.load(params.object.texture), channel), wrap=True)
+        self.total = np.zeros((height, width), np.float32)
+        self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
+        self._raster, self._count = make_raster(self._facets, width, height), 0
+
+    def cover(self, view: View) -> None:
+        self._count = trace(*view, self._facets, self._raster, self.total, self.touched, self.full)
+
+    def outline(self, view: View, lamp: np.ndarray) -> Outline:
+        return outline_of(self._facets, view.place, view.axes, lamp, -view.turn[:, 2], self._size)
+
+    def order(self, front: np.ndarray, layers: Layers) -> None:
+        order_by_depth(front, layers.fragments, layers.pixels, layers.starts, self._raster.near)
+
+    def draw(
+        self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
+        boxes: Boxes,
+    ) -> None:  # fmt: skip
+        lamp, raster = setting.lamp, self._raster
+        draw_skin(
+            out, *scratch, view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
+            setting.ambient.matrix, GLOSS, *self._texture, raster.functions, raster.fragment_pixel,
+            raster.fragment_face, raster.fragment_place, raster.fragment_share, self._count,
+            boxes.turns, boxes.places, boxes.halves, keep, -float(view.turn[:, 2] @ (view.place - view.camera)),
+        )  # fmt: skip

@@ -1,0 +1,178 @@
+"""The shadow of a mesh: the lamp's disc, cut by the mesh's outline as the lamp sees it.
+
+A lamp is small seen from what it lights, so the edges that can hide part of it are those where the mesh turns away from
+the lamp's centre. From a point in shadow, each such edge is a line in front of the lamp's disc; all of them close to
+outlines, and the hidden share is the outlines' area on the disc: summed edge by edge in strips across the disc, as the
+silhouettes of `coverage` are summed in the pixels of a row.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.rendering.facets import Facets
+from evslip.rendering.lanes import HALF, HIDDEN, LAMP_X, LAMP_Y, LAMP_Z, ONE, SEEN_NOW, TWO, ZERO, U, V, W, f32, formula, kernel
+
+TINY = f32(1e-12)
+PIXEL_BLUR = 1 / math.sqrt(3)
+"""Radius of the disc that blurs as much as a square of side 1."""
+INNER, OUTER = f32(0.9566115), f32(0.6141848)
+"""Mean half chords of the unit disc over heights 0 to 1/2 and 1/2 to 1."""
+PER_DISC = f32(1 / math.pi)
+DEPTH_M = 0.004
+"""Over this depth a receiver passes from the lit side of an outline to its shadow."""
+
+
+class Outline(NamedTuple):
+    """Edges of a mesh as its lamp sees them, in the lamp's frame: origin in the mesh, third axis towards the lamp."""
+
+    turn: np.ndarray
+    """The frame's axes in the world as columns, (3, 3)."""
+    place: np.ndarray
+    """Its origin in the world, (3,)."""
+    edges: np.ndarray
+    """Both ends of every edge, float32 of shape (m, 2, 3)."""
+    distance: float
+    """From the origin to the lamp's centre."""
+    size: float
+    """Radius of a sphere around the origin that holds the mesh."""
+    plane: np.ndarray
+    """(a, b, c): the outline lies about at depth a x + b y + c."""
+
+
+def no_outline() -> Outline:
+    return Outline(np.eye(3), np.zeros(3), np.zeros((0, 2, 3), np.float32), 1.0, 0.0, np.zeros(3))
+
+
+def outline_of(
+    facets: Facets, place: np.ndarray, axes: np.ndarray, lamp: np.ndarray, forward: np.ndarray, size: float
+) -> Outline:
+    """The outline of a mesh at a pose. forward (3,): direction of view, along which pixels stretch on the surface."""
+    towards = lamp - place
+    distance = float(np.linalg.norm(towards))
+    third = towards / distance
+    second = forward - third * (third @ forward)
+    if second @ second < 1e-6:
+        second = np.cross(third, (0.3, 0.5, 0.81))
+    second /= np.linalg.norm(second)
+    turn = np.stack([np.cross(second, third), second, third], 1)
+    edges = _silhouette(facets.vertices @ (axes.T @ turn), facets.planes, facets.edges, axes.T @ towards)
+    points = edges.reshape(-1, 3)
+    level = np.column_stack([points[:, :2], np.ones(len(points))])
+    plane = np.linalg.solve(level.T @ level + 1e-9 * np.eye(3), level.T @ points[:, 2])
+    return Outline(turn, place, edges.astype(np.float32), distance, size, plane)
+
+
+@kernel
+def _silhouette(vertices, planes, edges, lamp):
+    lit = np.empty(planes.shape[0], np.bool_)
+    for f in range(planes.shape[0]):
+        lit[f] = planes[f, 0] * lamp[0] + planes[f, 1] * lamp[1] + planes[f, 2] * lamp[2] > planes[f, 3]
+    count = 0
+    for e in range(edges.shape[0]):
+        count += lit[edges[e, 2]] != lit[edges[e, 3]]
+    result = np.empty((count, 2, 3))
+    m = 0
+    for e in range(edges.shape[0]):
+        if lit[edges[e, 2]] != lit[edges[e, 3]]:
+            first, second = (0, 1) if lit[edges[e, 2]] else (1, 0)
+            for k in range(3):
+                result[m, 0, k] = vertices[edges[e, first], k]
+                result[m, 1, k] = vertices[edges[e, second], k]
+            m += 1
+    return result
+
+
+@kernel
+def choose_edges(u, v, w, reach, turn, move, edges, distance, lamp_radius, blur, chosen):
+    """Fill in `chosen` (int64, m) with the edges that matter to points within `reach` of (u, v, w): those beside or left
+    of the lamp's disc. turn, move: the points' frame -> the lamp's. blur (2,): as in `hide_behind`. Returns how many."""
+    x = turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w + move[0]
+    y = turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w + move[1]
+    z = turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w + move[2]
+    per_depth = ONE / (distance - z)
+    count = 0
+    room_x, room_y = reach * f32(1.05) + blur[0], reach * f32(1.05) + blur[1]
+    for m in range(edges.shape[0]):
+        t0, t1 = (edges[m, 0, 2] - z) * per_depth, (edges[m, 1, 2] - z) * per_depth
+        cone = lamp_radius * max(ZERO, t0, t1)
+        y0, y1 = edges[m, 0, 1] - y + y * t0, edges[m, 1, 1] - y + y * t1
+        if min(y0, y1) > room_y + cone or max(y0, y1) < -room_y - cone:
+            continue
+        if min(edges[m, 0, 0] - x + x * t0, edges[m, 1, 0] - x + x * t1) > room_x + cone:
+            continue
+        chosen[count] = m
+        count += 1
+    return count
+
+
+@formula
+def strip(x0, y0, slope, y1, low, high, half):
+    """Signed area right of an edge, within one strip of the disc: low <= y <= high, |x| <= half."""
+    start, end = min(max(y0, low), high), min(max(y1, low), high)
+    x = x0 + (HALF * (start + end) - y0) * slope
+    return (end - start) * min(max(half - x, ZERO), TWO * half)
+
+
+@kernel
+def hide_behind(S, n, turn, move, edges, chosen, count, distance, lamp_radius, blur, plane, layered):
+    """SEEN_NOW *= share of the lamp that an outline leaves visible from the points U, V, W.
+
+    turn, move: their frame -> the lamp's; chosen, count: of `choose_edges`; blur (2,): half width of a pixel's blur along
+    the lamp's first and second axis. With `layered`, points nearer to the lamp than `plane` are not in the shadow.
+    """
+    m00, m01, m02 = turn[0, 0], turn[0, 1], turn[0, 2]
+    m10, m11, m12 = turn[1, 0], turn[1, 1], turn[1, 2]
+    m20, m21, m22 = turn[2, 0], turn[2, 1], turn[2, 2]
+    o0, o1, o2 = move[0], move[1], move[2]
+    blur_x, blur_y = blur[0] * blur[0] + TINY, blur[1] * blur[1] + TINY
+    for i in range(n):
+        u, v, w = S[U + i], S[V + i], S[W + i]
+        S[LAMP_X + i] = o0 + m00 * u + m01 * v + m02 * w
+        S[LAMP_Y + i] = o1 + m10 * u + m11 * v + m12 * w
+        S[LAMP_Z + i] = o2 + m20 * u + m21 * v + m22 * w
+        S[HIDDEN + i] = ZERO
+    for k in range(count):
+        m = chosen[k]
+        ax, ay, az = edges[m, 0, 0], edges[m, 0, 1], edges[m, 0, 2]
+        bx, by, bz = edges[m, 1, 0], edges[m, 1, 1], edges[m, 1, 2]
+        for i in range(n):
+            x, y, z = S[LAMP_X + i], S[LAMP_Y + i], S[LAMP_Z + i]
+            per_depth = ONE / (distance - z)
+            ta, tb = (az - z) * per_depth, (bz - z) * per_depth
+            cone_a, cone_b = lamp_radius * max(ta, ZERO), lamp_radius * max(tb, ZERO)
+            cone_a, cone_b = cone_a * cone_a, cone_b * cone_b
+            x0 = (ax - x + x * ta) / math.sqrt(cone_a + blur_x)
+            y0 = (ay - y + y * ta) / math.sqrt(cone_a + blur_y)
+            x1 = (bx - x + x * tb) / math.sqrt(cone_b + blur_x)
+            y1 = (by - y + y * tb) / math.sqrt(cone_b + blur_y)
+            rise = y1 - y0
+            slope = (x1 - x0) / (rise + TINY if rise >= ZERO else rise - TINY)
+            area = strip(x0, y0, slope, y1, -ONE, -HALF, OUTER) + strip(x0, y0, slope, y1, -HALF, ZERO, INNER)
+            area += strip(x0, y0, slope, y1, ZERO, HALF, INNER) + strip(x0, y0, slope, y1, HALF, ONE, OUTER)
+            S[HIDDEN + i] += area
+    p0, p1, p2 = plane[0], plane[1], plane[2]
+    for i in range(n):
+        hidden = min(abs(S[HIDDEN + i]) * PER_DISC, ONE)
+        if layered:
+            behind = (p0 * S[LAMP_X + i] + p1 * S[LAMP_Y + i] + p2 - S[LAMP_Z + i]) * f32(1 / DEPTH_M)
+            hidden *= min(max(behind + HALF, ZERO), ONE)
+        S[SEEN_NOW + i] *= ONE - hidden
+
+
+@kernel
+def outline_scratch(outline):
+    """Room for `choose_edges`."""
+    return np.empty(outline.edges.shape[0], np.int64)
+
+
+@kernel
+def shade_behind(S, n, middle, reach, turn, move, outline, chosen, lamp_radius, blur, layered):
+    """`hide_behind` for points within `reach` of `middle` (3,), with the edges that matter to them."""
+    edges, distance = outline.edges, f32(outline.distance)
+    u, v, w = f32(middle[0]), f32(middle[1]), f32(middle[2])
+    count = choose_edges(u, v, w, f32(reach), turn, move, edges, distance, lamp_radius, blur, chosen)
+    if count > 0:
+        plane = outline.plane.astype(np.float32)
+        hide_behind(S, n, turn, move, edges, chosen, count, distance, lamp_radius, blur, plane, layered)

@@ -1,0 +1,399 @@
+"""What of a mesh each pixel sees: its exact silhouette, and the triangles inside it.
+
+Along the edges where the mesh turns away, signed areas add up to the coverage of every pixel, exactly where one layer
+faces the camera. Inside, a pixel takes the nearest triangle at its middle. Pixels on a silhouette, or on an edge where
+normals or texture break, take 16 samples and merge those of one smooth part.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.rendering.coverage import FULL, NEAR_M, accumulate
+from evslip.rendering.facets import Facets
+from evslip.rendering.lanes import f32, kernel
+
+SAMPLES = 16
+STEP = 3
+"""Of the lattice of samples (k, STEP k mod SAMPLES): no two share a row or a column, neighbours are far apart."""
+MOST = 4
+"""Fragments in a pixel."""
+SAME_DEPTH = 0.05
+"""Relative difference of distances within one fragment."""
+DISTANCE, TEX_U, TEX_V, NORMAL = 0, 1, 2, 3
+"""Rows of a face's functions; the normal has three."""
+
+
+class Raster(NamedTuple):
+    """Scratch memory and result of `trace`, for one resolution and one mesh."""
+
+    points: np.ndarray
+    """Vertices in camera axes, of shape (v, 3)."""
+    image: np.ndarray
+    """Vertices in pixels, x right, y down, of shape (v, 2)."""
+    functions: np.ndarray
+    """Of each face that the camera sees: (6, 3) numbers c; c . (x, y, 1) at a place in pixels is 1 / depth for the
+    first row, and texture coordinates and normal over depth for the others; of shape (f, 6, 3)."""
+    facing: np.ndarray
+    """Whether a face is turned to the camera, bool of shape (f,)."""
+    area: np.ndarray
+    spans: np.ndarray
+    near: np.ndarray
+    """1 / depth at the middle of each pixel, 0 where there is nothing; float32 of shape (height, width)."""
+    owner: np.ndarray
+    """Face at the middle of each pixel or -1, int32."""
+    slot: np.ndarray
+    """Number of a pixel that takes samples, or -1; int32."""
+    slot_near: np.ndarray
+    """1 / depth of each sample, of shape (slots, SAMPLES)."""
+    slot_owner: np.ndarray
+    """Face of each sample or -1."""
+    edge_owner: np.ndarray
+    """Face on the pixel's edge, and where that edge passes: the shape's rim may slip between all samples."""
+    edge_place: np.ndarray
+    fragment_pixel: np.ndarray
+    """Flat index of each fragment's pixel; these arrays are longer than their content."""
+    fragment_face: np.ndarray
+    fragment_place: np.ndarray
+    """In pixels, of shape (n, 2)."""
+    fragment_share: np.ndarray
+
+
+def make_raster(facets: Facets, width: int, height: int) -> Raster:
+    slots = 1024 + width * height // 6
+    most = width * height + (MOST - 1) * slots
+    return Raster(
+        points=np.zeros((len(facets.vertices), 3)),
+        image=np.zeros((len(facets.vertices), 2)),
+        functions=np.zeros((len(facets.faces), 6, 3)),
+        facing=np.zeros(len(facets.faces), np.bool_),
+        area=np.zeros((height, width + 2)),
+        spans=np.zeros((height, 2), np.int64),
+        near=np.zeros((height, width), np.float32),
+        owner=np.zeros((height, width), np.int32),
+        slot=np.zeros((height, width), np.int32),
+        slot_near=np.zeros((slots, SAMPLES), np.float32),
+        slot_owner=np.zeros((slots, SAMPLES), np.int32),
+        edge_owner=np.zeros(slots, np.int32),
+        edge_place=np.zeros((slots, 2)),
+        fragment_pixel=np.zeros(most, np.int32),
+        fragment_face=np.zeros(most, np.int32),
+        fragment_place=np.zeros((most, 2)),
+        fragment_share=np.zeros(most, np.float32),
+    )
+
+
+@kernel
+def trace(camera, turn, focal, place, axes, facets, raster, total, touched, full):
+    """Find the fragments of a mesh; returns their number. place, axes: its pose; camera, turn: the camera's.
+
+    total (height, width): coverage; touched and full (height, 2): the columns in which it is above 0, and the longest
+    run in which it is 1.
+    """
+    height, width = total.shape
+    _project(camera, turn, focal, place, axes, facets, raster, width, height)
+    low, high = _box_of(raster, width, height)
+    raster.area[:] = 0.0
+    for row in range(height):
+        raster.spans[row, 0], raster.spans[row, 1] = width, 0
+        touched[row, 0], touched[row, 1], full[row, 0], full[row, 1] = width, 0, 0, 0
+        for column in range(width):
+            total[row, column] = f32(0)
+    raster.near[:] = f32(0)
+    raster.owner[:] = -1
+    raster.slot[:] = -1
+    if high <= low:
+        return 0
+    slots = _follow_edges(facets, raster, low, high)
+    _accumulate_rows(raster, total, touched, full, low, high)
+    raster.slot_near[:slots] = f32(0)
+    raster.slot_owner[:slots] = -1
+    for face in range(facets.faces.shape[0]):
+        if raster.facing[face]:
+            _fill(face, facets.faces, raster)
+    return _gather(facets.patch, raster, total, touched)
+
+
+@kernel
+def _project(camera, turn, focal, place, axes, facets, raster, width, height):
+    points, image, functions, facing = raster.points, raster.image, raster.functions, raster.facing
+    matrix, move = np.zeros((3, 3)), np.zeros(3)
+    for i in range(3):
+        for j in range(3):
+            move[i] += turn[j, i] * (place[j] - camera[j])
+            for k in range(3):
+                matrix[i, k] += turn[j, i] * axes[j, k]
+    for v in range(points.shape[0]):
+        x, y, z = facets.vertices[v, 0], facets.vertices[v, 1], facets.vertices[v, 2]
+        for i in range(3):
+            points[v, i] = matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + move[i]
+        if points[v, 2] < -NEAR_M:
+            image[v, 0] = width * 0.5 - focal * points[v, 0] / points[v, 2]
+            image[v, 1] = height * 0.5 + focal * points[v, 1] / points[v, 2]
+    per_pixel, middle_x, middle_y = 1.0 / focal, width * 0.5 / focal, height * 0.5 / focal
+    values, rows = np.ones((6, 3)), np.empty((3, 3))
+    for f in range(facing.size):
+        ia, ib, ic = facets.faces[f, 0], facets.faces[f, 1], facets.faces[f, 2]
+        facing[f] = False
+        if points[ia, 2] >= -NEAR_M or points[ib, 2] >= -NEAR_M or points[ic, 2] >= -NEAR_M:
+            continue  # the edge to such a face counts as silhouette
+        a, b, c = points[ia], points[ib], points[ic]
+        rows[0, 0], rows[0, 1], rows[0, 2] = _cross(b, c)
+        rows[1, 0], rows[1, 1], rows[1, 2] = _cross(c, a)
+        rows[2, 0], rows[2, 1], rows[2, 2] = _cross(a, b)
+        volume = a[0] * rows[0, 0] + a[1] * rows[0, 1] + a[2] * rows[0, 2]
+        if volume > -1e-15:
+            continue
+        facing[f] = True
+        for k in range(3):
+            values[TEX_U, k], values[TEX_V, k] = facets.uv[f, k, 0], facets.uv[f, k, 1]
+            n0, n1, n2 = facets.normals[f, k, 0], facets.normals[f, k, 1], facets.normals[f, k, 2]
+            for i in range(3):
+                values[NORMAL + i, k] = matrix[i, 0] * n0 + matrix[i, 1] * n1 + matrix[i, 2] * n2
+        # A ray (x, y, -1) meets the plane at depth t with t (b x c . ray) / volume of corner a, and so on.
+        for m in range(6):
+            x, y, z = 0.0, 0.0, 0.0
+            for k in range(3):
+                x += values[m, k] * rows[k, 0]
+                y += values[m, k] * rows[k, 1]
+                z += values[m, k] * rows[k, 2]
+            functions[f, m, 0] = x * per_pixel / volume
+            functions[f, m, 1] = -y * per_pixel / volume
+            functions[f, m, 2] = (y * middle_y - x * middle_x - z) / volume
+
+
+@kernel
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@kernel
+def _box_of(raster, width, height):
+    """Rows that the vertices in front of the camera span; none if all are left or right of the image."""
+    low, high, left, right = 1e9, -1e9, 1e9, -1e9
+    for v in range(raster.points.shape[0]):
+        if raster.points[v, 2] < -NEAR_M:
+            x, y = raster.image[v, 0], raster.image[v, 1]
+            low, high, left, right = min(low, y), max(high, y), min(left, x), max(right, x)
+    if right <= 0 or left >= width or high <= 0 or low >= height:
+        return 0, 0
+    return max(0, math.floor(low)), min(height, math.ceil(high))
+
+
+@kernel
+def _follow_edges(facets, raster, low, high):
+    """Accumulate the silhouette's signed areas and give slots to the pixels on silhouettes and creases."""
+    used = 0
+    for e in range(facets.edges.shape[0]):
+        first, second = facets.edges[e, 2], facets.edges[e, 3]
+        ahead, behind = raster.facing[first], raster.facing[second]
+        if not (ahead or behind) or (ahead and behind and not facets.crease[e]):
+            continue
+        i, j = facets.edges[e, 0], facets.edges[e, 1]
+        xa, ya, xb, yb = raster.image[i, 0], raster.image[i, 1], raster.image[j, 0], raster.image[j, 1]
+        if ahead and not behind:
+            accumulate(xa, ya, xb, yb, raster.area, raster.spans, low, high)
+        elif behind and not ahead:
+            accumulate(xb, yb, xa, ya, raster.area, raster.spans, low, high)
+        used = _give_slots(xa, ya, xb, yb, first if ahead else second, raster, used)
+    return used
+
+
+@kernel
+def _give_slots(xa, ya, xb, yb, face, raster, used):
+    height, width = raster.slot.shape
+    if ya > yb:
+        xa, ya, xb, yb = xb, yb, xa, ya
+    slope = (xb - xa) / (yb - ya) if yb > ya else 0.0
+    for row in range(max(0, math.floor(ya)), min(height, math.floor(yb) + 1)):
+        y0, y1 = max(float(row), ya), min(row + 1.0, yb)
+        x0, x1 = xa + (y0 - ya) * slope, xa + (y1 - ya) * slope
+        if ya == yb:
+            x0, x1 = xa, xb
+        left, right = min(x0, x1), max(x0, x1)
+        for column in range(max(0, math.floor(left)), min(width, math.floor(right) + 1)):
+            if raster.slot[row, column] < 0 and used < raster.edge_owner.size:
+                raster.slot[row, column] = used
+                raster.edge_owner[used] = face
+                share = 0.5 * (max(left, float(column)) + min(right, column + 1.0)) - left
+                share = share / (right - left) if right > left else 0.5
+                share = share if x1 >= x0 else 1 - share
+                raster.edge_place[used, 0] = x0 + share * (x1 - x0)
+                raster.edge_place[used, 1] = y0 + share * (y1 - y0)
+                used += 1
+    return used
+
+
+@kernel
+def _accumulate_rows(raster, total, touched, full, low, high):
+    width = total.shape[1]
+    for row in range(low, high):
+        first, last = raster.spans[row, 0], min(raster.spans[row, 1], width)
+        covered, run, best = 0.0, 0, 0
+        for column in range(first, last):
+            covered += raster.area[row, column]
+            share = min(1.0, abs(covered))
+            if share < 1e-7:
+                run = 0
+                continue
+            touched[row, 0] = min(touched[row, 0], column)
+            touched[row, 1] = column + 1
+            run = run + 1 if share > FULL else 0
+            total[row, column] = f32(share if share <= FULL else 1.0)
+            if run > best:
+                best = run
+                full[row, 0], full[row, 1] = column + 1 - run, column + 1
+
+
+@kernel
+def _fill(face, faces, raster):
+    """Depth-test the middles of the pixels, and the samples of those with a slot, inside a triangle."""
+    image, near, owner, slot = raster.image, raster.near, raster.owner, raster.slot
+    height, width = near.shape
+    d = raster.functions[face, DISTANCE]
+    ia, ib, ic = faces[face, 0], faces[face, 1], faces[face, 2]
+    ax, ay, bx, by, cx, cy = image[ia, 0], image[ia, 1], image[ib, 0], image[ib, 1], image[ic, 0], image[ic, 1]
+    top, bottom = min(ay, by, cy), max(ay, by, cy)
+    for row in range(max(0, math.floor(top)), min(height, math.floor(bottom) + 1)):
+        # The triangle's reach in this row of pixels, and at the height of their middles.
+        left, right, from_x, to_x = 1e9, -1e9, 1e9, -1e9
+        for side in range(3):
+            if side == 0:
+                x0, y0, x1, y1 = ax, ay, bx, by
+            elif side == 1:
+                x0, y0, x1, y1 = bx, by, cx, cy
+            else:
+                x0, y0, x1, y1 = cx, cy, ax, ay
+            if y0 > y1:
+                x0, y0, x1, y1 = x1, y1, x0, y0
+            if y1 < row or y0 > row + 1:
+                continue
+            slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
+            start, end = x0 + (max(y0, float(row)) - y0) * slope, x0 + (min(y1, row + 1.0) - y0) * slope
+            if y0 == y1:
+                start, end = x0, x1
+            left, right = min(left, start, end), max(right, start, end)
+            if y0 <= row + 0.5 < y1:
+                x = x0 + (row + 0.5 - y0) * slope
+                from_x, to_x = min(from_x, x), max(to_x, x)
+        first, last = max(0, math.ceil(from_x - 0.5)), min(width, math.ceil(to_x - 0.5))
+        for column in range(first, last):
+            if slot[row, column] < 0:
+                w = f32(d[0] * (column + 0.5) + d[1] * (row + 0.5) + d[2])
+                if w > near[row, column]:
+                    near[row, column] = w
+                    owner[row, column] = face
+        for column in range(max(0, math.floor(left)), min(width, math.floor(right) + 1)):
+            k = slot[row, column]
+            if k < 0:
+                continue
+            for s in range(SAMPLES):
+                px, py = column + (s + 0.5) / SAMPLES, row + ((s * STEP) % SAMPLES + 0.5) / SAMPLES
+                ab = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
+                bc = (cx - bx) * (py - by) - (cy - by) * (px - bx)
+                ca = (ax - cx) * (py - cy) - (ay - cy) * (px - cx)
+                if ab <= 0 and bc <= 0 and ca <= 0:
+                    w = f32(d[0] * px + d[1] * py + d[2])
+                    if w > raster.slot_near[k, s]:
+                        raster.slot_near[k, s] = w
+                        raster.slot_owner[k, s] = face
+
+
+@kernel
+def _gather(patch, raster, total, touched):
+    """List the fragments row by row, leave the depth of each pixel in `near`, and return how many they are."""
+    height, width = total.shape
+    count, face = 0, -1
+    cluster = np.empty((MOST, 4))
+    members = np.empty(MOST, np.int64)
+    for row in range(height):
+        for column in range(touched[row, 0], touched[row, 1]):
+            if total[row, column] <= f32(0):
+                continue
+            k = raster.slot[row, column]
+            if k < 0:
+                face = raster.owner[row, column]
+                if face < 0:
+                    total[row, column] = f32(0)  # a hole that rounding has made
+                    continue
+                _put(raster, count, row * width + column, face, column + 0.5, row + 0.5, total[row, column])
+                count += 1
+                continue
+            used = _merge(k, patch, raster, cluster, members)
+            if used == 0:
+                near = _inverse_depth(raster, raster.edge_owner[k], raster.edge_place[k, 0], raster.edge_place[k, 1])
+                raster.near[row, column] = f32(near)
+                _put(
+                    raster, count, row * width + column, raster.edge_owner[k],
+                    raster.edge_place[k, 0], raster.edge_place[k, 1], total[row, column],
+                )  # fmt: skip
+                count += 1
+                continue
+            hits = 0.0
+            for m in range(used):
+                hits += cluster[m, 0]
+                raster.near[row, column] = max(raster.near[row, column], f32(cluster[m, 3] / cluster[m, 0]))
+            for m in range(used):
+                x, y = column + cluster[m, 1] / cluster[m, 0], row + cluster[m, 2] / cluster[m, 0]
+                s = members[m]
+                face = raster.slot_owner[k, s]
+                # The cluster's middle may lie beyond the sample's own triangle, but not off its plane's near side.
+                if abs(_inverse_depth(raster, face, x, y) / raster.slot_near[k, s] - 1) > SAME_DEPTH:
+                    x, y = column + (s + 0.5) / SAMPLES, row + ((s * STEP) % SAMPLES + 0.5) / SAMPLES
+                _put(raster, count, row * width + column, face, x, y, total[row, column] * f32(cluster[m, 0] / hits))
+                count += 1
+    return count
+
+
+@kernel
+def _inverse_depth(raster, face, x, y):
+    d = raster.functions[face, DISTANCE]
+    return d[0] * x + d[1] * y + d[2]
+
+
+@kernel
+def _put(raster, at, pixel, face, x, y, share):
+    raster.fragment_pixel[at], raster.fragment_face[at] = pixel, face
+    raster.fragment_place[at, 0], raster.fragment_place[at, 1] = x, y
+    raster.fragment_share[at] = share
+
+
+@kernel
+def _merge(k, patch, raster, cluster, members):
+    """Gather a pixel's samples by smooth part and depth: count, sums of x, y and 1 / depth, and one sample of each that
+    lies near the middle. Returns how many clusters."""
+    used = 0
+    for s in range(SAMPLES):
+        face = raster.slot_owner[k, s]
+        if face < 0:
+            continue
+        near = raster.slot_near[k, s]
+        place = -1
+        for m in range(used):
+            other = raster.slot_owner[k, members[m]]
+            alike = abs(near * cluster[m, 0] / cluster[m, 3] - 1) < SAME_DEPTH
+            if patch[other] == patch[face] and alike:
+                place = m
+        if place < 0 and used < MOST:
+            place = used
+            used += 1
+            members[place] = s
+            cluster[place] = 0.0
+        place = max(place, 0)
+        cluster[place, 0] += 1.0
+        cluster[place, 1] += (s + 0.5) / SAMPLES
+        cluster[place, 2] += ((s * STEP) % SAMPLES + 0.5) / SAMPLES
+        cluster[place, 3] += near
+    for m in range(used):
+        best = 4.0
+        x, y = cluster[m, 1] / cluster[m, 0], cluster[m, 2] / cluster[m, 0]
+        chosen = patch[raster.slot_owner[k, members[m]]]
+        for s in range(SAMPLES):
+            if raster.slot_owner[k, s] >= 0 and patch[raster.slot_owner[k, s]] == chosen:
+                alike = abs(raster.slot_near[k, s] * cluster[m, 0] / cluster[m, 3] - 1) < SAME_DEPTH
+                off = ((s + 0.5) / SAMPLES - x) ** 2 + (((s * STEP) % SAMPLES + 0.5) / SAMPLES - y) ** 2
+                if alike and off < best:
+                    best = off
+                    members[m] = s
+    return used

@@ -1,0 +1,176 @@
+"""The look of a mesh: its fragments textured, lit with their smooth normals, and in the gripper's shadow."""
+
+import math
+
+import numpy as np
+
+from evslip.rendering.ambient import irradiance, turned
+from evslip.rendering.lanes import (
+    AMBIENT,
+    GLOSS,
+    HALF,
+    LANES,
+    LIT,
+    MAJOR_U,
+    MAJOR_V,
+    MINOR_U,
+    MINOR_V,
+    NORMAL_X,
+    NORMAL_Y,
+    NORMAL_Z,
+    ONE,
+    RESULT,
+    SEEN,
+    TEX,
+    TEXELS,
+    ZERO,
+    U,
+    V,
+    W,
+    f32,
+    kernel,
+)  # fmt: skip
+from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
+from evslip.rendering.texels import sample
+
+PROBES = 2
+"""Texture probes along each side of a pixel's footprint."""
+COARSEST = 0.25
+"""Longest side of a pixel's footprint, in repetitions of the texture: at a rim it would grow without end."""
+
+
+@kernel
+def draw_skin(
+    out, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
+    cells, levels, functions, pixels, faces, places, shares, count, caster_turns, caster_places, caster_halves, keep,
+    middle_depth,
+):  # fmt: skip
+    """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep (height,
+    width), the share of each pixel that no part of the gripper in front of the object covers.
+
+    Casters: the gripper's boxes in camera axes. middle_depth: of the object, for the blur of shadows over a pixel.
+    """
+    height, width = out.shape
+    flat, kept = out.reshape(-1), keep.reshape(-1)
+    eye, zero, lamp_here = np.eye(3), np.zeros(3), np.zeros(3)
+    for k in range(3):
+        for j in range(3):
+            lamp_here[k] += turn[j, k] * (lamp[j] - camera[j])
+    matrix, lamp32 = turned(ambient, turn), lamp_here.astype(np.float32)
+    power, shine, radius = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss), f32(lamp_radius)
+    casters = caster_places.shape[0]
+    turns, moves = np.empty((casters, 3, 3), np.float32), np.empty((casters, 3), np.float32)
+    lamps, steps = np.zeros((casters, 3), np.float32), np.zeros((casters, 2, 3), np.float32)
+    halves, sizes = caster_halves.astype(np.float32), np.zeros(casters)
+    right, down = np.zeros(3), np.zeros(3)
+    right[0] = down[1] = middle_depth / focal
+    for c in range(casters):
+        change_frame(eye, zero, caster_turns[c], caster_places[c], turns[c], moves[c])
+        for j in range(3):
+            total = 0.0
+            for i in range(3):
+                total += caster_turns[c, i, j] * (lamp_here[i] - caster_places[c, i])
+            lamps[c, j] = f32(total)
+            sizes[c] += caster_halves[c, j] ** 2
+        sizes[c] = math.sqrt(sizes[c])
+        pixel_steps(turns[c], right, down, halves[c], steps[c])
+    texels, middle = levels[0, 1], np.empty(3)
+    for start in range(0, count, LANES):
+        n = min(LANES, count - start)
+        _unpack(
+            S, n, functions, faces[start : start + n], places[start : start + n], width, height, focal, lamp32, radius,
+            power, shine,
+        )  # fmt: skip
+        lit = ZERO
+        for i in range(n):
+            lit = max(lit, S[LIT + i])
+            S[AMBIENT + i] = irradiance(matrix, S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i])
+        if lit > ZERO:
+            reach = _around(S, n, middle)
+            begin_group(S, n)
+            for c in range(casters):
+                if may_shadow(middle, reach, caster_places[c], sizes[c], lamp_here, lamp_radius):
+                    hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, steps[c])
+            end_group(S, n)
+        _look_up(S, n, functions, faces[start : start + n], places[start : start + n], texels)
+        sample(S, n, cells, fetched, levels, ONE, ZERO, ONE, ZERO, True, PROBES, PROBES)
+        for i in range(n):
+            S[RESULT + i] = S[TEX + i] * (S[AMBIENT + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+        for i in range(n):
+            p = pixels[start + i]
+            flat[p] += shares[start + i] * kept[p] * S[RESULT + i]
+
+
+@kernel
+def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_radius, power, gloss):
+    """U, V, W = point in camera axes, NORMAL; LIT and GLOSS as in `plane.meet_plane`; SEEN = 1."""
+    per_pixel = 1.0 / focal
+    for i in range(n):
+        face, x, y = functions[faces[i]], places[i, 0], places[i, 1]
+        depth = 1.0 / (face[0, 0] * x + face[0, 1] * y + face[0, 2])
+        S[U + i] = f32(depth * (x - width * 0.5) * per_pixel)
+        S[V + i] = f32(depth * (height * 0.5 - y) * per_pixel)
+        S[W + i] = f32(-depth)
+        S[NORMAL_X + i] = f32(depth * (face[3, 0] * x + face[3, 1] * y + face[3, 2]))
+        S[NORMAL_Y + i] = f32(depth * (face[4, 0] * x + face[4, 1] * y + face[4, 2]))
+        S[NORMAL_Z + i] = f32(depth * (face[5, 0] * x + face[5, 1] * y + face[5, 2]))
+    l0, l1, l2 = lamp[0], lamp[1], lamp[2]
+    for i in range(n):
+        x, y, z = S[U + i], S[V + i], S[W + i]
+        n0, n1, n2 = S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i]
+        unit = ONE / math.sqrt(n0 * n0 + n1 * n1 + n2 * n2 + f32(1e-12))
+        n0, n1, n2 = n0 * unit, n1 * unit, n2 * unit
+        S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i], S[SEEN + i] = n0, n1, n2, ONE
+        d0, d1, d2 = l0 - x, l1 - y, l2 - z
+        near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
+        size = lamp_radius * near
+        cosine = (n0 * d0 + n1 * d1 + n2 * d2) * near
+        rise = min(max(cosine / size, -ONE), ONE)
+        lit = power * near * near * (size * risen(rise) + max(cosine - size, ZERO))
+        view = ONE / math.sqrt(x * x + y * y + z * z)
+        h0, h1, h2 = d0 * near - x * view, d1 * near - y * view, d2 * near - z * view
+        shine = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
+        shine = shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9))
+        shine *= shine
+        shine *= shine
+        shine *= shine
+        shine *= shine
+        S[LIT + i] = lit
+        S[GLOSS + i] = gloss * shine * lit
+
+
+@kernel
+def _look_up(S, n, functions, faces, places, texels):
+    """U, V = texture coordinates, MAJOR and MINOR = how far apart the probes are: a step of a pixel, shared among them."""
+    per_probe = 1.0 / PROBES
+    for i in range(n):
+        face, x, y = functions[faces[i]], places[i, 0], places[i, 1]
+        depth = 1.0 / (face[0, 0] * x + face[0, 1] * y + face[0, 2])
+        u = depth * (face[1, 0] * x + face[1, 1] * y + face[1, 2])
+        v = depth * (face[2, 0] * x + face[2, 1] * y + face[2, 2])
+        # On from a whole repetition, so that float32 suffices.
+        S[U + i], S[V + i] = f32(u - math.floor(u)), f32(v - math.floor(v))
+        S[MAJOR_U + i] = f32(depth * (face[1, 0] - u * face[0, 0]) * per_probe)
+        S[MAJOR_V + i] = f32(depth * (face[2, 0] - v * face[0, 0]) * per_probe)
+        S[MINOR_U + i] = f32(depth * (face[1, 1] - u * face[0, 1]) * per_probe)
+        S[MINOR_V + i] = f32(depth * (face[2, 1] - v * face[0, 1]) * per_probe)
+    for i in range(n):
+        major_u, major_v, minor_u, minor_v = S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i]
+        wide = math.sqrt(max(major_u * major_u + major_v * major_v, minor_u * minor_u + minor_v * minor_v))
+        shrink = min(ONE, f32(COARSEST / PROBES) / (wide + f32(1e-12)))
+        S[MAJOR_U + i], S[MAJOR_V + i] = shrink * major_u, shrink * major_v
+        S[MINOR_U + i], S[MINOR_V + i] = shrink * minor_u, shrink * minor_v
+        S[TEXELS + i] = shrink * wide * texels
+
+
+@kernel
+def _around(S, n, middle):
+    """Fill in the middle of a box around the points U, V, W; returns the radius of a sphere around it."""
+    square = ZERO
+    for slot, k in ((U, 0), (V, 1), (W, 2)):
+        low, high = S[slot], S[slot]
+        for i in range(n):
+            low, high = min(low, S[slot + i]), max(high, S[slot + i])
+        middle[k] = HALF * (low + high)
+        square += (high - low) * (high - low)
+    return HALF * math.sqrt(square) + f32(0.002)
