@@ -82,7 +82,7 @@ class Shape(ABC):
         return in_hull(self.outline(), point)
 
     def stands(self, point: np.ndarray) -> bool:
-        """Whether the body stands without tipping with its centre of mass at a point (3,); an upright prism always does."""
+        """Whether the body stands with its centre of mass at a point (3,); an upright prism always does."""
         return self.inside(point)
 
 
