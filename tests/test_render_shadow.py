@@ -1,9 +1,11 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brute_force import seen_share
+from brute_force import cuboid, seen_share
 from evslip.rendering.lanes import LANES, SCRATCH, SEEN_NOW, U, V, W
 from evslip.rendering.shadow import (
     begin_group,
@@ -59,7 +61,7 @@ def test_hidden_share_of_the_lamp_matches_rays(seed):
     lamp_radius = rng.uniform(0.02, 0.08) * np.linalg.norm(lamp)
     place = np.array([0.0, 0.0, 0.15])
     points = np.concatenate([rng.uniform(-0.25, 0.25, (600, 2)), np.zeros((600, 1))], 1)
-    rays = seen_share(points, lamp, lamp_radius, [(place, turn, half)], 200, rng)
+    rays = seen_share(points, lamp, lamp_radius, [(place, turn, partial(cuboid, half))], 200, rng)
     error = np.abs(seen(points, turn, place, half, lamp, lamp_radius) - rays)
     assert error.mean() < 0.01
     # Where two silhouette edges cut the disc at once, shares are only multiplied: a few points are far off. Of 2,000

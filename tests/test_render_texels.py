@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from evslip.rendering.lanes import LANES, MAJOR_U, MAJOR_V, MINOR, SCRATCH, TEX, TEXELS, U, V
+from evslip.rendering.lanes import LANES, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, TEX, TEXELS, U, V
 from evslip.rendering.texels import bake, sample
 
 
@@ -9,8 +9,8 @@ def lookup(image, u, v, texels, wrap=True, probes=(1, 1), major=(0.0, 0.0)):
     cells, levels = bake(image.astype(np.float32), wrap)
     S, fetched = np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64)
     n = len(u)
-    slots = ((U, u), (V, v), (TEXELS, texels), (MAJOR_U, major[0]), (MAJOR_V, major[1]), (MINOR, 1.0))
-    for slot, values in slots:
+    footprint = ((MAJOR_U, major[0]), (MAJOR_V, major[1]), (MINOR_U, -major[1]), (MINOR_V, major[0]))
+    for slot, values in ((U, u), (V, v), (TEXELS, texels), *footprint):
         S[slot : slot + n] = values
     one, zero = np.float32(1), np.float32(0)
     sample(S, n, cells, fetched, levels, one, zero, one, zero, wrap, *probes)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import tyro
 
 from evslip import __version__
-from evslip.cli import detecting, first_steps, making, sensing
+from evslip.cli import detecting, first_steps, making, sensing, showing
 from evslip.errors import EvslipError
 
 DESCRIPTION = (
@@ -15,7 +15,7 @@ DESCRIPTION = (
 )
 VERBS: dict[str, Callable[..., None]] = {
     "demo": first_steps.demo,
-    "show": making.show,
+    "show": showing.show,
     "generate": making.generate,
     "status": making.status,
     "verify": making.verify,

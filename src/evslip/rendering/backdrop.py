@@ -12,6 +12,7 @@ from evslip.rendering.lanes import (
     RAY_X,
     RAY_Y,
     RESULT,
+    ROOM,
     TILE_H,
     TILE_W,
     ZERO,
@@ -38,6 +39,7 @@ from evslip.rendering.texels import sample
 PROBES = 3
 """Texture probes along the footprint of a pixel on the surface, which is seen at a grazing angle."""
 ENDLESS = f32(1e30)
+LEAST_ROOM = f32(1e-3)
 
 
 @kernel
@@ -101,6 +103,7 @@ def backdrop(
                 for i in range(x1 - x0):
                     S[RAY_X + i] = (f32(x0 + i) + f32(0.5) - f32(width * 0.5)) * pixel
                     S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - f32(0.5)) * pixel
+                    S[ROOM + i] = ONE
                 _shade(S, x1 - x0, fetched, pixel, surface, sphere, shadows, lamp_here)
                 for i in range(x1 - x0):
                     out[row, x0 + i] = S[RESULT + i]
@@ -113,6 +116,7 @@ def backdrop(
                     shift_x, shift_y = uncovered_middle(total, row, column)
                     S[RAY_X + n] = (f32(column) + f32(0.5) + shift_x - f32(width * 0.5)) * pixel
                     S[RAY_Y + n] = (f32(height * 0.5) - f32(row) - f32(0.5) - shift_y) * pixel
+                    S[ROOM + n] = ONE - total[row, column] + LEAST_ROOM
                     where[n] = row * width + column
                     n += 1
                     if n == LANES:

@@ -47,7 +47,9 @@ def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, norm
 
 
 def _weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    _, first, index = np.unique(np.round(vertices / SAME_M).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    _, first, index = np.unique(
+        np.round(vertices / SAME_M).astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
     return np.ascontiguousarray(vertices[first]), index.reshape(-1)[faces]
 
 

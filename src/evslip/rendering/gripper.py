@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from evslip.rendering.ambient import irradiance, turned
-from evslip.rendering.lanes import LANES, LIT, ONE, RESULT, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
+from evslip.rendering.lanes import LANES, LIT, ONE, RESULT, ROOM, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
 from evslip.rendering.layers import FINGER, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
 from evslip.rendering.outline import PIXEL_BLUR, outline_scratch, shade_behind
 from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
@@ -21,9 +21,9 @@ def shade_gripper(
 ):  # fmt: skip
     """values (n,): luminance of every fragment.
 
-    albedo: row of the fragments' colour. The object shadows all parts, as a box where object_halves (0 or 1, 3) has one
-    and by its outline; the palm (given in camera axes) shadows the fingers. The fingers' own shadows on hand and fingers
-    are left out.
+    albedo: row of the fragments' colour. The object shadows all parts, as a box if object_halves (0 or 1, 3) has one,
+    otherwise by its outline; the palm (given in camera axes) shadows the fingers. The fingers' own shadows on hand and
+    fingers are left out.
     """
     boxed = object_halves.shape[0] > 0
     eye, zero = np.eye(3), np.zeros(3)
@@ -92,8 +92,8 @@ def shade_gripper(
 
 @kernel
 def order_by_faces(front, fragments, place, axes, half):
-    """front (n,): 1 for fragments on the camera's side of any face of a box, 0 for those behind. The box's pose is given
-    in camera axes."""
+    """front (n,): 1 for fragments on the camera's side of any face of a box, 0 for those behind. The box's pose is
+    given in camera axes."""
     planes = _near_faces(axes, place, half)
     for i in range(front.size):
         inside = f32(-1e9)
@@ -166,7 +166,7 @@ def _light(S, n, own, albedo, lamp, lamp_radius, power, gloss, matrix):
     for i in range(n):
         x, y, z = own[X, i], own[Y, i], own[Z, i]
         n0, n1, n2 = own[NORMAL_X, i], own[NORMAL_Y, i], own[NORMAL_Z, i]
-        S[U + i], S[V + i], S[W + i], S[SEEN + i] = x, y, z, ONE
+        S[U + i], S[V + i], S[W + i], S[SEEN + i], S[ROOM + i] = x, y, z, ONE, ONE
         d0, d1, d2 = l0 - x, l1 - y, l2 - z
         near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
         size = lamp_radius * near

@@ -25,8 +25,10 @@ TILE_W, TILE_H = 32, 8
     RESULT,
     NORMAL_X, NORMAL_Y, NORMAL_Z, AMBIENT,  # where they differ from pixel to pixel
     LAMP_X, LAMP_Y, LAMP_Z, HIDDEN,  # receiver point in the lamp's frame; what an outline hides
-) = (slot * LANES for slot in range(29))  # fmt: skip
-SCRATCH = 29 * LANES
+    ROOM,  # share of the pixel that the point stands for, over which shadows are blurred
+    PER_DEPTH, BLUR, STRETCH,  # 1 / way to the lamp; a pixel's blur across and how much longer shadows' blur is along
+) = (slot * LANES for slot in range(33))  # fmt: skip
+SCRATCH = 33 * LANES
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)

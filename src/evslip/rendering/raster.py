@@ -12,7 +12,7 @@ import numpy as np
 
 from evslip.rendering.coverage import FULL, NEAR_M, accumulate
 from evslip.rendering.facets import Facets
-from evslip.rendering.lanes import f32, kernel
+from evslip.rendering.lanes import f32, formula, kernel
 
 SAMPLES = 16
 STEP = 3
@@ -254,25 +254,17 @@ def _fill(face, faces, raster):
     d = raster.functions[face, DISTANCE]
     ia, ib, ic = faces[face, 0], faces[face, 1], faces[face, 2]
     ax, ay, bx, by, cx, cy = image[ia, 0], image[ia, 1], image[ib, 0], image[ib, 1], image[ic, 0], image[ic, 1]
+    d0, d1, d2 = d[0], d[1], d[2]
     top, bottom = min(ay, by, cy), max(ay, by, cy)
+    sides = (_side(ax, ay, bx, by), _side(bx, by, cx, cy), _side(cx, cy, ax, ay))
     for row in range(max(0, math.floor(top)), min(height, math.floor(bottom) + 1)):
         # The triangle's reach in this row of pixels, and at the height of their middles.
         left, right, from_x, to_x = 1e9, -1e9, 1e9, -1e9
-        for side in range(3):
-            if side == 0:
-                x0, y0, x1, y1 = ax, ay, bx, by
-            elif side == 1:
-                x0, y0, x1, y1 = bx, by, cx, cy
-            else:
-                x0, y0, x1, y1 = cx, cy, ax, ay
-            if y0 > y1:
-                x0, y0, x1, y1 = x1, y1, x0, y0
+        for x0, y0, x1, y1, slope in sides:
             if y1 < row or y0 > row + 1:
                 continue
-            slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
-            start, end = x0 + (max(y0, float(row)) - y0) * slope, x0 + (min(y1, row + 1.0) - y0) * slope
-            if y0 == y1:
-                start, end = x0, x1
+            start = x0 + (row - y0) * slope if y0 < row else x0
+            end = x0 + (row + 1 - y0) * slope if y1 > row + 1 else x1
             left, right = min(left, start, end), max(right, start, end)
             if y0 <= row + 0.5 < y1:
                 x = x0 + (row + 0.5 - y0) * slope
@@ -280,7 +272,7 @@ def _fill(face, faces, raster):
         first, last = max(0, math.ceil(from_x - 0.5)), min(width, math.ceil(to_x - 0.5))
         for column in range(first, last):
             if slot[row, column] < 0:
-                w = f32(d[0] * (column + 0.5) + d[1] * (row + 0.5) + d[2])
+                w = f32(d0 * (column + 0.5) + d1 * (row + 0.5) + d2)
                 if w > near[row, column]:
                     near[row, column] = w
                     owner[row, column] = face
@@ -294,10 +286,18 @@ def _fill(face, faces, raster):
                 bc = (cx - bx) * (py - by) - (cy - by) * (px - bx)
                 ca = (ax - cx) * (py - cy) - (ay - cy) * (px - cx)
                 if ab <= 0 and bc <= 0 and ca <= 0:
-                    w = f32(d[0] * px + d[1] * py + d[2])
+                    w = f32(d0 * px + d1 * py + d2)
                     if w > raster.slot_near[k, s]:
                         raster.slot_near[k, s] = w
                         raster.slot_owner[k, s] = face
+
+
+@formula
+def _side(x0, y0, x1, y1):
+    """An edge from its upper to its lower end, and its slope."""
+    if y0 > y1:
+        x0, y0, x1, y1 = x1, y1, x0, y0
+    return x0, y0, x1, y1, (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
 
 
 @kernel

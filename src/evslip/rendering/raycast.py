@@ -49,7 +49,7 @@ class Raycaster:
         outline = body.outline(view, lamp.position)
         turns, places = casters(camera, turn, boxes.turns, boxes.places)
         own = len(body.halves)
-        turns, places = np.concatenate([axes[None]][:own] + [turns]), np.concatenate([place[None]][:own] + [places])
+        turns, places = np.concatenate([axes[None][:own], turns]), np.concatenate([place[None][:own], places])
         bodies = np.zeros(out.shape, np.uint8)
         background, surface = self.params.background, self.params.surface
         backdrop(

@@ -45,8 +45,8 @@ def draw_skin(
     cells, levels, functions, pixels, faces, places, shares, count, caster_turns, caster_places, caster_halves, keep,
     middle_depth,
 ):  # fmt: skip
-    """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep (height,
-    width), the share of each pixel that no part of the gripper in front of the object covers.
+    """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
+    (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
     Casters: the gripper's boxes in camera axes. middle_depth: of the object, for the blur of shadows over a pixel.
     """
@@ -106,14 +106,14 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
     """U, V, W = point in camera axes, NORMAL; LIT and GLOSS as in `plane.meet_plane`; SEEN = 1."""
     per_pixel = 1.0 / focal
     for i in range(n):
-        face, x, y = functions[faces[i]], places[i, 0], places[i, 1]
-        depth = 1.0 / (face[0, 0] * x + face[0, 1] * y + face[0, 2])
+        f, x, y = faces[i], places[i, 0], places[i, 1]
+        depth = 1.0 / (functions[f, 0, 0] * x + functions[f, 0, 1] * y + functions[f, 0, 2])
         S[U + i] = f32(depth * (x - width * 0.5) * per_pixel)
         S[V + i] = f32(depth * (height * 0.5 - y) * per_pixel)
         S[W + i] = f32(-depth)
-        S[NORMAL_X + i] = f32(depth * (face[3, 0] * x + face[3, 1] * y + face[3, 2]))
-        S[NORMAL_Y + i] = f32(depth * (face[4, 0] * x + face[4, 1] * y + face[4, 2]))
-        S[NORMAL_Z + i] = f32(depth * (face[5, 0] * x + face[5, 1] * y + face[5, 2]))
+        S[NORMAL_X + i] = f32(depth * (functions[f, 3, 0] * x + functions[f, 3, 1] * y + functions[f, 3, 2]))
+        S[NORMAL_Y + i] = f32(depth * (functions[f, 4, 0] * x + functions[f, 4, 1] * y + functions[f, 4, 2]))
+        S[NORMAL_Z + i] = f32(depth * (functions[f, 5, 0] * x + functions[f, 5, 1] * y + functions[f, 5, 2]))
     l0, l1, l2 = lamp[0], lamp[1], lamp[2]
     for i in range(n):
         x, y, z = S[U + i], S[V + i], S[W + i]
@@ -141,19 +141,19 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
 
 @kernel
 def _look_up(S, n, functions, faces, places, texels):
-    """U, V = texture coordinates, MAJOR and MINOR = how far apart the probes are: a step of a pixel, shared among them."""
+    """U, V = texture coordinates, MAJOR and MINOR = how far apart the probes are: a pixel's steps among them."""
     per_probe = 1.0 / PROBES
     for i in range(n):
-        face, x, y = functions[faces[i]], places[i, 0], places[i, 1]
-        depth = 1.0 / (face[0, 0] * x + face[0, 1] * y + face[0, 2])
-        u = depth * (face[1, 0] * x + face[1, 1] * y + face[1, 2])
-        v = depth * (face[2, 0] * x + face[2, 1] * y + face[2, 2])
+        f, x, y = faces[i], places[i, 0], places[i, 1]
+        depth = 1.0 / (functions[f, 0, 0] * x + functions[f, 0, 1] * y + functions[f, 0, 2])
+        u = depth * (functions[f, 1, 0] * x + functions[f, 1, 1] * y + functions[f, 1, 2])
+        v = depth * (functions[f, 2, 0] * x + functions[f, 2, 1] * y + functions[f, 2, 2])
         # On from a whole repetition, so that float32 suffices.
         S[U + i], S[V + i] = f32(u - math.floor(u)), f32(v - math.floor(v))
-        S[MAJOR_U + i] = f32(depth * (face[1, 0] - u * face[0, 0]) * per_probe)
-        S[MAJOR_V + i] = f32(depth * (face[2, 0] - v * face[0, 0]) * per_probe)
-        S[MINOR_U + i] = f32(depth * (face[1, 1] - u * face[0, 1]) * per_probe)
-        S[MINOR_V + i] = f32(depth * (face[2, 1] - v * face[0, 1]) * per_probe)
+        S[MAJOR_U + i] = f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0]) * per_probe)
+        S[MAJOR_V + i] = f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0]) * per_probe)
+        S[MINOR_U + i] = f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1]) * per_probe)
+        S[MINOR_V + i] = f32(depth * (functions[f, 2, 1] - v * functions[f, 0, 1]) * per_probe)
     for i in range(n):
         major_u, major_v, minor_u, minor_v = S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i]
         wide = math.sqrt(max(major_u * major_u + major_v * major_v, minor_u * minor_u + minor_v * minor_v))

@@ -1,0 +1,179 @@
+from functools import partial
+
+import numpy as np
+import pytest
+import trimesh
+
+from brute_force import compare, cylinder, seen_share, triangles
+from evslip.camera import hand_camera
+from evslip.config import load_config
+from evslip.frame import BACKGROUND, OBJECT, SURFACE
+from evslip.params import draw
+from evslip.rendering.facets import prepare_facets
+from evslip.rendering.lanes import LANES, ROOM, SCRATCH, SEEN_NOW, U, V, W
+from evslip.rendering.mesh import Mesh
+from evslip.rendering.outline import outline_of, outline_scratch, shade_behind
+from evslip.rendering.poses import Poses
+from evslip.rendering.raycast import Raycaster
+from evslip.rendering.shadow import begin_group, change_frame
+from evslip.shapes import surface_of
+from made_up import still, turning
+
+SOFT = {"object__texture": "gradient-0", "surface__texture": "gradient-2", "background__texture": "gradient-3"}
+
+
+def sample(**overrides):
+    changes = {key.replace("__", "."): value for key, value in {**SOFT, **overrides}.items()}
+    return draw(load_config("simple", {"camera.width": 138, "camera.height": 104, **changes}), 0)
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory):
+    """A ring that stands upright: parts of it hide others, and the background shows through."""
+    path = tmp_path_factory.mktemp("mesh") / "ring.stl"
+    ring = trimesh.creation.torus(0.03, 0.012, major_sections=24, minor_sections=12)
+    ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    ring.export(path)
+    return {"object__shape": "mesh", "object__mesh": str(path), "object__mesh_fit": "own"}
+
+
+def on_the_table(params):
+    traj = still(params)
+    traj.gripper_pose[:, 2] = params.object.height_m + 0.1034 - 0.01
+    traj.object_pose[:, 2] = params.object.height_m / 2
+    return traj
+
+
+def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6)):
+    """Shares of the lamp that an outline leaves visible from points in the world."""
+    S, result = np.zeros(SCRATCH, np.float32), []
+    turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
+    change_frame(np.eye(3), np.zeros(3), outline.turn, outline.place, turn, move)
+    for start in range(0, len(points), LANES):
+        chunk = points[start : start + LANES]
+        n = len(chunk)
+        for slot, values in zip((U, V, W), chunk.T, strict=True):
+            S[slot : slot + n] = values
+        S[ROOM : ROOM + n] = 1
+        begin_group(S, n)
+        middle = (chunk.min(0) + chunk.max(0)) / 2
+        reach = np.linalg.norm(chunk - middle, axis=1).max()
+        shade_behind(
+            S, n, middle, reach, turn, move, outline, outline_scratch(outline), np.float32(lamp_radius),
+            np.asarray(blur, np.float32), False,
+        )  # fmt: skip
+        result.append(S[SEEN_NOW : SEEN_NOW + n].copy())
+    return np.concatenate(result)
+
+
+@pytest.mark.parametrize(("polar", "lamp_radius"), [(55.0, 1.0), (20.0, 4.0), (80.0, 0.3)])
+def test_the_shadow_of_a_standing_cylinder_matches_rays(polar, lamp_radius):
+    params = sample(object__shape="cylinder")
+    radius, top = params.object.depth_m / 2, params.object.height_m / 2
+    polar = np.radians(polar)
+    lamp = 30 * np.array([0.5 * np.sin(polar), 0.866 * np.sin(polar), np.cos(polar)])
+    outline = outline_of(
+        prepare_facets(*surface_of(params)), np.array([0, 0, top]), np.eye(3), lamp, np.array([0, -1.0, -0.3]), 0.1
+    )
+    rng = np.random.default_rng(0)
+    points = np.concatenate([rng.uniform((-0.2, -0.2), (0.05, 0.05), (3000, 2)), np.zeros((3000, 1))], 1)
+    points = points[np.hypot(points[:, 0], points[:, 1]) > radius + 0.0005]
+    body = [(np.array([0, 0, top]), np.eye(3), partial(cylinder, radius, top))]
+    error = np.abs(seen(points, outline, lamp_radius) - seen_share(points, lamp, lamp_radius, body, 200, rng))
+    assert error.mean() < 0.001
+    assert np.quantile(error, 0.99) < 0.04
+    assert error.max() < 0.2
+
+
+def test_a_pixel_blurs_the_shadow_as_its_mean_does():
+    params = sample(object__shape="cylinder")
+    top = params.object.height_m / 2
+    lamp = np.array([12.0, 21.0, 17.0])
+    outline = outline_of(
+        prepare_facets(*surface_of(params)), np.array([0, 0, top]), np.eye(3), lamp, np.array([0, -1.0, -0.3]), 0.1
+    )
+    right, down = np.array([-0.0008, 0, 0]), np.array([0, 0.008, 0])
+    rows = outline.turn.T @ np.stack([right, down], 1)
+    blur = 0.5 * np.hypot(rows[:2, 0], rows[:2, 1])
+    y = np.linspace(-0.12, 0.0, 60)
+    points = np.concatenate([np.stack([np.full(60, x), y, np.zeros(60)], 1) for x in (-0.05, -0.02, 0.0, 0.02)])
+    points = points[np.hypot(points[:, 0], points[:, 1]) > params.object.depth_m / 2 + 0.005]
+    steps = (np.arange(12) + 0.5) / 12 - 0.5
+    inside = points[:, None, None] + steps[:, None, None] * right + steps[:, None] * down
+    mean = seen(inside.reshape(-1, 3), outline, 1.0).reshape(len(points), -1).mean(1)
+    error = seen(points, outline, 1.0, blur) - mean
+    assert np.abs(error).mean() < 0.01
+    assert np.abs(error).max() < 0.1
+    assert abs(error.mean()) < 0.004
+
+
+def coverage(params, traj):
+    camera = hand_camera(params)
+    poses = Poses(traj, camera, np.array([700_000]))
+    artist = Raycaster(params, camera, float(poses.travel_m[0]))
+    artist.draw(poses, 0)
+    assert isinstance(artist._body, Mesh)
+    frame = poses.camera_position[0], poses.camera_rotation[0]
+    steps = (np.arange(5) + 0.5) / 5
+    x = ((np.arange(camera.width)[:, None] + steps).ravel() - camera.width / 2) / camera.focal_px
+    y = (camera.height / 2 - (np.arange(camera.height)[:, None] + steps).ravel()) / camera.focal_px
+    rays = np.stack([*np.meshgrid(x, y), -np.ones((5 * camera.height, 5 * camera.width))], -1).reshape(-1, 3)
+    origin = (frame[0] - poses.object_position[0]) @ poses.object_rotation[0]
+    rays = rays @ frame[1].T @ poses.object_rotation[0]
+    hit = np.isfinite(triangles(*surface_of(params), origin, rays)[0])
+    return artist._body, hit.reshape(camera.height, 5, camera.width, 5).mean((1, 3))
+
+
+@pytest.mark.parametrize("shape", ["cylinder", "ring"])
+def test_every_pixel_gets_its_share_of_the_mesh(shape, ring):
+    params = sample(**(ring if shape == "ring" else {"object__shape": "cylinder"}))
+    body, hit = coverage(params, turning(params))
+    error = body.total - hit
+    assert np.abs(error).max() < 0.2
+    assert abs(error.sum()) < 0.002 * hit.sum()
+    shares = np.zeros(body.total.size)
+    count = body._count
+    np.add.at(shares, body._raster.fragment_pixel[:count], body._raster.fragment_share[:count])
+    assert shares.reshape(hit.shape) == pytest.approx(body.total, abs=1e-5)
+    for row in range(len(hit)):
+        columns = np.flatnonzero(body.total[row])
+        assert not len(columns) or (body.touched[row, 0] <= columns[0] and columns[-1] < body.touched[row, 1])
+        assert np.all(body.total[row, body.full[row, 0] : body.full[row, 1]] == 1)
+
+
+@pytest.mark.parametrize(("polar", "azimuth"), [(20.0, 60.0), (70.0, 200.0)])
+@pytest.mark.parametrize("place", [turning, on_the_table])
+def test_a_cylinder_matches_brute_force(polar, azimuth, place, monkeypatch):
+    params = sample(object__shape="cylinder", light__polar_deg=polar, light__azimuth_deg=azimuth)
+    shape = partial(cylinder, params.object.depth_m / 2, params.object.height_m / 2)
+    check(*compare(params, place(params), 700_000, monkeypatch, shape))
+
+
+def test_a_ring_matches_brute_force(ring, monkeypatch):
+    params = sample(light__polar_deg=30.0, light__azimuth_deg=100.0, **ring)
+    log_error, error, bodies = compare(
+        params, turning(params), 700_000, monkeypatch, partial(triangles, *surface_of(params))
+    )
+    check(log_error, error, bodies)
+
+
+def check(log_error, error, bodies):
+    assert np.percentile(np.abs(log_error), 95) < 0.055
+    assert np.sqrt(np.mean(error**2)) < 0.014
+    for body in (BACKGROUND, SURFACE, OBJECT):
+        assert abs(np.mean(log_error[bodies == body])) < 0.012
+
+
+def test_the_gripper_stands_before_and_behind_a_cylinder():
+    params = sample(object__shape="cylinder")
+    camera = hand_camera(params)
+    poses = Poses(still(params), camera, np.array([0]))
+    artist = Raycaster(params, camera, float(poses.travel_m[0]))
+    poses.object_position[0] += (0, 0, 0.05)
+    artist.draw(poses, 0)
+    layers = artist._openings.at(float(poses.travel_m[0])).layers
+    shown = artist._body.total.reshape(-1)[np.repeat(layers.pixels, np.diff(layers.starts))] == 1
+    depth = -layers.fragments[2]
+    before, behind = shown & (depth < 0.268 - params.object.depth_m / 2), shown & (depth > 0.27)
+    assert before.sum() > 100 and np.all(artist._front[before] == 1)
+    assert behind.sum() > 50 and np.all(artist._front[behind] == 0)
