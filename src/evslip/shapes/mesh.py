@@ -10,8 +10,8 @@ from evslip.shapes.mesh_file import load_mesh
 from evslip.shapes.shape import Filling, Footing, Shape, in_hull
 from evslip.shapes.surface import Surface, box_uv, corner_normals
 
-BASE_M = 0.001
-"""What is no higher than this above the table is worn flat."""
+WORN_M, WORN_AT_MOST = 0.001, 0.05
+"""What is no higher than this above the table is worn flat; where that is an edge, up to this share of the height."""
 SPOT_CORNERS = 32
 PAIRS = 1 << 20
 """Pairs of triangle and line looked at together: bounds the memory."""
@@ -65,9 +65,8 @@ class MeshShape(Shape):
         return Filling(float(volume), centroid, moments / (20 * volume) - np.outer(centroid, centroid))
 
     def footing(self) -> Footing:
-        """What is round below stands on a flat spot, as if a millimetre were worn off: it would roll away."""
-        hull = self._vertices[self._file.hull]
-        low = hull[hull[:, 2] < BASE_M - self.half_m[2]]
+        """What is round below stands on a flat spot, as if a little were worn off: it would roll away."""
+        low = self._bottom()
         around = 2 * np.pi * np.arange(SPOT_CORNERS) / SPOT_CORNERS
         spot = low[np.unique((low[:, :2] @ [np.cos(around), np.sin(around)]).argmax(axis=0))]
         spot[:, 2] = -self.half_m[2]
@@ -75,6 +74,15 @@ class MeshShape(Shape):
 
     def outline(self) -> np.ndarray:
         return self._vertices[self._file.corners]
+
+    def _bottom(self) -> np.ndarray:
+        """Vertices (k, 3) of the hull that are worn flat: more of a coarse mesh, so that they are no mere edge."""
+        hull = self._vertices[self._file.hull]
+        for worn_m in (WORN_M, 2 * WORN_AT_MOST * self.half_m[2]):
+            low = hull[hull[:, 2] < worn_m - self.half_m[2]]
+            if np.linalg.matrix_rank(low[:, :2] - low[0, :2], tol=WORN_M) == 2:
+                break
+        return low
 
     def stands(self, point: np.ndarray) -> bool:
         spot = self.footing().vertices
