@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -72,8 +73,6 @@ def test_the_check_finds_what_is_shared(monkeypatch):
 
 @given(st.floats(0, 1), st.floats(0, 1), st.integers(0, 10**6))
 def test_draws_of_ranges_never_meet_whatever_the_ranges(low, width, seed):
-    import numpy as np
-
     high = low + width
     if not high > low:
         return
@@ -86,8 +85,6 @@ def test_draws_of_ranges_never_meet_whatever_the_ranges(low, width, seed):
 
 
 def test_a_range_avoids_the_constants_beside_it_or_says_that_it_cannot():
-    import numpy as np
-
     rng = np.random.default_rng(0)
     low, high = 1.0, math.nextafter(1.0, 2.0)
     both = Range(min=low, max=high)
@@ -106,9 +103,11 @@ def test_rows_that_share_a_constant_go_to_the_same_split():
         for split in ("train", "test"):
             rows = shares[split]
             assert (0 in rows[0]) == (1 in rows[0])
-            mine = {name for r in rows[0] for name in grouped.rows[r]} | {alone.rows[r][0] for r in rows[1]}
+            mine = {str(name) for r in rows[0] for name in grouped.rows[r]} | {str(alone.rows[r][0]) for r in rows[1]}
             other = shares["test" if split == "train" else "train"]
-            theirs = {name for r in other[0] for name in grouped.rows[r]} | {alone.rows[r][0] for r in other[1]}
+            theirs = {str(name) for r in other[0] for name in grouped.rows[r]} | {
+                str(alone.rows[r][0]) for r in other[1]
+            }
             assert not mine & theirs
 
 
@@ -125,8 +124,8 @@ def test_about_the_wanted_share_is_held_out_of_every_family(share):
     (dimension,) = (d for d in plan.dimensions if d.keys == ("background.texture",))
     rows = plan.shares["test"][plan.dimensions.index(dimension)]
     assert len(rows) == round(share * len(dimension.rows))
-    families = [dimension.rows[row][0].rpartition("-")[0] for row in rows]
-    sizes = [row[0].rpartition("-")[0] for row in dimension.rows]
+    families = [str(dimension.rows[row][0]).rpartition("-")[0] for row in rows]
+    sizes = [str(row[0]).rpartition("-")[0] for row in dimension.rows]
     assert all(abs(families.count(f) - share * sizes.count(f)) <= 1 for f in set(sizes))
 
 
