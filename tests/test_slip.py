@@ -126,8 +126,8 @@ def test_friction_carries_the_weight_and_is_used_up_where_it_slips():
     still = truth.held & (truth.t_us > 1_800_000) & truth.during("lift")  # lifted, before the tilt
     weight = params.object.mass_kg * 9.81
     assert trajectory.pad_friction[still].sum(axis=1)[:, 1] == pytest.approx(weight, rel=0.02)
-    torque = -weight * (-0.9 * params.object.width_m / 2 * params.grip.offset)
-    assert trajectory.pad_friction[still].sum(axis=1)[:, 2] == pytest.approx(torque, rel=0.35)
+    arm = (trajectory.object_pose - trajectory.gripper_pose)[still, 0]  # the hand is upright, its tool below it
+    assert trajectory.pad_friction[still].sum(axis=1)[:, 2] == pytest.approx(-weight * arm, rel=0.05)
     slip = truth.episodes[0]
     sliding = (truth.t_us > slip.start_us + 30_000) & (truth.angular_speed_deg_s > 5) & truth.held
     assert (trajectory.pad_utilisation[sliding] > 0.99).mean() > 0.9  # less while it stops
@@ -137,9 +137,10 @@ def test_friction_carries_the_weight_and_is_used_up_where_it_slips():
 
 
 @pytest.mark.parametrize("multiple", [0.3, 0.6])
-def test_utilisation_of_a_held_object_is_near_its_share_of_the_onset(multiple):
+def test_utilisation_of_a_held_object_goes_with_its_share_of_the_onset(multiple):
     params = draw("hold", 0, slip__multiple=multiple, grip__offset=0.5, motion__tilt_deg=25.0)
     trajectory = evslip.simulate(params)
     held = evslip.measure(trajectory).held
     assert trajectory.pad_utilisation is not None
-    assert trajectory.pad_utilisation[held].max() == pytest.approx(multiple, rel=0.1)
+    # Below the multiple: while all points stick, those near the centre of rotation carry less than their share.
+    assert 0.75 * multiple < trajectory.pad_utilisation[held].max() < 1.05 * multiple
