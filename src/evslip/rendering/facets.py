@@ -20,7 +20,7 @@ class Facets(NamedTuple):
     planes: np.ndarray
     """Outward unit normal n and offset d of each face, n . p = d; of shape (f, 4)."""
     uv: np.ndarray
-    """Texture coordinates of the faces' corners, of shape (f, 3, 2)."""
+    """Texture coordinates of the faces' corners, each face in the first repetition; of shape (f, 3, 2)."""
     normals: np.ndarray
     """Unit normals of the faces' corners, of shape (f, 3, 3)."""
     edges: np.ndarray
@@ -29,6 +29,8 @@ class Facets(NamedTuple):
     """Whether normals or texture break along the edge, bool of shape (e,)."""
     patch: np.ndarray
     """Number of the smooth part that each face belongs to, of shape (f,)."""
+    repeats: bool
+    """Whether any face shows more than one repetition of the texture."""
 
 
 def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> Facets:
@@ -43,7 +45,9 @@ def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, norm
     edges, sides = _edges(faces)
     crease = _breaks(uv, edges, sides) | _breaks(normals, edges, sides)
     patch = _patches(len(faces), edges[~crease, 2:])
-    return Facets(vertices, faces, planes, uv, normals, edges, crease, patch)
+    uv = uv - np.floor(uv.mean(1, keepdims=True))
+    repeats = bool(uv.min() < -SAME_LOOK or uv.max() > 1 + SAME_LOOK)
+    return Facets(vertices, faces, planes, uv, normals, edges, crease, patch, repeats)
 
 
 def _weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
