@@ -29,8 +29,8 @@ class Facets(NamedTuple):
     """Whether normals or texture break along the edge, bool of shape (e,)."""
     patch: np.ndarray
     """Number of the smooth part that each face belongs to, of shape (f,)."""
-    repeats: bool
-    """Whether any face shows more than one repetition of the texture."""
+    repeats: tuple[bool, bool]
+    """Whether the texture goes on beyond its right and left border, and beyond its lower and upper one."""
 
 
 def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> Facets:
@@ -43,11 +43,14 @@ def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, norm
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)
     planes = np.column_stack([across, np.sum(across * a, 1)])
     edges, sides = _edges(faces)
-    crease = _breaks(uv, edges, sides) | _breaks(normals, edges, sides)
+    steps = _steps(uv, edges, sides)
+    tears = np.abs(steps - np.round(steps)).max((1, 2)) > SAME_LOOK
+    crease = tears | (np.abs(_steps(normals, edges, sides)).max((1, 2)) > SAME_LOOK)
     patch = _patches(len(faces), edges[~crease, 2:])
     uv = uv - np.floor(uv.mean(1, keepdims=True))
-    repeats = bool(uv.min() < -SAME_LOOK or uv.max() > 1 + SAME_LOOK)
-    return Facets(vertices, faces, planes, uv, normals, edges, crease, patch, repeats)
+    beyond = (uv.min((0, 1)) < -SAME_LOOK) | (uv.max((0, 1)) > 1 + SAME_LOOK)
+    beyond |= np.any(np.abs(_steps(uv, edges, sides)[~tears]) > 0.5, axis=(0, 1))
+    return Facets(vertices, faces, planes, uv, normals, edges, crease, patch, (bool(beyond[0]), bool(beyond[1])))
 
 
 def _weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -69,13 +72,13 @@ def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return edges, np.column_stack([side[first], side[second]])
 
 
-def _breaks(values: np.ndarray, edges: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Where corner values (f, 3, k) differ between the two faces at either end of their edge."""
+def _steps(values: np.ndarray, edges: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """How much corner values (f, 3, k) differ between the two faces at both ends of their edges; (e, 2, k)."""
     first, second = edges[:, 2], edges[:, 3]
     a, b = sides[:, 0], sides[:, 1]
     tail = values[first, a] - values[second, (b + 1) % 3]
     head = values[first, (a + 1) % 3] - values[second, b]
-    return np.abs(np.concatenate([tail, head], 1)).max(1) > SAME_LOOK
+    return np.stack([tail, head], 1)
 
 
 def _patches(count: int, pairs: np.ndarray) -> np.ndarray:

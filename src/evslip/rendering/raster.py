@@ -2,7 +2,7 @@
 
 Along the edges where the mesh turns away, signed areas add up to the coverage of every pixel, exactly where one layer
 faces the camera. Inside, a pixel takes the nearest triangle at its middle. Pixels on a silhouette, or on an edge where
-normals or texture break, take 32 samples and merge those of one smooth part.
+normals or texture break, take 16 samples and merge those of one smooth part.
 """
 
 import math
@@ -14,8 +14,8 @@ from evslip.rendering.coverage import FULL, NEAR_M, accumulate
 from evslip.rendering.facets import Facets
 from evslip.rendering.lanes import f32, formula, kernel
 
-SAMPLES = 32
-STEP = 7
+SAMPLES = 16
+STEP = 3
 """Of the lattice of samples (k, STEP k mod SAMPLES): no two share a row or a column, neighbours are far apart."""
 MOST = 4
 """Fragments in a pixel."""

@@ -164,13 +164,12 @@ def _look_up(S, n, functions, faces, places, texels, repeats):
         S[MAJOR_U + i], S[MAJOR_V + i] = shrink * major_u, shrink * major_v
         S[MINOR_U + i], S[MINOR_V + i] = shrink * minor_u, shrink * minor_v
         S[TEXELS + i] = shrink * wide * texels
-    if not repeats:
-        border = HALF / texels
-        for i in range(n):
-            room_u = HALF - max(abs(S[MAJOR_U + i]) + abs(S[MINOR_U + i]), border)
-            room_v = HALF - max(abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i]), border)
-            S[U + i] = HALF + min(max(S[U + i] - HALF, -room_u), room_u)
-            S[V + i] = HALF + min(max(S[V + i] - HALF, -room_v), room_v)
+    border = HALF / texels
+    for i in range(n):
+        room_u = HALF - max(abs(S[MAJOR_U + i]) + abs(S[MINOR_U + i]), border)
+        room_v = HALF - max(abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i]), border)
+        S[U + i] = S[U + i] if repeats[0] else HALF + min(max(S[U + i] - HALF, -room_u), room_u)
+        S[V + i] = S[V + i] if repeats[1] else HALF + min(max(S[V + i] - HALF, -room_v), room_v)
 
 
 @kernel
