@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.lanes import LANES, SCRATCH, SEEN_NOW, U, V, W
+from evslip.rendering.lanes import LANES, ROOM, SCRATCH, SEEN_NOW, U, V, W
 from evslip.rendering.shadow import (
     begin_group,
     box_may_shadow,
@@ -34,6 +34,7 @@ def seen(points, turn, place, half, lamp, lamp_radius, steps=((0, 0, 0), (0, 0, 
         chunk = points[start : start + LANES]
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + len(chunk)] = values
+        S[ROOM : ROOM + len(chunk)] = 1
         begin_group(S, len(chunk))
         hide(
             S, len(chunk), to_box, move, lamp_there, np.asarray(half, np.float32), np.float32(lamp_radius),

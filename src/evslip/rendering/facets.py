@@ -20,7 +20,7 @@ class Facets(NamedTuple):
     planes: np.ndarray
     """Outward unit normal n and offset d of each face, n . p = d; of shape (f, 4)."""
     uv: np.ndarray
-    """Texture coordinates of the faces' corners, of shape (f, 3, 2)."""
+    """Texture coordinates of the faces' corners, each face in the first repetition; of shape (f, 3, 2)."""
     normals: np.ndarray
     """Unit normals of the faces' corners, of shape (f, 3, 3)."""
     edges: np.ndarray
@@ -29,6 +29,8 @@ class Facets(NamedTuple):
     """Whether normals or texture break along the edge, bool of shape (e,)."""
     patch: np.ndarray
     """Number of the smooth part that each face belongs to, of shape (f,)."""
+    repeats: tuple[bool, bool]
+    """Whether the texture goes on beyond its right and left border, and beyond its lower and upper one."""
 
 
 def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> Facets:
@@ -41,9 +43,14 @@ def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, norm
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)
     planes = np.column_stack([across, np.sum(across * a, 1)])
     edges, sides = _edges(faces)
-    crease = _breaks(uv, edges, sides) | _breaks(normals, edges, sides)
+    steps = _steps(uv, edges, sides)
+    tears = np.abs(steps - np.round(steps)).max((1, 2)) > SAME_LOOK
+    crease = tears | (np.abs(_steps(normals, edges, sides)).max((1, 2)) > SAME_LOOK)
     patch = _patches(len(faces), edges[~crease, 2:])
-    return Facets(vertices, faces, planes, uv, normals, edges, crease, patch)
+    uv = uv - np.floor(uv.mean(1, keepdims=True))
+    beyond = (uv.min((0, 1)) < -SAME_LOOK) | (uv.max((0, 1)) > 1 + SAME_LOOK)
+    beyond |= np.any(np.abs(_steps(uv, edges, sides)[~tears]) > 0.5, axis=(0, 1))
+    return Facets(vertices, faces, planes, uv, normals, edges, crease, patch, (bool(beyond[0]), bool(beyond[1])))
 
 
 def _weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -65,13 +72,13 @@ def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return edges, np.column_stack([side[first], side[second]])
 
 
-def _breaks(values: np.ndarray, edges: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Where corner values (f, 3, k) differ between the two faces at either end of their edge."""
+def _steps(values: np.ndarray, edges: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """How much corner values (f, 3, k) differ between the two faces at both ends of their edges; (e, 2, k)."""
     first, second = edges[:, 2], edges[:, 3]
     a, b = sides[:, 0], sides[:, 1]
     tail = values[first, a] - values[second, (b + 1) % 3]
     head = values[first, (a + 1) % 3] - values[second, b]
-    return np.abs(np.concatenate([tail, head], 1)).max(1) > SAME_LOOK
+    return np.stack([tail, head], 1)
 
 
 def _patches(count: int, pairs: np.ndarray) -> np.ndarray:

@@ -47,7 +47,8 @@ class Mesh:
         lamp, raster = setting.lamp, self._raster
         draw_skin(
             out, *scratch, view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
-            setting.ambient.matrix, GLOSS, *self._texture, raster.functions, raster.fragment_pixel,
-            raster.fragment_face, raster.fragment_place, raster.fragment_share, self._count,
+            setting.ambient.matrix, GLOSS, *self._texture, self._facets.repeats,
+            raster.functions, raster.fragment_pixel, raster.fragment_face, raster.fragment_place,
+            raster.fragment_share, self._count,
             boxes.turns, boxes.places, boxes.halves, keep, -float(view.turn[:, 2] @ (view.place - view.camera)),
         )  # fmt: skip

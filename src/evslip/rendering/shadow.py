@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from evslip.rendering.lanes import HALF, ONE, SEEN, SEEN_NOW, TWO, ZERO, U, V, W, f32, formula, kernel
+from evslip.rendering.lanes import HALF, ONE, ROOM, SEEN, SEEN_NOW, TWO, ZERO, U, V, W, f32, formula, kernel
 
 TINY = f32(1e-12)
 
@@ -28,19 +28,20 @@ def risen(height):
 
 
 @formula
-def past_corner(ay, az, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z):
+def past_corner(ay, az, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room):
     """How far the lamp at (dy, dz) stands past the line to a corner at (ay, az), in units of the penumbra's half width.
 
     The penumbra is widened by what half a pixel's steps (right, down) turn that line, so that no shadow edge is sharper
-    than a pixel; a step along the line, as towards the foot of a standing box, turns nothing.
+    than a pixel, or than the `room` that the pixel has left; a step along the line, as towards the foot of a
+    standing box, turns nothing.
     """
     square = ay * ay + az * az
     turned = lamp_distance * (abs(right_y * az - right_z * ay) + abs(down_y * az - down_z * ay))
-    return (dy * az - dz * ay) * math.sqrt(square) / (lamp_radius * square + HALF * turned + TINY)
+    return (dy * az - dz * ay) * math.sqrt(square) / (lamp_radius * square + HALF * room * turned + TINY)
 
 
 @formula
-def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, soft):
+def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, soft, room):
     """Share of the lamp's disc inside the wedge that the rectangle |y| <= hy, |z| <= hz subtends from (py, pz).
 
     The wedge's rims are the farthest corners to either side. Corners between them count as well: it changes nothing
@@ -55,9 +56,9 @@ def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, 
     py, pz = abs(py), abs(pz)
     dy, dz = ly * mirror_y - py, lz * mirror_z - pz
     near_y, near_z = hy - py, hz - pz
-    first = past_corner(near_y, -hz - pz, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
-    middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
-    last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z)
+    first = past_corner(near_y, -hz - pz, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
+    middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
+    last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
     between = disc_share(max(first, middle)) + disc_share(max(-last, -middle)) - ONE
     inside_y = near_y / (abs(right_y) + abs(down_y) + soft)
     inside_z = near_z / (abs(right_z) + abs(down_z) + soft)
@@ -83,13 +84,13 @@ def hide(S, n, turn, move, lamp, half, lamp_radius, steps):
     far0, far1, far2 = math.sqrt(l1 * l1 + l2 * l2), math.sqrt(l2 * l2 + l0 * l0), math.sqrt(l0 * l0 + l1 * l1)
     soft = math.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + d0 * d0 + d1 * d1 + d2 * d2) * f32(0.25) + TINY
     for i in range(n):
-        u, v, w = S[U + i], S[V + i], S[W + i]
+        u, v, w, room = S[U + i], S[V + i], S[W + i], S[ROOM + i]
         x = o0 + m00 * u + m01 * v + m02 * w
         y = o1 + m10 * u + m11 * v + m12 * w
         z = o2 + m20 * u + m21 * v + m22 * w
-        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2, soft)
-        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0, soft)
-        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1, soft)
+        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2, soft, room)
+        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0, soft, room)
+        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1, soft, room)
         S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
 
 

@@ -20,6 +20,7 @@ from evslip.rendering.lanes import (
     NORMAL_Z,
     ONE,
     RESULT,
+    ROOM,
     SEEN,
     TEX,
     TEXELS,
@@ -42,8 +43,8 @@ COARSEST = 0.25
 @kernel
 def draw_skin(
     out, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
-    cells, levels, functions, pixels, faces, places, shares, count, caster_turns, caster_places, caster_halves, keep,
-    middle_depth,
+    cells, levels, repeats, functions, pixels, faces, places, shares, count,
+    caster_turns, caster_places, caster_halves, keep, middle_depth,
 ):  # fmt: skip
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
@@ -92,7 +93,7 @@ def draw_skin(
                 if may_shadow(middle, reach, caster_places[c], sizes[c], lamp_here, lamp_radius):
                     hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, steps[c])
             end_group(S, n)
-        _look_up(S, n, functions, faces[start : start + n], places[start : start + n], texels)
+        _look_up(S, n, functions, faces[start : start + n], places[start : start + n], texels, repeats)
         sample(S, n, cells, fetched, levels, ONE, ZERO, ONE, ZERO, True, PROBES, PROBES)
         for i in range(n):
             S[RESULT + i] = S[TEX + i] * (S[AMBIENT + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
@@ -120,7 +121,7 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
         n0, n1, n2 = S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i]
         unit = ONE / math.sqrt(n0 * n0 + n1 * n1 + n2 * n2 + f32(1e-12))
         n0, n1, n2 = n0 * unit, n1 * unit, n2 * unit
-        S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i], S[SEEN + i] = n0, n1, n2, ONE
+        S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i], S[SEEN + i], S[ROOM + i] = n0, n1, n2, ONE, ONE
         d0, d1, d2 = l0 - x, l1 - y, l2 - z
         near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
         size = lamp_radius * near
@@ -140,16 +141,18 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
 
 
 @kernel
-def _look_up(S, n, functions, faces, places, texels):
-    """U, V = texture coordinates, MAJOR and MINOR = how far apart the probes are: a pixel's steps among them."""
+def _look_up(S, n, functions, faces, places, texels, repeats):
+    """U, V = texture coordinates, MAJOR and MINOR = how far apart the probes are: a pixel's steps among them.
+
+    A texture that does not repeat is not looked up beyond its border, where its other side would come in.
+    """
     per_probe = 1.0 / PROBES
     for i in range(n):
         f, x, y = faces[i], places[i, 0], places[i, 1]
         depth = 1.0 / (functions[f, 0, 0] * x + functions[f, 0, 1] * y + functions[f, 0, 2])
         u = depth * (functions[f, 1, 0] * x + functions[f, 1, 1] * y + functions[f, 1, 2])
         v = depth * (functions[f, 2, 0] * x + functions[f, 2, 1] * y + functions[f, 2, 2])
-        # On from a whole repetition, so that float32 suffices.
-        S[U + i], S[V + i] = f32(u - math.floor(u)), f32(v - math.floor(v))
+        S[U + i], S[V + i] = f32(u), f32(v)
         S[MAJOR_U + i] = f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0]) * per_probe)
         S[MAJOR_V + i] = f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0]) * per_probe)
         S[MINOR_U + i] = f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1]) * per_probe)
@@ -161,6 +164,12 @@ def _look_up(S, n, functions, faces, places, texels):
         S[MAJOR_U + i], S[MAJOR_V + i] = shrink * major_u, shrink * major_v
         S[MINOR_U + i], S[MINOR_V + i] = shrink * minor_u, shrink * minor_v
         S[TEXELS + i] = shrink * wide * texels
+    border = HALF / texels
+    for i in range(n):
+        room_u = HALF - max(abs(S[MAJOR_U + i]) + abs(S[MINOR_U + i]), border)
+        room_v = HALF - max(abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i]), border)
+        S[U + i] = S[U + i] if repeats[0] else HALF + min(max(S[U + i] - HALF, -room_u), room_u)
+        S[V + i] = S[V + i] if repeats[1] else HALF + min(max(S[V + i] - HALF, -room_v), room_v)
 
 
 @kernel

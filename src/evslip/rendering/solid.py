@@ -6,7 +6,7 @@ import numpy as np
 
 from evslip.rendering.ambient import irradiance
 from evslip.rendering.lanes import HALF as HALF
-from evslip.rendering.lanes import LANES, RAY_X, RAY_Y, RESULT, ZERO, f32, kernel
+from evslip.rendering.lanes import LANES, ONE, RAY_X, RAY_Y, RESULT, ROOM, ZERO, f32, kernel
 from evslip.rendering.plane import PLANE, describe, meet_plane, reflect
 from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, place_lamp
 from evslip.rendering.texels import sample
@@ -89,6 +89,7 @@ def draw_solid(
             for x0 in range(first, last, LANES):
                 n = min(LANES, last - x0)
                 for i in range(n):
+                    S[ROOM + i] = ONE
                     S[RAY_X + i] = (f32(x0 + i) + HALF - f32(width * 0.5)) * pixel
                     S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
                 meet_plane(
