@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from evslip.events import kernel, pixel
-from evslip.events.kernel import TILE, Pixels, Watch
+from evslip.events.glance import TILE
+from evslip.events.kernel import Pixels, Watch
 from evslip.events.optics import WHITE, Intensity, photocurrent
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules

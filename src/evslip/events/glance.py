@@ -19,6 +19,12 @@ from evslip.compiled import compiled
 
 F = np.float32
 
+TILE = 512
+"""Pixels a tile: its numbers fit into the nearest cache."""
+CURRENT_0, CURRENT_1, CHANGE, EXPONENT, LOG, LAG_0, LAG, REST, HIGH, LOW, DUE = range(0, 11 * TILE, TILE)
+WORK = 11 * TILE
+"""Where the numbers of a tile lie in its work array, float32 of shape (WORK,). In one array at fixed distances, so that
+the compiler knows that what a loop writes is not what it reads."""
 NARROW, NARROW_PRODUCT = F(0.25), F(0.16)
 """Largest |x| and K |x| of a glance."""
 BRIEF = F(0.5)
@@ -122,42 +128,6 @@ def logarithms(currents: np.ndarray, out: np.ndarray) -> None:
         out[i] = power * _LN_2 + (s + s) * (_ONE + q * (_A3 + q * (_A5 + q * (_A7 + q * F(1 / 9)))))
 
 
-@compiled(error_model="numpy")
-def changes(
-    current_0: np.ndarray, current_1: np.ndarray, base: F, gain: F, change: np.ndarray, exponent: np.ndarray
-) -> None:
-    """`change_and_exponent` of a tile."""
-    for i in range(len(change)):
-        change[i], exponent[i] = change_and_exponent(current_0[i], current_1[i], base, gain)
-
-
-@compiled(error_model="numpy")
-def lag_steps(
-    current_0: np.ndarray,
-    current_1: np.ndarray,
-    change: np.ndarray,
-    exponent: np.ndarray,
-    gain: F,
-    lag: np.ndarray,
-    out: np.ndarray,
-) -> None:
-    """`lag_step` of a tile."""
-    long = 0
-    for i in range(len(exponent)):
-        long += 1 if exponent[i] > BRIEF else 0
-    for i in range(len(out)):
-        k = exponent[i]
-        lost, j0, c = _weights_brief(k)
-        out[i] = lag_step(change[i], gain * (current_1[i] - current_0[i]), k, lag[i], lost, j0, c)
-    if long == 0:
-        return
-    for i in range(len(out)):
-        k = exponent[i]
-        lost, j0, c = _weights_long(k)
-        step = lag_step(change[i], gain * (current_1[i] - current_0[i]), k, lag[i], lost, j0, c)
-        out[i] = step if k > BRIEF else out[i]
-
-
 @compiled(error_model="numpy", inline="always")
 def added(lag: F, rest: F, step: F) -> tuple[F, F]:
     """Lag and rest, whose sum is the exact lag, after a step."""
@@ -168,33 +138,64 @@ def added(lag: F, rest: F, step: F) -> tuple[F, F]:
 
 
 @compiled(error_model="numpy")
-def add_steps(lag: np.ndarray, rest: np.ndarray, step: np.ndarray, before: np.ndarray) -> None:
-    """`added` of a tile, in place; the lag as it was into `before`."""
-    for i in range(len(lag)):
-        before[i] = lag[i]
-        lag[i], rest[i] = added(lag[i], rest[i], step[i])
+def changes(work: np.ndarray, base: F, gain: F) -> bool:
+    """First half of a glance: `change_and_exponent` of a tile. Returns whether any K is more than BRIEF."""
+    long = False
+    for i in range(TILE):
+        change, exponent = change_and_exponent(work[CURRENT_0 + i], work[CURRENT_1 + i], base, gain)
+        work[CHANGE + i], work[EXPONENT + i] = change, exponent
+        long |= exponent > BRIEF
+    return long
 
 
-@compiled(error_model="numpy")
-def might_fire(
-    log_0: np.ndarray,
-    change: np.ndarray,
-    exponent: np.ndarray,
-    lag_0: np.ndarray,
-    lag_1: np.ndarray,
-    high: np.ndarray,
-    low: np.ndarray,
-    out: np.ndarray,
-) -> None:
-    """Which pixels of a tile may leave (low, high) on the way: 0 or 1.
+@compiled(error_model="numpy", inline="always")
+def moved(
+    current_0: F, current_1: F, change: F, exponent: F, gain: F, lag: F, rest: F, lost: F, j0: F, c: F
+) -> tuple[F, F]:  # fmt: skip
+    """Lag and rest at the end of an interval."""
+    return added(lag, rest, lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c))
+
+
+@compiled(error_model="numpy", inline="always")
+def marked(log_0: F, change: F, exponent: F, lag_0: F, lag_1: F, high: F, low: F, due_us: F, end_us: F) -> int:
+    """1 for a pixel that may leave (low, high) on the way, or has something to do by end_us anyway; 2 for one that is
+    too much for a glance; the sum for both.
 
     lp turns only where it meets L, so before that it moves by less than K times its lag.
     """
-    for i in range(len(out)):
-        lp_0, lp_1 = log_0[i] + lag_0[i], log_0[i] + change[i] + lag_1[i]
-        turns = lag_0[i] * lag_1[i] < F(0)
-        reach = exponent[i] * abs(lag_0[i]) if turns else F(0)
-        out[i] = 0 if (max(lp_0 + reach, lp_1) < high[i]) & (min(lp_0 - reach, lp_1) > low[i]) else 1
+    lp_0, lp_1 = log_0 + lag_0, log_0 + change + lag_1
+    reach = exponent * abs(lag_0) if lag_0 * lag_1 < F(0) else F(0)
+    stays = (max(lp_0 + reach, lp_1) < high) & (min(lp_0 - reach, lp_1) > low) & (due_us > end_us)
+    wide = (abs(change) > NARROW) | (abs(change) * exponent > NARROW_PRODUCT)
+    return (0 if stays else 1) + (2 if wide else 0)
+
+
+@compiled(error_model="numpy")
+def look(work: np.ndarray, gain: F, end_us: F, marks: np.ndarray) -> None:
+    """Second half of a glance, where no K is more than BRIEF: moves current, log and lag of a tile, and marks it."""
+    for i in range(TILE):
+        current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
+        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i], work[LOW + i]
+        lost, j0, c = _weights_brief(k)
+        lag_1, rest = moved(current_0, current_1, change, k, gain, lag, work[REST + i], lost, j0, c)
+        marks[i] = marked(log, change, k, lag, lag_1, high, low, work[DUE + i], end_us)
+        work[LAG_0 + i], work[LAG + i], work[REST + i] = lag, lag_1, rest
+        work[LOG + i], work[CURRENT_0 + i] = log + change, current_1
+
+
+@compiled(error_model="numpy")
+def look_long(work: np.ndarray, gain: F, end_us: F, marks: np.ndarray) -> None:
+    """`look` for any K: both weights are computed, which is vector code, and one of them is taken."""
+    for i in range(TILE):
+        current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
+        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i], work[LOW + i]
+        lost, j0, c = _weights_brief(k)
+        lost_long, j0_long, c_long = _weights_long(k)
+        lost, j0, c = lost_long if k > BRIEF else lost, j0_long if k > BRIEF else j0, c_long if k > BRIEF else c
+        lag_1, rest = moved(current_0, current_1, change, k, gain, lag, work[REST + i], lost, j0, c)
+        marks[i] = marked(log, change, k, lag, lag_1, high, low, work[DUE + i], end_us)
+        work[LAG_0 + i], work[LAG + i], work[REST + i] = lag, lag_1, rest
+        work[LOG + i], work[CURRENT_0 + i] = log + change, current_1
 
 
 @compiled(error_model="numpy")
@@ -202,13 +203,6 @@ def leaves(log: np.ndarray, high: np.ndarray, low: np.ndarray, out: np.ndarray) 
     """The same without low-pass, where lp is L, known to lie within (low, high) at the start."""
     for i in range(len(out)):
         out[i] = 0 if (log[i] < high[i]) & (log[i] > low[i]) else 1
-
-
-@compiled(error_model="numpy")
-def mark_wide(change: np.ndarray, exponent: np.ndarray, out: np.ndarray) -> None:
-    """Add 2 to the mark of each pixel that is too much for a glance."""
-    for i in range(len(out)):
-        out[i] |= np.uint8(2) if is_wide(change[i], exponent[i]) else np.uint8(0)
 
 
 @compiled(error_model="numpy")

@@ -11,6 +11,7 @@ import numpy as np
 
 from evslip.compiled import compiled
 from evslip.events import glance
+from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far
 from evslip.events.noise import PHOTO, normals, uniforms
 from evslip.events.pixel import (
@@ -33,13 +34,14 @@ from evslip.events.pixel import (
     next_noise,
 )
 
-TILE = 512
-"""Pixels a tile: its numbers fit into the nearest cache."""
 GLANCE = 6
 SEEN, LAG, REST, HIGH, LOW, DUE = range(GLANCE)
 """What a glance needs of a pixel: the photocurrent at the last frame; lp - L, which is the sum of two numbers; lp below
 and above which the pixel cannot fire within the `Watch`; microseconds after its beginning before which the noise
 process has no candidate."""
+KEPT, KEPT_AT = (SEEN, LAG, REST), (glance.CURRENT_0, glance.LAG, glance.REST)
+WATCHED, WATCHED_AT = (HIGH, LOW, DUE), (glance.HIGH, glance.LOW, glance.DUE)
+"""Where these lie in the work array of a tile."""
 INSIDE = 1.0 - 1e-6
 """Rounds a time in single precision down."""
 
@@ -269,8 +271,7 @@ def _fire_marked(
     start_us: float,
     end_us: float,
     noise: np.ndarray,
-    log: np.ndarray,
-    lag_0: np.ndarray,
+    work: np.ndarray,
     watch: Watch,
     pixels: Pixels,
     rules: Rules,
@@ -292,15 +293,15 @@ def _fire_marked(
         if length_us < frame_us:
             log_0, log_1 = log_0 + (log_1 - log_0) * share_0, log_0 + (log_1 - log_0) * share_1
             current_0, current_1 = math.exp(log_0), math.exp(log_1)
-        filtered_0, filtered_1 = log_0 + lag_0[i], log_1 + pixels.glance[LAG, pixel]
+        filtered_0, filtered_1 = log_0 + work[glance.LAG_0 + i], log_1 + work[glance.LAG + i]
         if marks[i] & 2 and rules.lowpass:
             base, gain = rules.base * length_us, rules.gain * length_us
             filtered_1 = advance_far(log_0, log_1, current_0, current_1, filtered_0, base, gain)
             lag = np.float32(filtered_1 - log_1)
-            pixels.glance[LAG, pixel], pixels.glance[REST, pixel] = lag, filtered_1 - log_1 - lag
-            log[i] = log_1
-            if rules.noise == 0.0 and pixels.glance[DUE, pixel] > since_end_us:
-                high, low = pixels.glance[HIGH, pixel], pixels.glance[LOW, pixel]
+            work[glance.LAG + i], work[glance.REST + i] = lag, filtered_1 - log_1 - lag
+            work[glance.LOG + i] = log_1
+            if rules.noise == 0.0 and work[glance.DUE + i] > since_end_us:
+                high, low = work[glance.HIGH + i], work[glance.LOW + i]
                 if stays(log_0, log_1, filtered_0, filtered_1, high, low):
                     continue
         if len(bodies) > 0:
@@ -321,6 +322,8 @@ def _fire_marked(
         label = ((pixel % columns) << 16) | ((pixel // columns) << 32) | (frame << 48)
         events, count = _fire(interval, pixels, rules, pixel, label, body_0, body_1, events, count)
         watch_over(pixel, pixels, watch)
+        for row in range(len(WATCHED)):
+            work[WATCHED_AT[row] + i] = pixels.glance[WATCHED[row], pixel]
     return events, count
 
 
@@ -345,23 +348,29 @@ def expose(
     32-47, frame in 48-62).
     """
     table, factor, offset = scale.table.astype(np.float32), np.float32(scale.factor), np.float32(scale.offset)
-    numbers = np.empty((9, TILE), np.float32)
+    work = np.ones(glance.WORK, np.float32)
     all_marks, all_noise = np.empty((2, TILE), np.uint8), np.zeros((2, TILE))
     events, count = np.empty((1024, 2), np.int64), 0
     for first in range(first_pixel, last_pixel, TILE):
         last = min(first + TILE, last_pixel)
         n = last - first
-        current_0, current_1, log, change = numbers[0, :n], numbers[1, :n], numbers[2, :n], numbers[3, :n]
-        exponent, step, lag_0 = numbers[4, :n], numbers[5, :n], numbers[6, :n]
-        marks, alert, noise = all_marks[0, :n], all_marks[1, :n], all_noise[:, :n]
+        # All of a tile is computed; what lies beyond the last pixel is never read.
+        marks, alert, noise = all_marks[0], all_marks[1], all_noise[:, :n]
+        current_0, current_1 = (
+            work[glance.CURRENT_0 : glance.CURRENT_0 + n],
+            work[glance.CURRENT_1 : glance.CURRENT_1 + n],
+        )
+        log, lag = work[glance.LOG : glance.LOG + n], work[glance.LAG : glance.LAG + n]
+        high, low = work[glance.HIGH : glance.HIGH + n], work[glance.LOW : glance.LOW + n]
+        due = work[glance.DUE : glance.DUE + n]
         memory = pixels.glance
-        lag, rest, due = memory[LAG, first:last], memory[REST, first:last], memory[DUE, first:last]
-        high, low = memory[HIGH, first:last], memory[LOW, first:last]
-        current_0[:] = memory[SEEN, first:last]
+        for row in range(3):
+            work[KEPT_AT[row] : KEPT_AT[row] + n] = memory[KEPT[row], first:last]
+            work[WATCHED_AT[row] : WATCHED_AT[row] + n] = memory[WATCHED[row], first:last]
         if rules.lowpass:
             glance.logarithms(current_0, log)
         else:
-            lag_0[:] = np.float32(0)
+            work[glance.LAG_0 : glance.LAG_0 + n] = np.float32(0)
         watched = False
         for frame in range(len(images)):
             image = images[frame, first:last]
@@ -372,39 +381,38 @@ def expose(
                 end_us = times_us[frame + 1]
                 if still and watched:
                     marks[:] = alert
+                    glance.mark_due(due, np.float32(end_us - watch.since_us), marks)
                 else:
                     glance.currents(image, table, factor, offset, current_1)
                     if rules.noise > 0.0:
                         end_us = _cut_by_noise(
                             pixels.noise, first, start_us, end_us, current_0, current_1, rules, noise
                         )  # fmt: skip
-                        high, low = numbers[7, :n], numbers[8, :n]
                         _narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
                         _narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
+                    since_end_us = np.float32(end_us - watch.since_us)
                     if rules.lowpass:
                         base = np.float32(rules.base * (end_us - start_us))
                         gain = np.float32(rules.gain * (end_us - start_us))
-                        glance.changes(current_0, current_1, base, gain, change, exponent)
-                        glance.lag_steps(current_0, current_1, change, exponent, gain, lag, step)
-                        glance.add_steps(lag, rest, step, lag_0)
-                        glance.might_fire(log, change, exponent, lag_0, lag, high, low, marks)
-                        glance.mark_wide(change, exponent, marks)
-                        for i in range(n):
-                            log[i] += change[i]
+                        if glance.changes(work, base, gain):
+                            glance.look_long(work, gain, since_end_us, marks)
+                        else:
+                            glance.look(work, gain, since_end_us, marks)
                     else:
                         glance.logarithms(current_1, log)
                         glance.leaves(log, high, low, marks)
-                    current_0, current_1 = current_1, current_0
+                        glance.mark_due(due, since_end_us, marks)
+                        current_0[:] = current_1
                     alert[:] = marks
                 watched = still and rules.noise == 0.0
-                glance.mark_due(due, np.float32(end_us - watch.since_us), marks)
-                if _any(marks):
+                if _any(marks[:n]):
                     events, count = _fire_marked(
-                        marks, first, images, frame, bodies, columns, scale, times_us, start_us, end_us, noise,
-                        log, lag_0, watch, pixels, rules, events, count,
+                        marks[:n], first, images, frame, bodies, columns, scale, times_us, start_us, end_us, noise,
+                        work, watch, pixels, rules, events, count,
                     )  # fmt: skip
                 start_us = end_us
-        memory[SEEN, first:last] = current_0
+        for row in range(3):
+            memory[KEPT[row], first:last] = work[KEPT_AT[row] : KEPT_AT[row] + n]
         if scale.factor == 0.0:
             for p in range(first, last):
                 pixels.current[p] = scale.table[np.uint8(images[-1, p])]
