@@ -89,6 +89,7 @@ def convert(
     preview_ms: float = 1000 / 30,
     plot: Path | None = None,
     threads: int = 1,
+    device: str = "cpu",
     progress: Callable[[], None] = lambda: None,
 ) -> Converted:
     """Write the events of a clip to `out`, its format by suffix, with the settings inside where the format has a place.
@@ -110,6 +111,7 @@ def convert(
         if written is not None and written.exists() and written.samefile(clip.path):
             raise ConfigError(f"{written}: is the clip itself; give another name")
     mode: Any = conversion.mode
+    computer: Any = device
     camera = EventCamera(
         conversion.camera,
         size=clip.size,
@@ -117,6 +119,7 @@ def convert(
         mode=mode,
         intensity=clip.intensity,
         threads=threads,
+        device=computer,
         **conversion.parameters,
     )
     settings = json.dumps(describe(conversion, clip, camera), indent=1)

@@ -24,6 +24,7 @@ def events(
     upsample: int = 8,
     seed: int = 0,
     threads: int = 1,
+    device: Annotated[str, arg(metavar="cpu|cuda")] = "cpu",
     preview: Annotated[Path | None, arg(metavar="FILE")] = None,
     preview_ms: float = 33.3,
     plot: Annotated[Path | None, arg(metavar="FILE")] = None,
@@ -49,6 +50,7 @@ def events(
         upsample: Intervals that rife makes of one: 2, 4, 8, 16 or 32.
         seed: Seed of the noise and the mismatch.
         threads: Threads that share the rows; the result does not depend on it.
+        device: Where the pixels are computed; cuda needs an NVIDIA GPU and the extra cuda.
         preview: Video to write (.mp4, .mkv, .mov, .avi): red ON, blue OFF, 30 pictures a second.
         preview_ms: Time that one picture of it shows, ms; 33.3 plays at true speed, 3.33 ten times slower.
         plot: PNG to write: events a second over time.
@@ -81,6 +83,7 @@ def events(
             preview_ms=preview_ms,
             plot=plot,
             threads=threads,
+            device=device,
             progress=advance,
         )
     console.print(f"{out}: {made.summary()}")
