@@ -1,17 +1,20 @@
-"""Speed of the event camera, one thread: python benchmarks/events.py [--frames N] [--repeat N] [--v2e FOLDER]
+"""Speed of the event camera, one thread: benchmarks/events.py [--frames N] [--repeat N] [--v2e FOLDER] [--eventcv]
 
 --v2e FOLDER times v2e too, on the same frames as bytes, and prints ratios: FOLDER is a copy of
 https://github.com/SensorsINI/v2e, which needs torch and opencv-python; what else it imports but does not use here is
-replaced by empty modules.
+replaced by empty modules. --eventcv times that package (pip install eventcv) on the same bytes, on one thread
+too, without its upsampling, which costs a pass over all pixels for each finer step. It decodes sRGB: its events differ.
 
 A textured square turns at 2 revolutions a second before a gradient, filmed at 2000 frames a second. Every figure is the
-best of some runs, and for all but the first frame, on which a camera settles. "events" counts them per pixel and frame:
-each costs about as much as forty quiet pixels.
+best of some runs, and for all but the first frame, on which a camera settles. On one thread the processor's time is
+taken, so that other programs disturb less. "bytes" and "floats" are Mpixel/s for frames in uint8 and linear float32,
+"step" milliseconds for a frame of bytes; "events" counts them per pixel and frame: each costs as much as 50 pixels.
 """
 
 import argparse
 import importlib
 import logging
+import os
 import resource
 import sys
 import time
@@ -31,10 +34,10 @@ def make_clip(size: tuple[int, int], frames: int) -> np.ndarray:
     """Linear luminance, float32 of shape (frames, height, width)."""
     width, height = size
     rng = np.random.default_rng(1)
-    texture = rng.uniform(0.02, 0.95, (14, 14))
+    texture = rng.uniform(20 / 255, 1.0, (14, 14))
     rows, columns = np.mgrid[0:height, 0:width] - np.array([height, width])[:, None, None] / 2
-    ground = np.broadcast_to(np.linspace(0.03, 0.7, width), (height, width))
-    half = 0.35 * min(size)
+    ground = np.broadcast_to(np.linspace(8 / 255, 180 / 255, width), (height, width))
+    half = 0.21 * min(size)
     clip = np.empty((frames, height, width), np.float32)
     for number, image in enumerate(clip):
         angle = 2 * np.pi * 2 * number * FRAME_US * 1e-6
@@ -54,21 +57,27 @@ def _smooth(texture: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return top * (1 - b) + bottom * b
 
 
-def best(work: Callable[[], object], repeat: int, prepare: Callable[[], object] = lambda: None) -> float:
+def best(
+    work: Callable[[], object],
+    repeat: int,
+    prepare: Callable[[], object] = lambda: None,
+    clock: Callable[[], float] = time.process_time,
+) -> float:
     """Shortest time of some calls, in seconds; each comes after a call of `prepare` that is not timed."""
     times = []
     for _ in range(repeat):
         prepare()
-        start = time.perf_counter()
+        start = clock()
         work()
-        times.append(time.perf_counter() - start)
+        times.append(clock() - start)
     return min(times)
 
 
 def measure(name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int, **arguments) -> tuple[float, float, float]:
     """Mpixel/s of `run`, milliseconds a `step`, events per pixel and frame."""
     size = (clip.shape[2], clip.shape[1])
-    camera = EventCamera(name, size=size, **arguments)
+    intensity = "uint8" if clip.dtype == np.uint8 else "linear"
+    camera = EventCamera(name, size=size, intensity=intensity, **arguments)
     camera.run(zip(times_us[:3], clip, strict=False))
     events = 0
 
@@ -84,11 +93,24 @@ def measure(name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int, **ar
     camera.reset()
     steps = []
     for t_us, image in zip(times_us, clip, strict=True):
-        start = time.perf_counter()
+        start = time.process_time()
         camera.step(t_us, image)
-        steps.append(time.perf_counter() - start)
+        steps.append(time.process_time() - start)
     pixels = clip[1:].size
     return pixels / running / 1e6, 1e3 * float(np.median(steps)), events / pixels
+
+
+def measure_wall(clip: np.ndarray, times_us: np.ndarray, repeat: int, threads: int) -> float:
+    """Mpixel/s of davis346 by the clock on the wall, which other programs lengthen."""
+    camera = EventCamera("davis346", size=(clip.shape[2], clip.shape[1]), intensity="uint8", threads=threads)
+    camera.run(zip(times_us[:3], clip, strict=False))
+
+    def prepare() -> None:
+        camera.reset()
+        camera.step(times_us[0], clip[0])
+
+    frames = list(zip(times_us[1:], clip[1:], strict=True))
+    return clip[1:].size / best(lambda: camera.run(frames), repeat, prepare, time.perf_counter) / 1e6
 
 
 def load_v2e(folder: Path):
@@ -137,35 +159,74 @@ def measure_v2e(emulator, name: str, clip: np.ndarray, times_us: np.ndarray, rep
     return clip[1:].size / best(run, repeat, prepare) / 1e6, events / clip[1:].size
 
 
+def load_eventcv():
+    """The package eventcv, on one thread."""
+    os.environ["RAYON_NUM_THREADS"] = "1"
+    try:
+        return importlib.import_module("eventcv")
+    except ImportError:
+        sys.exit("--eventcv needs that package: pip install eventcv")
+
+
+def measure_eventcv(eventcv, name: str, clip: np.ndarray, repeat: int) -> tuple[float, float]:
+    """Mpixel/s of eventcv, events per pixel and frame; clip: uint8."""
+    model = PRESETS[name]
+    events = 0
+
+    def run() -> None:
+        nonlocal events
+        stream = eventcv.simulate(
+            clip,
+            fps=1e6 / FRAME_US,
+            pos_thres=model.theta,
+            neg_thres=model.theta,
+            sigma_thres=model.sigma,
+            cutoff_hz=model.cutoff_hz,
+            leak_rate_hz=model.leak_rate_hz,
+            shot_noise_rate_hz=model.shot_rate_hz,
+            refractory_us=int(model.refractory_us),
+            upsample="off",
+            seed=1,
+        )
+        events = len(stream)
+
+    return clip[1:].size / best(run, repeat) / 1e6, events / clip[1:].size
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=65)
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--v2e", type=Path)
+    parser.add_argument("--eventcv", action="store_true")
     options = parser.parse_args()
     emulator = load_v2e(options.v2e) if options.v2e else None
-    print("| size | camera | Mpixel/s | step, ms | events | v2e, Mpixel/s | v2e's events | times v2e |")
-    print("|---|---|---|---|---|---|---|---|")
+    eventcv = load_eventcv() if options.eventcv else None
+    print("| size | camera | bytes | floats | step, ms | events | v2e | v2e's events | times v2e |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for size in SIZES:
         clip = make_clip(size, options.frames)
         times_us = FRAME_US * np.arange(len(clip))
-        label = f"{size[0]}x{size[1]}"
         in_bytes = (255 * np.clip(clip, 0, 1)).astype(np.uint8)
+        row = f"| {size[0]}x{size[1]} |"
         for name in PRESETS:
-            speed, step, events = measure(name, clip, times_us, options.repeat)
+            speed, step, events = measure(name, in_bytes, times_us, options.repeat)
+            floats, _, _ = measure(name, clip, times_us, options.repeat)
             theirs = " | | "
             if emulator:
-                slow, count = measure_v2e(emulator, name, in_bytes, times_us, min(2, options.repeat))
-                theirs = f"{slow:.1f} | {count:.4f} | {speed / slow:.0f}"
-            print(f"| {label} | {name} | {speed:.0f} | {step:.2f} | {events:.4f} | {theirs} |", flush=True)
-        speed, step, events = measure("davis346", clip, times_us, options.repeat, threads=2)
-        print(f"| {label} | davis346, 2 threads | {speed:.0f} | {step:.2f} | {events:.4f} | | | |")
-        speed, step, events = measure("davis346", in_bytes, times_us, options.repeat, intensity="uint8")
-        print(f"| {label} | davis346, uint8 | {speed:.0f} | {step:.2f} | {events:.4f} | | | |")
-        speed, step, events = measure("davis346", in_bytes, times_us, options.repeat, intensity="uint8", mode="v2e")
-        print(f"| {label} | davis346, v2e rules | {speed:.0f} | {step:.2f} | {events:.4f} | | | |")
+                slow, count = measure_v2e(emulator, name, in_bytes, times_us, min(3, options.repeat))
+                theirs = f"{slow:.1f} | {count:.4f} | {speed / slow:.1f}"
+            print(f"{row} {name} | {speed:.0f} | {floats:.0f} | {step:.2f} | {events:.4f} | {theirs} |", flush=True)
+            if eventcv:
+                slow, count = measure_eventcv(eventcv, name, in_bytes, min(3, options.repeat))
+                ratio = f"{name} is {speed / slow:.1f} times as fast"
+                print(f"{row} eventcv, {name} | {slow:.1f} | | | {count:.4f} | | | {ratio} |", flush=True)
+        speed, _, events = measure("davis346", in_bytes, times_us, options.repeat, mode="v2e")
+        print(f"{row} davis346, v2e rules | {speed:.0f} | | | {events:.4f} | | | |", flush=True)
         logarithm = clip.size / best(lambda clip=clip: [np.log(image) for image in clip], options.repeat) / 1e6
-        print(f"| {label} | numpy.log alone | {logarithm:.0f} | | | | | |", flush=True)
+        print(f"{row} numpy.log alone | | {logarithm:.0f} | | | | | |", flush=True)
+        one, two = (measure_wall(in_bytes, times_us, options.repeat, threads) for threads in (1, 2))
+        print(f"{row} davis346, 1 and 2 threads by the clock | {one:.0f}, {two:.0f} | | | | | | |", flush=True)
     print(f"\nPeak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB, clips included")
 
 

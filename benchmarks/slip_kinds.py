@@ -1,6 +1,6 @@
 """Whether samples of each kind of slip do what its name says.
 
-python benchmarks/slip_kinds.py [--preset complex] [--count 16] [--kinds tilt drop] [--set motion.kind=hold]
+python benchmarks/slip_kinds.py [--preset complex] [--count 16] [--kinds tilt drop] [--split test] [--set KEY=VALUE]
 """
 
 import argparse
@@ -12,6 +12,7 @@ import evslip
 from evslip.config import parse_override
 from evslip.errors import EvslipError
 from evslip.schema import SLIP_KINDS
+from evslip.seeds import SPLITS
 from evslip.slip import shows
 from evslip.truth import Truth
 from evslip.window_set import HOLD, SLIP, WindowSettings
@@ -23,6 +24,7 @@ def main() -> None:
     parser.add_argument("--preset", default="complex")
     parser.add_argument("--count", type=int, default=16)
     parser.add_argument("--kinds", nargs="+", default=list(SLIP_KINDS[1:]), choices=SLIP_KINDS)
+    parser.add_argument("--split", default="train", choices=SPLITS)
     parser.add_argument("--set", nargs="*", default=[], metavar="KEY=VALUE")
     options = parser.parse_args()
     given = dict(map(parse_override, options.set))
@@ -33,13 +35,13 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|")
     for kind in options.kinds:
         config = evslip.load_config(options.preset, {**given, "slip.kind": kind})
-        print(_row(config, kind, options.count), flush=True)
+        print(_row(config, kind, options.count, options.split), flush=True)
 
 
-def _row(config: evslip.Config, kind: str, count: int) -> str:
+def _row(config: evslip.Config, kind: str, count: int, split: str) -> str:
     truths, multiples, notes = [], [], []
     for index in range(count):
-        params = evslip.draw(config, index)
+        params = evslip.draw(config, index, split)
         try:
             truth = evslip.measure(evslip.simulate(params))
         except EvslipError as error:
@@ -70,7 +72,7 @@ def _slide(truth: Truth) -> float:
 
 def _labels(truth: Truth) -> np.ndarray:
     settings = WindowSettings()
-    return np.array([label_of(turned, slid, settings) for _, turned, slid in movements(truth, settings)])
+    return np.array([label_of(movement, settings) for movement in movements(truth, settings)])
 
 
 def _range(values: list[float]) -> str:

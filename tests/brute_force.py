@@ -73,15 +73,23 @@ def _sky(params, c, d):
     b = d @ c
     t = -b + np.sqrt(b * b - (c @ c - params.background.radius_m**2))
     p = c + t[:, None] * d
-    repeats = max(1, round(360 / params.background.tile_deg)) / (2 * np.pi)
-    uv = np.stack([np.arctan2(p[:, 1], p[:, 0]), -np.arctan2(p[:, 2], np.hypot(p[:, 0], p[:, 1]))], 1) * repeats
-    return params.background.luminance_cd_m2 * _texture(params.background.texture, uv)
+    image = textures.load(params.background.texture, is_background=True) @ LUMA
+    azimuth, elevation = np.arctan2(p[:, 1], p[:, 0]), np.arctan2(p[:, 2], np.hypot(p[:, 0], p[:, 1]))
+    if image.shape[1] == 2 * image.shape[0]:  # a panorama: the whole sphere, the horizon in the middle
+        u, v = azimuth / (2 * np.pi), 0.5 - elevation / np.pi
+    else:
+        repeats = max(1, round(360 / params.background.tile_deg))
+        u, v = azimuth / (2 * np.pi) * repeats, -elevation / (2 * np.pi) * repeats
+    return params.background.luminance_cd_m2 * _lookup(image, u, v)
 
 
 def _texture(name, uv):
-    image = textures.load(name) @ LUMA
-    place = np.floor(uv * 512).astype(int) % 512
-    return image[place[:, 1], place[:, 0]]
+    return _lookup(textures.load(name) @ LUMA, uv[:, 0], uv[:, 1])
+
+
+def _lookup(image, u, v):
+    rows, columns = image.shape
+    return image[np.floor(v * rows).astype(int) % rows, np.floor(u * columns).astype(int) % columns]
 
 
 def _local(origin, d, position, rotation):

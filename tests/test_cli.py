@@ -44,7 +44,38 @@ def test_show_prints_a_configuration_that_loads_again(tmp_path):
     path = tmp_path / "shown.toml"
     path.write_text(result.stdout)
     assert evslip("show", path).stdout == result.stdout
-    assert '"mass_kg": 0.05' in evslip("show", path, "--index", 3).stdout
+    assert '"mass_kg": 0.05' in evslip("show", path, "--index", 3, "--json").stdout
+
+
+def test_show_prints_a_draw_with_units_and_its_onset():
+    shown = evslip("show", "complex", "--index", 7, "--set", "object.mass_kg=0.005").stdout
+    lines = {line.split()[0]: " ".join(line.split()[1:]) for line in shown.splitlines() if line}
+    assert lines["object.mass_kg"] == "5 g"
+    assert lines["grip.offset"].endswith("from -0.8 to 0.8")
+    assert lines["object.width_m"].endswith("mm from 30 mm to 70 mm")
+    assert lines["predicted"].startswith("onset") and " g, the least of lift" in lines["predicted"]
+    assert lines["mass"].endswith("it holds")
+
+
+def test_show_proves_that_the_splits_are_separate(tmp_path):
+    result = evslip("show", "complex", "--check-split", "--count", 30, "--test-count", 20)
+    assert result.returncode == 0
+    assert ["object.mass_kg", "30", "20", "0"] in [line.split() for line in result.stdout.splitlines()]
+    assert "textures: " in result.stdout
+    plot = tmp_path / "plot.png"
+    assert evslip("show", "demo", "--plot", plot, "--count", 10, "--test-count", 5).returncode == 0
+    with Image.open(plot) as picture:
+        assert picture.width > 1000
+
+
+def test_show_writes_a_sheet_of_textures(tmp_path):
+    Image.new("RGB", (30, 30), "red").save(tmp_path / "red.png")
+    for name, count in (("wood-1", 1), ("tile-*", 9), (tmp_path, 1)):
+        out = tmp_path / "sheets" / "sheet.png"
+        result = evslip("show", "textures", name, "--out", out)
+        assert result.returncode == 0 and f"{count} textures" in result.stdout
+        with Image.open(out) as picture:
+            assert picture.width >= 160 * count
 
 
 @pytest.mark.parametrize(
@@ -65,6 +96,12 @@ def test_show_prints_a_configuration_that_loads_again(tmp_path):
         (["events", "OUT", "OUT/e.h5", "--fps", 10], ["OUT"]),
         (["show", "camera", "davis"], ["davis", "davis346"]),
         (["show", "simple", "davis346"], ["davis346", "show camera"]),
+        (["show", "simple", "--check-split"], ["test_share"]),
+        (["show", "complex", "--check-split", "--count", 0], ["count", "0"]),
+        (["show", "complex", "--plot", "OUT/plot.txt"], ["plot.txt", ".png"]),
+        (["show", "simple", "--index", -1], ["index", "-1"]),
+        (["show", "textures", "wod-*", "--out", "OUT/sheet.png"], ["wod-*"]),
+        (["show", "textures", "wood-1", "--out", "OUT/sheet.txt"], ["sheet.txt", ".png"]),
         (["calibrate-noise", "OUT/r.h5", "OUT/noise.npz"], ["r.h5"]),
         (["calibrate-noise", "OUT/r.h5", "OUT/noise.txt"], ["noise.txt", ".npz"]),
         (["import", "OUT/r.aedat4", "OUT/r.h5"], ["r.aedat4"]),

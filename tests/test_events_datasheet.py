@@ -1,10 +1,13 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from evslip.codecs import read_events
 from evslip.errors import ConfigError
 from evslip.events.datasheet import UNITS, datasheet, meanings, presets_table
 from evslip.events.presets import LIMITS, PARAMETERS, PRESETS
+from shared_data import shared
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "event-camera.md"
 
@@ -27,3 +30,14 @@ def test_an_unknown_preset_is_refused():
 
 def test_the_documented_presets_are_those_of_the_code():
     assert presets_table() in PAGE.read_text(), "put the output of `evslip show camera` into docs/event-camera.md"
+
+
+def test_a_dvxplorers_pixels_rest_as_long_as_its_preset_says():
+    events = read_events(shared("real", "dvxplorer.aedat4"))
+    pixel = events.y.astype(np.int64) * 1024 + events.x
+    order = np.lexsort((events.t_us, pixel))
+    gaps = np.diff(events.t_us[order])[np.diff(pixel[order]) == 0]
+    assert gaps.min() == pytest.approx(PRESETS["dvxplorer"].refractory_us, rel=0.02)
+    # The sensor is read out frame by frame.
+    frame_us = 197.5
+    assert np.abs(gaps[gaps < 2000] - frame_us * np.round(gaps[gaps < 2000] / frame_us)).max() < 0.06 * frame_us

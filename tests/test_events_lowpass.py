@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from evslip.events.kernel import photocurrent
 from evslip.events.lowpass import advance, advance_far, decayed, exponent
 
 changes = st.floats(-4.0, 4.0)
@@ -55,12 +54,3 @@ def test_a_step_decays_exponentially(k, lag):
 @given(st.floats(1e-300, 1e3))
 def test_decayed_keeps_its_digits(k):
     assert decayed(k) == pytest.approx(-math.expm1(-k), rel=1e-9)
-
-
-def test_the_written_out_logarithm_is_the_logarithm():
-    values = np.random.default_rng(0).uniform(-20.0, 60.0, 10_000)
-    image, width = np.exp(values), len(values)
-    current, log = np.empty(width), np.empty(width)
-    photocurrent(image, np.zeros((2, 256)), 1.0, 0.0, current, log, np.empty((2, width)))
-    np.testing.assert_array_equal(current, image)
-    np.testing.assert_allclose(log, np.log(image), rtol=5e-16, atol=5e-16)

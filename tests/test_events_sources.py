@@ -5,7 +5,7 @@ from PIL import Image
 
 from evslip.errors import ConfigError, DataError
 from evslip.events import EventCamera, frames_from
-from evslip.events.sources import frame_size
+from evslip.events.sources import open_clip
 from shared_data import shared
 
 
@@ -21,7 +21,7 @@ def test_images_come_in_natural_order_at_their_times(tmp_path):
     assert [t_us for t_us, _ in frames] == [0, 25_000, 50_000, 75_000]
     assert [image[0, 0] for _, image in frames] == [1, 9, 10, 100]
     assert all(image.shape == (8, 12) and image.dtype == np.uint8 for _, image in frames)
-    assert frame_size(tmp_path) == (12, 8)
+    assert open_clip(tmp_path, 1.0).size == (12, 8)
 
 
 def test_colours_and_deep_greys_become_bytes(tmp_path):
@@ -76,7 +76,7 @@ def test_a_video_brings_its_own_times(video):
     assert frames[0][1].shape == (16, 32)
     assert np.all(np.diff([int(image[8, 8]) for _, image in frames]) > 5)
     np.testing.assert_allclose([t_us for t_us, _ in frames_from(video, 500)], np.arange(10) * 2000, atol=1)
-    assert frame_size(video) == (32, 16)
+    assert open_clip(video).size == (32, 16)
 
 
 def test_an_unreadable_video_is_named(tmp_path):
@@ -88,7 +88,7 @@ def test_an_unreadable_video_is_named(tmp_path):
 
 def test_real_frames_give_a_plausible_stream():
     folder = shared("real", "slider_depth")
-    size = frame_size(folder)
+    size = open_clip(folder, 1.0).size
     assert size == (240, 180)
     events = EventCamera("davis346", size=size, intensity="uint8").run(frames_from(folder, 86 / 3.33))
     # A slide past textured planes: every edge darkens and brightens pixels in turn.

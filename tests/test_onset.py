@@ -53,14 +53,14 @@ def test_one_point_carries_force_in_every_direction_and_torque_only_by_its_lever
     assert surface.utilisation(np.array([0, 0, 1e-3])) == pytest.approx(1000)
 
 
-def test_the_models_four_points_carry_what_the_even_pressure_does():
-    for overrides in ({}, {"grip.depth_m": -0.003}, {"grip.offset": 0.8, "object.width_m": 0.03}):
+def test_the_models_points_carry_what_the_even_pressure_does():
+    for overrides in ({}, {"grip.depth_m": -0.006}, {"grip.offset": 0.8, "object.width_m": 0.03}):
         params = with_values(**overrides)
         points = contact_points(params)
         model = LimitSurface.of(points, np.ones(len(points)))
         directions = np.random.default_rng(0).normal(size=(500, 3)) * [1, 1, 0.006]
         ratio = model.utilisation(directions) / pad_surface(params).utilisation(directions)
-        assert 0.95 < ratio.min() <= ratio.max() < 1.12
+        assert 0.96 < ratio.min() <= ratio.max() < 1.045
 
 
 def test_elements_share_the_force_and_centre_on_the_patch():

@@ -65,10 +65,27 @@ def test_a_test_texture_occurs_nowhere_in_training():
 def test_a_grid_visits_every_combination_once():
     config = load_config("simple")
     assert grid_size(config) == 192
-    keys = [k for k, v in leaves(config).items() if isinstance(v, tuple)]
-    seen = {tuple(leaves(draw(config, i))[k] for k in keys) for i in range(192)}
-    lists = [leaves(config)[k] for k in keys]
-    assert seen == set(itertools.product(*lists))
+    given = leaves(config)
+    together = config.together[0]
+    alone = [key for key, value in given.items() if isinstance(value, tuple) and key not in together]
+    sets = list(zip(*(given[key] for key in together), strict=True))
+    drawn = [leaves(draw(config, i)) for i in range(192)]
+    seen = {(*(d[key] for key in alone), tuple(d[key] for key in together)) for d in drawn}
+    assert seen == set(itertools.product(*(given[key] for key in alone), sets))
+
+
+def test_the_simple_set_varies_what_the_paper_varied():
+    config = load_config("simple")
+    sizes = {key: len(value) for key, value in leaves(config).items() if isinstance(value, tuple)}
+    assert sizes == {
+        "object.width_m": 2, "object.height_m": 2, "object.mass_kg": 2, "grip.offset": 3, "grip.depth_m": 2,
+        "light.azimuth_deg": 2, "object.texture": 2, "surface.texture": 2, "background.texture": 2,
+    }  # fmt: skip
+    scenes = {
+        (p.object.texture, p.surface.texture, p.background.texture) for p in (draw(config, i) for i in range(192))
+    }
+    assert len(scenes) == 2, "two sets of textures, not all mixtures"
+    assert all(len({scene[k] for scene in scenes}) == 2 for k in range(3))
 
 
 def test_half_of_the_demo_is_heavy():

@@ -156,6 +156,8 @@ def test_parts_that_contradict_one_another_are_refused(change, message: str):
         (lambda f: f.__delitem__("events/y"), "y is missing"),
         (lambda f: f.__delitem__("truth"), "needs its parameters"),
         (lambda f: f["truth"].attrs.__delitem__("span_us"), "damaged"),
+        (lambda f: f["truth/phase"].__setitem__(0, 99), "truth/phase: 99"),
+        (lambda f: f["truth/episodes"].__setitem__((0, 2), 99), "damaged"),
     ],
 )
 def test_files_that_were_tampered_with_are_refused(tmp_path: Path, edit, message: str):
@@ -167,6 +169,18 @@ def test_files_that_were_tampered_with_are_refused(tmp_path: Path, edit, message
         record.read(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_records_from_before_episodes_and_pad_friction_are_read(tmp_path: Path):
+    path = tmp_path / "a.h5"
+    record.write(path, simulated())
+    with h5py.File(path, "r+") as file:
+        for name in ("truth/episodes", "truth/phase", "trajectory/pad_friction", "trajectory/pad_utilisation"):
+            del file[name]
+    old, new = record.read(path), simulated()
+    assert old.truth is not None and old.trajectory is not None and new.truth is not None
+    assert old.truth.episodes == () and old.truth.phase is None and old.trajectory.pad_friction is None
+    assert_equal(old.truth.rotation, new.truth.rotation)
 
 
 def test_a_claim_of_endless_data_is_refused_before_memory_is_taken(tmp_path: Path):

@@ -130,8 +130,9 @@ def test_matches_brute_force_with_soft_textures(polar, azimuth, monkeypatch):
         assert abs(np.mean(log_error[bodies == body])) < 0.01
 
 
-def test_matches_brute_force_with_strong_textures(monkeypatch):
-    params = sample(object__texture="cardboard-1", surface__texture="tile-0", background__texture="brick-0")
+@pytest.mark.parametrize("background", ["brick-0", "room-3"])
+def test_matches_brute_force_with_strong_textures(background, monkeypatch):
+    params = sample(object__texture="cardboard-1", surface__texture="tile-0", background__texture=background)
     log_error, error, bodies = compare(params, turning(params), 700_000, monkeypatch)
     assert np.percentile(np.abs(log_error), 50) < 0.05
     assert np.sqrt(np.mean(error**2)) < 0.08

@@ -96,3 +96,55 @@ def test_a_lost_grip_ends_the_held_span():
     trajectory.pad_force_n[4000:] = 0
     held = measure(trajectory).held
     assert np.flatnonzero(held)[-1] == 3999
+
+
+def test_spin_is_signed_and_counts_whole_turns():
+    turn = ramp(3000, 4000, 400.0) - ramp(4200, 4400, 500.0)
+    truth = measure(scripted(turn, np.zeros(N)))
+    # The scripted object turns about hand y; with the hand pointing down that is against world y.
+    assert truth.spin_deg == pytest.approx(-turn, abs=1e-3)
+
+
+@given(st.floats(-50, 50), st.floats(-0.05, 0.05), st.integers(0, 100))
+@settings(max_examples=10, deadline=None)
+def test_slip_speeds_are_those_of_a_steady_slip(deg_s, m_s, seed):
+    seconds = np.clip(np.arange(N) - 3000, 0, 1000) / 1e3
+    truth = measure(scripted(deg_s * seconds, m_s * seconds, seed))
+    inside = slice(3010, 3990)
+    assert truth.angular_speed_deg_s[inside] == pytest.approx(abs(deg_s), abs=0.01)
+    assert truth.linear_speed_mm_s[inside] == pytest.approx(1e3 * abs(m_s), abs=0.02)
+    assert truth.angular_speed_deg_s[:2990].max() < 0.01
+    assert truth.linear_speed_mm_s[4010:].max() < 0.02
+    assert truth.slide_mm[-1] == pytest.approx(1e3 * abs(m_s), abs=1e-4)
+    assert truth.slide_m[-1, 2] == pytest.approx(-m_s, abs=1e-7)  # hand z points down
+
+
+def test_each_slip_is_an_episode_with_its_kind_and_phase():
+    turn, slide = ramp(1200, 1400, 2.0) + ramp(3000, 3200, 5.0), ramp(4500, 4700, 0.004) + ramp(3000, 3200, 0.003)
+    episodes = measure(scripted(turn, slide)).episodes
+    assert [(e.kind, e.phase) for e in episodes] == [("rotation", "lift"), ("mixed", "tilt"), ("translation", "back")]
+    begins = [1_200_000 + 200_000 * 0.05, 3_000_000 + 200_000 * 0.02, 4_500_000 + 200_000 * 0.025]
+    assert [e.start_us for e in episodes] == pytest.approx(begins, abs=2000)
+    assert [e.end_us for e in episodes] == pytest.approx([1_400_000, 3_200_000, 4_700_000], abs=12_000)
+    assert [e.rotation_deg for e in episodes] == pytest.approx([2, 5, 0], abs=1e-3)
+    assert [e.translation_mm for e in episodes] == pytest.approx([0, 3, 4], abs=1e-3)
+
+
+def test_a_small_movement_long_before_is_not_where_a_slip_begins():
+    truth = measure(scripted(ramp(1200, 1400, 0.3) + ramp(3000, 4000, 2.0), np.zeros(N)))
+    assert truth.onset_us == pytest.approx(3_050_000, abs=2000)
+    assert len(truth.episodes) == 1
+
+
+def test_a_slip_that_ends_with_the_grip_is_a_drop():
+    trajectory = scripted(np.zeros(N), ramp(3500, 4000, 0.015))
+    trajectory.pad_force_n[4000:] = 0
+    assert [e.kind for e in measure(trajectory).episodes] == ["drop"]
+
+
+def test_every_sample_has_the_phase_of_its_time():
+    truth = measure(scripted(np.zeros(N), np.zeros(N)))
+    assert truth.phase is not None
+    for name, (start, end) in phase_times(PARAMS).items():
+        assert np.array_equal(truth.t_us[truth.during(name)], np.arange(start, min(end, 1000 * N), 1000)), name
+    assert truth.during("tilt", "back").sum() == truth.during("tilt").sum() + truth.during("back").sum()

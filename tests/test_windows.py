@@ -15,7 +15,7 @@ from evslip.events.stream import empty_events
 from evslip.frame import BACKGROUND, OBJECT
 from evslip.record import Record
 from evslip.window_set import HOLD, SLIP, Windows, WindowSettings, load_windows
-from evslip.windows import UNCERTAIN, label_of, movements, windows_of
+from evslip.windows import UNCERTAIN, Movement, label_of, movements, windows_of
 from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of, turning
 
 ALL = WindowSettings(balance=False)
@@ -43,19 +43,20 @@ def windows() -> Windows:
 def test_movement_of_a_constant_turn_and_slide(rate: float, begin: int, end: int, slide: float) -> None:
     clock = np.clip(np.arange(STEPS), min(begin, end), max(begin, end)) / 1e3
     truth = truth_of(rate * clock, slide * clock)
-    for start_us, rotation, translation in movements(truth, ALL):
+    for start_us, rotation, translation, rise in movements(truth, ALL):
         first = start_us // 1000
         spent = clock[first + 160] - clock[first]
         assert rotation == pytest.approx(abs(rate) * spent, abs=1e-5)
         assert translation == pytest.approx(abs(slide) * spent, abs=1e-6)
+        assert rise == pytest.approx(abs(rate) * spent, abs=1e-5)  # theta is a magnitude: here it can only grow
 
 
 def test_a_slip_that_lowers_theta_counts_and_so_does_one_that_returns() -> None:
     """The public code clips falling theta to 0; a movement there and back shows only inside the window."""
     falling = movements(truth_of(20 - np.arange(STEPS) * 0.02), ALL)
-    assert all(rotation == pytest.approx(3.2, abs=1e-5) for _, rotation, _ in falling)
+    assert all(rotation == pytest.approx(3.2, abs=1e-5) for _, rotation, *_ in falling)
     triangle = 2.0 * np.abs((np.arange(STEPS) - HELD.start) % 160 / 80 - 1)
-    assert all(rotation == pytest.approx(2, abs=1e-5) for _, rotation, _ in movements(truth_of(triangle), ALL))
+    assert all(rotation == pytest.approx(2, abs=1e-5) for _, rotation, *_ in movements(truth_of(triangle), ALL))
 
 
 @given(st.floats(0.01, 0.4), st.floats(0.01, 0.5), st.integers(0, 700), st.integers(200, 700))
@@ -65,20 +66,40 @@ def test_windows_lie_in_the_held_time(length_s: float, hop_s: float, first: int,
     found = movements(truth, WindowSettings(length_s=length_s, hop_s=hop_s))
     length, hop = round(length_s * 1e3), max(1, round(hop_s * 1e3))
     assert len(found) == max(0, (duration - 1 - length) // hop + 1)  # both end poses are held
-    assert all(first * 1000 <= start and start + length * 1000 <= (first + duration) * 1000 for start, _, _ in found)
+    assert all(first * 1000 <= start and start + length * 1000 <= (first + duration) * 1000 for start, *_ in found)
 
 
 def test_never_held_gives_no_window() -> None:
     assert movements(truth_of(np.zeros(STEPS), held=slice(0, 0)), ALL) == []
 
 
-@given(st.floats(0, 3), st.floats(0, 5))
-def test_labels(rotation: float, translation: float) -> None:
-    label = label_of(rotation, translation, ALL)
+@given(st.floats(0, 3), st.floats(0, 5), st.floats(0, 3))
+def test_labels(rotation: float, translation: float, rise: float) -> None:
+    movement = Movement(0, rotation, translation, rise)
+    label = label_of(movement, ALL)
     assert (label == SLIP) == (rotation >= 1 or translation >= 2)
     assert (label == HOLD) == (rotation < 0.1 and translation < 0.1)
     equal = WindowSettings(slip_deg=0.5, hold_deg=0.5, slip_mm=1, hold_mm=1)
-    assert label_of(rotation, translation, equal) != UNCERTAIN
+    assert label_of(movement, equal) != UNCERTAIN
+    for mode, angle in (("angular", rotation), ("paper", rise)):
+        label = label_of(movement, WindowSettings(labels=mode))
+        assert (label == SLIP) == (angle >= 1)
+        assert (label == HOLD) == (angle < 0.1)
+
+
+def test_the_modes_differ_where_they_should() -> None:
+    """Of a slide, a turn that lowers theta and one that raises it, each in windows of its own."""
+    slide = turning(260, 420, 20.0)  # mm
+    angle = turning(740, 900, 20.0) - turning(1220, 1380, 20.0)
+    record = replace(slip_record("mixed", angle), truth=truth_of(angle, slide))
+
+    def slips(mode: str) -> list[int]:
+        windows = windows_of([record], WindowSettings(labels=mode, balance=False))
+        return (windows.start_us[windows.label == SLIP] // 1000).tolist()
+
+    assert slips("motion") == [260, 740, 1220]
+    assert slips("angular") == [740, 1220]
+    assert slips("paper") == [740]
 
 
 def test_events_are_the_record_s_cropped_and_from_zero() -> None:
@@ -207,6 +228,12 @@ def test_foreign_missing_and_folder(saved, tmp_path) -> None:
         load_windows(tmp_path / "text.h5")
 
 
+def test_a_file_from_before_the_modes_has_the_default_one(saved, windows: Windows) -> None:
+    with h5py.File(saved, "r+") as file:
+        del file.attrs["labels"]
+    assert load_windows(saved).settings == windows.settings
+
+
 def test_another_version(saved) -> None:
     with h5py.File(saved, "r+") as file:
         file.attrs["version"] = 99
@@ -251,7 +278,16 @@ def test_unwritable_place(windows: Windows, tmp_path) -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"length_s": 0}, {"hop_s": -1}, {"hold_deg": 2.0}, {"hold_mm": 3.0}, {"width": 257}, {"height": 0}, {"left": -1}],
+    [
+        {"labels": "best"},
+        {"length_s": 0},
+        {"hop_s": -1},
+        {"hold_deg": 2.0},
+        {"hold_mm": 3.0},
+        {"width": 257},
+        {"height": 0},
+        {"left": -1},
+    ],
 )
 def test_wrong_settings(wrong: dict) -> None:
     with pytest.raises(ConfigError):

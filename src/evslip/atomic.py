@@ -6,28 +6,51 @@ import os
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from evslip.errors import StorageError
 
 
-def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name, sync it, rename it, sync its folder.
+@contextlib.contextmanager
+def staged(path: Path) -> Iterator[BinaryIO]:
+    """A file, unbuffered, open for writing and reading, that takes its name when the block ends without an error.
 
-    Raises StorageError, with nothing left behind, when the disk is full or refuses.
+    Written under a temporary name, synced, renamed, the folder synced. Raises StorageError when the disk is full or
+    refuses; then, and when the block raises, nothing is left behind, nor a folder that was made for it.
     """
     with storage_errors(path):
+        missing = [folder for folder in (path.parent, *path.parent.parents) if not folder.exists()]
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
-        try:
-            with temporary.open("xb") as file:
-                file.write(data)
-                file.flush()
+        file = temporary.open("x+b", buffering=0)
+    try:
+        with file:
+            yield file
+            with storage_errors(path):
                 os.fsync(file.fileno())
+        with storage_errors(path):
             temporary.replace(path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
-        sync_folder(path.parent)
+            sync_folder(path.parent)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        for folder in missing:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file as `staged` does. Raises StorageError."""
+    with staged(path) as file:
+        write_into(file, data, path)
+
+
+def write_into(file: BinaryIO, data: bytes | memoryview, path: Path) -> None:
+    """Write all of `data` to the unbuffered file of `path`. Raises StorageError."""
+    rest = memoryview(data)
+    with storage_errors(path):
+        while rest:
+            rest = rest[file.write(rest) :]
 
 
 def write_text(path: Path, text: str) -> None:

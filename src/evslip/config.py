@@ -12,7 +12,7 @@ from pydantic import BaseModel, RootModel, Strict, ValidationError, model_valida
 from pydantic_core import PydanticCustomError
 
 from evslip.errors import ConfigError
-from evslip.schema import SampleSpec, Within
+from evslip.schema import HOLD, NATURAL, SampleSpec, Within
 from evslip.values import Names, Number
 
 PRESETS = ("demo", "simple", "complex")
@@ -29,6 +29,8 @@ class Config(SampleSpec[Number, Names]):
     """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
     together: tuple[tuple[str, ...], ...] = ()
     """Groups of keys whose lists are walked through together, entry by entry, instead of being combined."""
+    slip_fraction: Annotated[float | None, Strict(), Within(0.0, 1.0)] = None
+    """If given, this share of the samples slips: each gets a mass above 1.25 or below 0.85 of its onset mass."""
 
     @model_validator(mode="after")
     def _check_groups(self) -> "Config":
@@ -48,6 +50,18 @@ class Config(SampleSpec[Number, Names]):
             if len(set(lengths.values())) > 1:
                 counts = ", ".join(f"{key} has {length} entries" for key, length in lengths.items())
                 raise _wrong("together", f"{counts}, expected lists of equal length")
+        return self
+
+    @model_validator(mode="after")
+    def _check_fraction(self) -> "Config":
+        if self.slip_fraction is None:
+            return self
+        kinds = self.slip.kind if isinstance(self.slip.kind, tuple) else (self.slip.kind,)
+        is_able = (HOLD in kinds or self.slip_fraction == 1, any(k != HOLD for k in kinds) or self.slip_fraction == 0)
+        if NATURAL not in kinds and not all(is_able):
+            raise _wrong("slip_fraction", "needs a slip.kind that is natural, or a list of hold and another kind")
+        if self.object.density_kg_m3 is not None:
+            raise _wrong("slip_fraction", "chooses object.mass_kg, so object.density_kg_m3 cannot be given")
         return self
 
 

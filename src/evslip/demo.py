@@ -26,7 +26,7 @@ def run_demo(out: Path, *, count: int, workers: int | None, seed: int) -> Path:
     start = time.perf_counter()
 
     def say(text: str) -> None:
-        console.print(f"[bold]{time.perf_counter() - start:6.1f} s[/bold]  {text}")
+        console.print(f"{time.perf_counter() - start:6.1f} s  {text}")
 
     held_out = 2 * round(count * TEST_SHARE / 2)  # even, so that both labels occur equally often
     config = load_config("demo", {"seed": seed})

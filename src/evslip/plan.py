@@ -28,9 +28,14 @@ class Plan(NamedTuple):
         return [k for k, value in self.fixed.items() if isinstance(value, Range)] + list(self.constants)
 
 
-@lru_cache(maxsize=8)
 def make_plan(config: Config) -> Plan:
     """The plan of a configuration. Folders of images are listed here, once. Raises ConfigError."""
+    hashable: Any = config  # as a frozen model is, which type checkers do not know
+    return _make_plan(hashable)
+
+
+@lru_cache(maxsize=64)  # one for each kind of slip and its variants
+def _make_plan(config: Config) -> Plan:
     given = {
         f"{section}.{name}": value for section in SampleSpec.model_fields for name, value in getattr(config, section)
     }

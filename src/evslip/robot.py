@@ -40,6 +40,7 @@ class Servo:
 ARM_SERVOS = (*[Servo(4500, 450, 87)] * 2, *[Servo(3500, 350, 87)] * 2, *[Servo(2000, 200, 12)] * 3)
 ARM_ARMATURE = 0.1
 FINGER_STIFFNESS, FINGER_DAMPING = 4000.0, 60.0
+FINGER_JOINT_DAMPING = 5.0
 CARTESIAN_JOINTS = ("hand_x", "hand_y", "hand_z", "hand_tilt")
 CARTESIAN_INERTIA = (100.0, 100.0, 100.0, 1.0)
 """In kg and kg m2: so heavy that nothing that it holds moves it."""
@@ -152,7 +153,7 @@ def _weightless(base: str) -> Any:
 def _add_finger_servos(spec: Any, grip_force_n: float) -> None:
     for name in FINGER_JOINTS:
         joint = spec.joint(name)
-        joint.damping[0] = 20.0
+        joint.damping[0] = FINGER_JOINT_DAMPING
         joint.armature = 0.1
         joint.range = [-0.002, 0.04]
         _add_servo(spec, name, Servo(FINGER_STIFFNESS, FINGER_DAMPING, grip_force_n))

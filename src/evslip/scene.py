@@ -18,12 +18,12 @@ TIMESTEP_S = 0.001
 OBJECT, SURFACE = "object", "surface"
 PAD_POINTS = len(CONTACTS)
 PAD_RADIUS_M = 0.004
-PAD_GIVE_M = 0.001
+PAD_GIVE_M = 0.0004
 """How far a pad gives under the grip force, whatever that is: so far that an object which stands a little askew hardly
 changes how the points share the force."""
-PAD_RELAXATION_S = 0.002
+PAD_RELAXATION_S = 0.0005
 """Damping of a pad's give, over its stiffness."""
-PAD_SLACK_M_S2 = 3000.0
+PAD_SLACK_M_S2 = 2000.0
 """Grip force times the regularisation of the pads' normal forces (MuJoCo's R, in 1/kg): large against what sliding
 adds to the normal forces in MuJoCo's cone, see docs/physics.md."""
 STICK_DAMPING_HZ = 1e5

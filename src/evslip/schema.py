@@ -243,8 +243,8 @@ class MotionSpec(Section, Generic[N, S]):
         return self
 
 
-NATURAL = "natural"
-SLIP_KINDS = (NATURAL, "hold", "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
+NATURAL, HOLD = "natural", "hold"
+SLIP_KINDS = (NATURAL, HOLD, "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
 
 
 class SlipSpec(Section, Generic[N, S]):
@@ -342,3 +342,8 @@ class SampleSpec(Section, Generic[N, S]):
     sensor: SensorSpec[N, S]
     render: RenderSpec[N, S]
     slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
+
+
+def keys(spec: SampleSpec) -> list[str]:
+    """All keys of a sample as "section.name", in their order."""
+    return [f"{section}.{name}" for section in SampleSpec.model_fields for name, _ in getattr(spec, section)]

@@ -3,11 +3,12 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from evslip import stratification
 from evslip.config import Config
 from evslip.errors import ConfigError
 from evslip.motions import KINDS as MOTIONS
 from evslip.params import Params
-from evslip.schema import NATURAL, ObjectSpec, Within
+from evslip.schema import NATURAL
 from evslip.seeds import generator
 from evslip.truth import Truth
 from evslip.values import Range, extremes
@@ -40,7 +41,7 @@ EARLIER = 0.95
 """The first tenth of a degree comes at 0.97 of the onset mass."""
 RECIPES: dict[str, Recipe] = {
     "hold": Recipe((0.3, 0.8)),
-    "rotation": Recipe((1.15, 1.4), settings={"grip.offset": EITHER_SIDE}),
+    "rotation": Recipe((1.2, 1.32), settings={"grip.offset": EITHER_SIDE}),
     # A central grip without tilt carries no torque; the lift's acceleration overloads it for a moment.
     "translation": Recipe(
         (1.05, 1.075),
@@ -54,7 +55,7 @@ RECIPES: dict[str, Recipe] = {
         },
         motions=UPRIGHT,
     ),
-    "lift": Recipe((1.15, 1.35), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
+    "lift": Recipe((1.22, 1.4), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
     "tilt": Recipe(
         (1.1, 1.3),
         ("tilt", "back"),
@@ -109,7 +110,7 @@ RECIPES: dict[str, Recipe] = {
 def prepare(config: Config, index: int, split: str) -> Config:
     """The configuration from which sample `index` is drawn: of one kind of slip, with its recipe's values wherever the
     configuration's own go beyond them."""
-    kind = _one(config.slip.kind, config, index, split, "draw slip.kind")
+    kind = _one(stratification.kinds(config, index, split), config, index, split, "draw slip.kind")
     if kind == NATURAL:
         return _with(config, {"slip.kind": kind, "slip.multiple": None})
     recipe = RECIPES[kind]
@@ -142,14 +143,8 @@ def weigh(params: Params, by_default: bool) -> Params:
     earlier = [name for name in recipe.earlier if name in hanging_phases(params)]
     if by_default and earlier:
         mass_kg = min(mass_kg, EARLIER * onset_mass(params, earlier))
-    limits = next(m for m in ObjectSpec.model_fields["mass_kg"].metadata if isinstance(m, Within))
-    if not limits.low <= mass_kg <= limits.high:
-        raise ConfigError(
-            f"slip.kind: {slip.kind!r} needs a mass of {mass_kg:.3g} kg, beyond {limits.low:g} to {limits.high:g}; "
-            "change grip.force_n or grip.friction"
-        )
-    body, slip = params.object, slip.model_copy(update={"multiple": mass_kg / onset_kg})
-    return params.model_copy(update={"object": body.model_copy(update={"mass_kg": mass_kg}), "slip": slip})
+    heavy = stratification.with_mass(params, mass_kg, f"slip.kind: {slip.kind!r}")
+    return heavy.model_copy(update={"slip": slip.model_copy(update={"multiple": mass_kg / onset_kg})})
 
 
 def _one(choices: Any, config: Config, index: int, split: str, stage: str) -> Any:

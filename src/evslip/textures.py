@@ -51,11 +51,15 @@ def expand(value: object, is_background: bool = False) -> object:
     elif path.is_file():
         return value
     else:
-        raise ConfigError(f"texture: {value!r} is neither a file, a folder nor one of the pool: {_families(is_background)}")
+        raise ConfigError(
+            f"texture: {value!r} is neither a file, a folder nor one of the pool: {_families(is_background)}"
+        )
     files = tuple(sorted(name for name in found if name.lower().endswith(IMAGE_SUFFIXES)))
     if not names and not files:
         kinds = ", ".join(IMAGE_SUFFIXES)
-        raise ConfigError(f"texture: {value!r} matches no image file ({kinds}) and none of the pool: {_families(is_background)}")
+        raise ConfigError(
+            f"texture: {value!r} matches no image file ({kinds}) and none of the pool: {_families(is_background)}"
+        )
     return names or files
 
 
@@ -112,8 +116,10 @@ def _opened(name: str) -> Image.Image:
         try:
             return Image.open(Path(name).expanduser())
         except (Image.DecompressionBombWarning, Image.DecompressionBombError):
-            message = f"is larger than {MAX_PIXELS / 1e6:.0f} million pixels; make it smaller, 2048 along its longer side will do"
-            raise ConfigError(f"texture: {name}: {message}") from None
+            raise ConfigError(
+                f"texture: {name}: is larger than {MAX_PIXELS / 1e6:.0f} million pixels; "
+                "make it smaller, 2048 along its longer side will do"
+            ) from None
         except (OSError, ValueError, SyntaxError) as error:
             raise ConfigError(f"texture: {name}: cannot be read as an image: {error}") from None
 

@@ -1,8 +1,9 @@
 """Many labelled windows, in memory and as one file."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import h5py
 import numpy as np
@@ -12,6 +13,7 @@ from evslip.errors import ConfigError, DataError
 from evslip.frame import BODIES
 
 HOLD, SLIP = 0, 1
+LabelMode = Literal["motion", "angular", "paper"]
 FORMAT, VERSION = "evslip windows", 1
 
 
@@ -23,14 +25,18 @@ class WindowSettings:
     """Length of a window."""
     hop_s: float = 0.16
     """From one window's start to the next one's."""
+    labels: LabelMode = "motion"
+    """What counts. motion: how far the object turns or slides in the hand, at most, since the window's start. angular:
+    how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its public
+    code); a fall counts as no movement, and so does a turn there and back."""
     slip_deg: float = 1.0
-    """A window is slip from this rotation in the hand on ..."""
+    """A window is slip from this rotation on ..."""
     slip_mm: float = 2.0
-    """... or from this slide on."""
+    """... or, by motion, from this slide on."""
     hold_deg: float = 0.1
     """A window is hold below this rotation ..."""
     hold_mm: float = 0.1
-    """... and this slide. Between hold and slip it is dropped; equal thresholds leave nothing between."""
+    """... and, by motion, this slide. Between hold and slip it is dropped; equal thresholds leave nothing between."""
     left: int = 73
     """First column of the crop."""
     top: int = 10
@@ -49,13 +55,16 @@ class WindowSettings:
     """Seed of that removal."""
 
     def __post_init__(self) -> None:
+        if self.labels not in get_args(LabelMode):
+            raise ConfigError(f"labels {self.labels!r}: expected one of {', '.join(get_args(LabelMode))}")
         if not (0.001 <= self.length_s <= 10 and 0.001 <= self.hop_s <= 1000):
             raise ConfigError(
                 f"length_s {self.length_s:g}, hop_s {self.hop_s:g}: expected 0.001 to 10 and 0.001 to 1000"
             )
         if self.hold_deg > self.slip_deg or self.hold_mm > self.slip_mm or min(self.hold_deg, self.hold_mm) < 0:
             raise ConfigError(
-                f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}: expected 0 <= hold <= slip, also in mm"
+                f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}, hold_mm {self.hold_mm:g}, slip_mm "
+                f"{self.slip_mm:g}: expected 0 <= hold <= slip"
             )
         inside = self.left + self.width <= self.sensor_width and self.top + self.height <= self.sensor_height
         if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and min(self.left, self.top) >= 0 and inside):
@@ -193,6 +202,13 @@ _ARRAYS = {
 _PER_WINDOW = ("label", "name", "start_us", "rotation_deg", "translation_mm", "recent", "by_body")
 
 
+def stored_settings(stored: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of WindowSettings among stored values. Files without the mode of the labels are older than it: theirs
+    is the default. Raises KeyError."""
+    names = (field.name for field in fields(WindowSettings))
+    return {name: stored[name] for name in names if name != "labels" or name in stored}
+
+
 def load_windows(path: str | Path) -> Windows:
     """Read a file that Windows.save wrote. Raises DataError."""
     with hdf5.opened(path) as file:
@@ -201,7 +217,7 @@ def load_windows(path: str | Path) -> Windows:
         version = hdf5.attribute(file, "version", int)
         if version != VERSION:
             raise DataError(f"{path}: version {version} of the format; this evslip reads version {VERSION}")
-        values: dict[str, Any] = {field.name: file.attrs[field.name] for field in fields(WindowSettings)}
+        values = stored_settings(file.attrs)
         plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in values.items()}
         kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
         arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, (_, tail) in _ARRAYS.items()}

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -30,12 +31,12 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     for record in records:
         if record.truth is None:
             continue
-        for start_us, rotation, translation in movements(record.truth, settings):
-            label = label_of(rotation, translation, settings)
+        for movement in movements(record.truth, settings):
+            label = label_of(movement, settings)
             if label == UNCERTAIN:
                 dropped += 1
             else:
-                _append(columns, record, settings, start_us, label, rotation, translation)
+                _append(columns, record, settings, movement, label)
     if not columns:
         raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
     arrays = {name: np.concatenate(parts) for name, parts in columns.items() if name != "offsets"}
@@ -44,8 +45,20 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     return windows.balanced(settings.seed) if settings.balance else windows
 
 
-def movements(truth: Truth, settings: WindowSettings) -> list[tuple[int, float, float]]:
-    """(start_us, rotation in degrees, slide in mm) of every window in the held time: the largest since its start."""
+class Movement(NamedTuple):
+    """What the object does in the hand during one window."""
+
+    start_us: int
+    rotation_deg: float
+    """The largest since the window's start."""
+    translation_mm: float
+    """The largest since the window's start."""
+    theta_rise_deg: float
+    """How much greater the paper's theta is at the window's end than at its start; 0 if it is not."""
+
+
+def movements(truth: Truth, settings: WindowSettings) -> list[Movement]:
+    """The movement in every window of the held time."""
     held = np.flatnonzero(truth.held)
     if not len(held):
         return []
@@ -57,15 +70,19 @@ def movements(truth: Truth, settings: WindowSettings) -> list[tuple[int, float, 
         part = slice(first, first + length + 1)
         turned = np.degrees((orientation[first].inv() * orientation[part]).magnitude()).max()
         slid = 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[first], axis=1).max()
-        found.append((int(truth.t_us[first]), float(turned), float(slid)))
+        rise = max(0.0, float(truth.theta_deg[first + length]) - float(truth.theta_deg[first]))
+        found.append(Movement(int(truth.t_us[first]), float(turned), float(slid), rise))
     return found
 
 
-def label_of(rotation_deg: float, translation_mm: float, settings: WindowSettings) -> int:
+def label_of(movement: Movement, settings: WindowSettings) -> int:
     """HOLD, SLIP or UNCERTAIN."""
-    if rotation_deg >= settings.slip_deg or translation_mm >= settings.slip_mm:
+    angle = movement.theta_rise_deg if settings.labels == "paper" else movement.rotation_deg
+    slides = settings.labels == "motion"
+    if angle >= settings.slip_deg or (slides and movement.translation_mm >= settings.slip_mm):
         return SLIP
-    return HOLD if rotation_deg < settings.hold_deg and translation_mm < settings.hold_mm else UNCERTAIN
+    lies = angle < settings.hold_deg and not (slides and movement.translation_mm >= settings.hold_mm)
+    return HOLD if lies else UNCERTAIN
 
 
 def crop(events: Events, size: tuple[int, int], settings: WindowSettings) -> Events:
@@ -84,11 +101,10 @@ def _append(
     columns: dict[str, list[np.ndarray]],
     record: Record,
     settings: WindowSettings,
-    start_us: int,
+    movement: Movement,
     label: int,
-    rotation: float,
-    translation: float,
 ) -> None:
+    start_us = movement.start_us
     events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
     inside = crop(events, record.size, settings)
     bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
@@ -101,8 +117,8 @@ def _append(
         "label": np.array([label], np.uint8),
         "name": np.array([record.name]),
         "start_us": np.array([start_us]),
-        "rotation_deg": np.array([rotation], np.float32),
-        "translation_mm": np.array([translation], np.float32),
+        "rotation_deg": np.array([movement.rotation_deg], np.float32),
+        "translation_mm": np.array([movement.translation_mm], np.float32),
         "recent": np.array([_moved_before(record.truth, start_us, settings)]),
         "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
     }

@@ -4,10 +4,9 @@ import os
 import sys
 from collections.abc import Callable
 
-import tyro
-
 from evslip import __version__
-from evslip.cli import detecting, first_steps, making, sensing
+from evslip.cli import detecting, first_steps, making, sensing, showing
+from evslip.cli.usage import chosen
 from evslip.errors import EvslipError
 
 DESCRIPTION = (
@@ -15,7 +14,7 @@ DESCRIPTION = (
 )
 VERBS: dict[str, Callable[..., None]] = {
     "demo": first_steps.demo,
-    "show": making.show,
+    "show": showing.show,
     "generate": making.generate,
     "status": making.status,
     "verify": making.verify,
@@ -37,7 +36,7 @@ def main() -> None:
         print(f"evslip {__version__}")
         return
     try:
-        tyro.extras.subcommand_cli_from_dict(VERBS, prog="evslip", description=DESCRIPTION)
+        chosen(VERBS, DESCRIPTION)()
     except EvslipError as error:
         sys.exit(_fail(str(error), 2))
     except KeyboardInterrupt:

@@ -1,6 +1,7 @@
 """Verbs that train, measure and use detectors."""
 
 from pathlib import Path
+from typing import Literal
 
 from tyro.conf import Positional
 
@@ -15,8 +16,11 @@ def windows(
     split: Split | None = None,
     length_s: float = 0.16,
     hop_s: float = 0.16,
+    labels: Literal["motion", "angular", "paper"] = "motion",
     slip_deg: float = 1.0,
     hold_deg: float = 0.1,
+    slip_mm: float = 2.0,
+    hold_mm: float = 0.1,
     balance: bool = True,
     seed: int = 0,
 ) -> None:
@@ -28,8 +32,12 @@ def windows(
         split: Only this split; default: all there is.
         length_s: Length of a window.
         hop_s: From one window's start to the next one's.
+        labels: What counts. motion: turning or sliding in the hand. angular: turning alone, as in the paper. paper: a
+            rise of the paper's theta alone, as its public code has it; for comparison.
         slip_deg: A window is slip from this rotation in the hand on.
         hold_deg: A window is hold below this rotation; between the two it is dropped.
+        slip_mm: By motion, a window is slip also from this slide in the hand on.
+        hold_mm: By motion, a window is hold only below this slide.
         balance: Remove windows of the commoner label at random until both are equally many.
         seed: Seed of that removal.
     """
@@ -37,8 +45,9 @@ def windows(
     from evslip.window_set import WindowSettings
 
     settings = WindowSettings(
-        length_s=length_s, hop_s=hop_s, slip_deg=slip_deg, hold_deg=hold_deg, balance=balance, seed=seed
-    )
+        length_s=length_s, hop_s=hop_s, labels=labels, slip_deg=slip_deg, hold_deg=hold_deg, slip_mm=slip_mm,
+        hold_mm=hold_mm, balance=balance, seed=seed,
+    )  # fmt: skip
     samples = open_dataset(dataset)
     cut = (samples.split(split) if split else samples).windows(settings)
     cut.save(out)

@@ -6,50 +6,7 @@ from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
 from evslip.console import console, progress_bar
-from evslip.errors import ConfigError, EvslipError
-
-
-def show(
-    preset: Positional[str],
-    name: Positional[str | None] = None,
-    *,
-    set: Overrides = (),
-    index: int | None = None,
-    split: Split = "train",
-) -> None:
-    """Print a configuration in full, the parameters drawn for one index, or a camera with units and meanings.
-
-    Args:
-        preset: Name of a preset (demo, simple, complex), a TOML file, "parameters" for a table of all keys, or
-            "camera" for the event cameras.
-        name: After "camera": preset of the event camera; default: a table of all.
-        set: Override, such as object.mass_kg=0.05; may be given several times.
-        index: Show what is drawn for this sample instead.
-        split: Split of that sample.
-    """
-    from evslip.config import dump_config, load_config
-    from evslip.params import draw
-    from evslip.reference import parameters_table
-
-    if preset == "camera":
-        _show_camera(name)
-        return
-    if name is not None:
-        raise ConfigError(f"show {preset}: {name!r} is one word too many; only `show camera` takes a name")
-    if preset == "parameters":
-        print(parameters_table(), end="")
-        return
-    config = load_config(preset, overrides(set))
-    if index is None:
-        print(dump_config(config), end="")
-    else:
-        print(draw(config, index, split).model_dump_json(indent=2))
-
-
-def _show_camera(name: str | None) -> None:
-    from evslip.events.datasheet import datasheet, presets_table
-
-    print(presets_table() if name is None else datasheet(name), end="")
+from evslip.errors import EvslipError
 
 
 def generate(

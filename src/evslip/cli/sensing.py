@@ -1,43 +1,98 @@
 """Verbs about event cameras and their recordings."""
 
 from pathlib import Path
+from typing import Annotated
 
-from tyro.conf import Positional
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from evslip.cli.options import describe
-from evslip.console import console
+from evslip.cli.pixels import PixelOptions, parameters_of
+from evslip.console import console, progress_bar
 
 
 def events(
-    frames: Positional[Path],
+    clip: Positional[Path],
     out: Positional[Path],
     *,
-    fps: float | None = None,
+    fps: Annotated[float | None, arg(metavar="NUMBER")] = None,
+    times: Annotated[Path | None, arg(metavar="FILE")] = None,
+    times_unit: Annotated[str | None, arg(metavar="us|s")] = None,
     camera: str = "davis346",
+    mode: Annotated[str, arg(metavar="accurate|v2e")] = "accurate",
+    intensity: Annotated[str | None, arg(metavar="uint8|srgb|linear")] = None,
+    interpolate: Annotated[str, arg(metavar="linear|none|rife")] = "linear",
+    upsample: int = 8,
     seed: int = 0,
-    noise_map: Path | None = None,
+    threads: int = 1,
+    preview: Annotated[Path | None, arg(metavar="FILE")] = None,
+    preview_ms: float = 33.3,
+    plot: Annotated[Path | None, arg(metavar="FILE")] = None,
+    pixels: OmitArgPrefixes[PixelOptions] = PixelOptions(),  # noqa: B008
 ) -> None:
     """Turn frames that a camera or another renderer made into events.
 
     Args:
-        frames: Folder of images, or a video file.
-        out: File to write; its suffix says the format.
-        fps: Frames a second; a video knows its own.
-        camera: Preset of the event camera.
-        seed: Seed of its noise.
-        noise_map: File made by `evslip calibrate-noise`: each pixel is as noisy as that of the real sensor.
+        clip: Folder of images, video file, or .npz file with the arrays frames and t_us or t_s.
+        out: File to write; its suffix says the format. HDF5 (.h5) needs little memory, however long the clip is, and
+            keeps the settings: `evslip show OUT`.
+        fps: Frames a second. A folder needs this or times; a video or .npz file knows its own.
+        times: Text file with the time of each frame, one a line, first column; a header t_us or t_s says the unit.
+        times_unit: Unit of the times where no header says it; default: us.
+        camera: Preset of the event camera, see `evslip show camera`.
+        mode: Rules of the pixels: accurate, or those of v2e to the letter.
+        intensity: What the numbers of the frames mean. uint8: codes of 0 to 255, mapped to log intensity as v2e does;
+            srgb: such codes, decoded to light first; linear: light, white = 1 (255 for bytes). Default: linear for
+            floats, uint8 for all others.
+        interpolate: What is between two frames. linear: log intensity changes evenly (in mode v2e: its events come
+            evenly). none: a frame stands still until the next one comes. rife: a neural network invents frames that
+            follow the motion, for slow videos of fast motion; needs the extra rife.
+        upsample: Intervals that rife makes of one: 2, 4, 8, 16 or 32.
+        seed: Seed of the noise and the mismatch.
+        threads: Threads that share the rows; the result does not depend on it.
+        preview: Video to write (.mp4, .mkv, .mov, .avi): red ON, blue OFF, 30 pictures a second.
+        preview_ms: Time that one picture of it shows, ms; 33.3 plays at true speed, 3.33 ten times slower.
+        plot: PNG to write: events a second over time.
     """
-    from evslip.codecs import check_suffix, write_events
-    from evslip.events import EventCamera, load_noise_map
-    from evslip.events.sources import frame_size, frames_from
+    from evslip.codecs import check_suffix
+    from evslip.codecs.settings import keeps_settings
+    from evslip.conversion import Conversion, convert, open_conversion
 
     check_suffix(out, writing=True)
-    source = frames_from(frames, fps)
-    size = frame_size(frames)
-    noise = None if noise_map is None else load_noise_map(noise_map)
-    stream = EventCamera(camera, size=size, seed=seed, intensity="uint8", noise_map=noise).run(source)
-    write_events(out, stream, size)
-    console.print(f"{out}: {describe(stream, size)}")
+    conversion = Conversion(
+        clip=clip,
+        fps=fps,
+        times=times,
+        times_unit=times_unit,
+        camera=camera,
+        mode=mode,
+        intensity=intensity,
+        interpolate=interpolate,
+        upsample=upsample,
+        seed=seed,
+        parameters=parameters_of(pixels),
+    )
+    source = open_conversion(conversion)
+    with progress_bar("frames", source.count) as advance:
+        made = convert(
+            conversion,
+            source,
+            out,
+            preview=preview,
+            preview_ms=preview_ms,
+            plot=plot,
+            threads=threads,
+            progress=advance,
+        )
+    console.print(f"{out}: {made.summary()}")
+    for written in filter(None, (preview, plot)):
+        console.print(str(written))
+    if source.intensity == "linear" and made.brightest > 16:
+        console.print(
+            f"note: the frames reach {made.brightest:g}, taken as light with white = 1; "
+            "numbers of 0 to 255 need --intensity uint8 or srgb"
+        )
+    if not keeps_settings(out):
+        console.print(f"note: {out.suffix} files have no place for the settings")
 
 
 def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:

@@ -1,4 +1,4 @@
-"""Events as NumPy arrays: t_us, x, y, p, size, and the labels body and cause if there are any."""
+"""Events as NumPy arrays: t_us, x, y, p, size, the labels body and cause if there are any, and perhaps settings."""
 
 import io
 import zipfile
@@ -39,10 +39,12 @@ def read(path: Path) -> tuple[Events, tuple[int, int]]:
     return events, size
 
 
-def write(path: Path, events: Events, size: tuple[int, int]) -> None:
-    """Write atomically. Raises StorageError."""
+def write(path: Path, events: Events, size: tuple[int, int], settings: str | None = None) -> None:
+    """Write atomically; `settings`: JSON text for the array of that name. Raises StorageError."""
     check_events(events, size, path)
     buffer = io.BytesIO()
     arrays = {name: column for name, column in events._asdict().items() if column is not None}
+    if settings is not None:
+        arrays["settings"] = np.array(settings)
     np.savez_compressed(buffer, size=np.array(size), **arrays)
     atomic.write_bytes(path, buffer.getvalue())

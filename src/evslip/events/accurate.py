@@ -6,66 +6,80 @@ from itertools import pairwise
 import numpy as np
 
 from evslip.events import kernel, pixel
+from evslip.events.kernel import Pixels, Watch
 from evslip.events.optics import WHITE, Intensity, photocurrent
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules
 
+CHANGING = ("glance", "current", "state", "noise")
+"""What of the pixels changes from frame to frame."""
+WATCH_US = 2.0**15
+"""Fences are set for so long: longer is less work, but a fence must hold whatever leaks meanwhile."""
+
 
 class AccuratePixels:
-    """A `Sensor`. Rows are shared among threads."""
+    """A `Sensor`. Pixels are shared among threads."""
 
     def __init__(self, model: PixelModel, shape: tuple[int, int], seed: int, intensity: Intensity, threads: int):
-        self._traits = draw_traits(model, shape, seed)
-        self._rules = make_rules(model, intensity, seed)
-        self._state = np.zeros((shape[0], pixel.STATE, shape[1]))
+        count = shape[0] * shape[1]
+        traits = draw_traits(model, shape, seed)
+        self.theta_on, self.theta_off = traits[..., pixel.ON], traits[..., pixel.OFF]
+        self.pixels = Pixels(
+            np.zeros((kernel.GLANCE, count), np.float32),
+            np.zeros(count),
+            np.zeros((count, pixel.STATE)),
+            np.zeros((2, count if model.photoreceptor_noise > 0 else 0)),
+            traits.reshape(count, pixel.TRAITS),
+        )
+        self._watch = Watch(0.0, 0.0)
+        self.rules = make_rules(model, intensity, seed)
         self._intensity: Intensity = intensity
         self._dark = model.dark
-        self._threads = min(threads, shape[0])
-        currents = photocurrent(np.arange(256), intensity, model.dark)
-        self._table = np.stack([currents, np.log(currents)])
-        self.theta_on = self._traits[:, pixel.ON]
-        self.theta_off = self._traits[:, pixel.OFF]
+        self._columns = shape[1]
+        self._cuts = np.linspace(0, count, min(threads, shape[0]) + 1).astype(int).tolist()
+        self._table = photocurrent(np.arange(256), intensity, model.dark)
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
-        image, scale, offset = self._converted(image)
-        kernel.begin(image, self._table, scale, offset, time_us, self._state, self._traits, self._rules)
+        image, scale = self.scaled(image)
+        kernel.begin(image.reshape(-1), scale, time_us, self.pixels, self.rules)
+        self._watch = Watch(time_us, time_us)
 
     def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
-        images, scale, offset = self._converted(images)
+        images, scale = self.scaled(images)
+        images, masks = (frames.reshape(len(frames), len(self.pixels.current)) for frames in (images, masks))
+        over = bool(times_us[-1] > self._watch.until_us)
+        if over:
+            self._watch = Watch(float(times_us[0]), float(max(times_us[-1], times_us[0] + WATCH_US)))
 
-        def band(rows: tuple[int, int]) -> np.ndarray:
-            first, last = rows
+        def band(pixels: tuple[int, int]) -> np.ndarray:
+            if over:
+                kernel.watch_over_all(*pixels, self.pixels, self._watch)
             return kernel.expose(
-                images,
-                times_us,
-                masks,
-                first,
-                last,
-                self._table,
-                scale,
-                offset,
-                self._state,
-                self._traits,
-                self._rules,
+                images, times_us, masks, self._columns, *pixels, scale, self._watch, self.pixels, self.rules
             )
 
-        height = self._state.shape[0]
-        if self._threads == 1:
-            return band((0, height))
-        cuts = np.linspace(0, height, self._threads + 1).astype(int).tolist()
-        with ThreadPoolExecutor(self._threads) as pool:
-            return np.concatenate(list(pool.map(band, pairwise(cuts))))
+        if len(self._cuts) == 2:
+            return band((self._cuts[0], self._cuts[1]))
+        with ThreadPoolExecutor(len(self._cuts) - 1) as pool:
+            return np.concatenate(list(pool.map(band, pairwise(self._cuts))))
 
     def memory(self) -> dict[str, np.ndarray]:
-        return {"state": self._state.copy()}
+        changing = {name: getattr(self.pixels, name).copy() for name in CHANGING}
+        return {**changing, "watch_us": np.array(self._watch)}
 
     def restore(self, memory: dict[str, np.ndarray]) -> None:
-        self._state[...] = memory["state"]
+        for name in CHANGING:
+            getattr(self.pixels, name)[...] = memory[name]
+        self._watch = Watch(*memory["watch_us"].tolist())
 
-    def _converted(self, image: np.ndarray) -> tuple[np.ndarray, float, float]:
-        """An image, and the scale and offset that `kernel.photocurrent` takes it with."""
+    def forget_watch(self) -> None:
+        """Have all fences set anew, because the pixels were changed from outside."""
+        self._watch = Watch(0.0, 0.0)
+
+    def scaled(self, image: np.ndarray) -> tuple[np.ndarray, kernel.Scale]:
+        """An image, and how its values become photocurrents."""
         if image.dtype == np.uint8:
-            return image, 0.0, 0.0
+            return image, kernel.Scale(self._table, 0.0, 0.0)
         if self._intensity == "linear":
-            return image, WHITE, WHITE * self._dark
-        return photocurrent(image, self._intensity, self._dark), 1.0, 0.0
+            return image, kernel.Scale(self._table, WHITE, WHITE * self._dark)
+        return photocurrent(image, self._intensity, self._dark), kernel.Scale(self._table, 1.0, 0.0)

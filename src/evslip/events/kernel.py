@@ -1,22 +1,23 @@
-"""Loops over pixels, rows and frames. Serial and free of Python's lock: threads take bands of rows."""
+"""Loops over tiles of pixels and frames. Serial and free of Python's lock: threads take bands of pixels.
+
+All frames of a tile are done at once, so that its memory stays in the cache. A glance in single precision finds the
+pixels that may fire; those few are computed one by one, in double precision, from the frames themselves.
+"""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from evslip.compiled import compiled
-from evslip.events.lowpass import MAX_CHANGE, MAX_PRODUCT, NEAR, advance, advance_far, exponent, weighed, weights_near
+from evslip.events import glance
+from evslip.events.lowpass import advance_far
 from evslip.events.noise import PHOTO, normals, uniforms
 from evslip.events.pixel import (
     CANDIDATE_US,
     CANDIDATES,
-    CURRENT,
-    FILTERED,
     LEAK_SLOPE,
-    LOG,
     MEAN_LEAK,
-    NOISE_0,
-    NOISE_1,
     OFF,
     ON,
     PHASE,
@@ -32,198 +33,295 @@ from evslip.events.pixel import (
     next_noise,
 )
 
-_ROOT_HALF = np.uint64(0x3FE6A09E667F3BCD)
-_EXPONENT_ONE, _MANTISSA = np.uint64(0x3FF0000000000000), np.uint64(0x000FFFFFFFFFFFFF)
-_EXPONENT_SHIFT, _TWO_52 = np.uint64(52), np.uint64(0x4330000000000000)
-_EXPONENT_BIAS = 2.0**52 + 1023.0
+TILE = 512
+"""Pixels a tile: its numbers fit into the nearest cache."""
+GLANCE = 6
+SEEN, LAG, REST, HIGH, LOW, DUE = range(GLANCE)
+"""What a glance needs of a pixel: the photocurrent at the last frame; lp - L, which is the sum of two numbers; lp below
+and above which the pixel cannot fire within the `Watch`; microseconds after its beginning before which the noise
+process has no candidate."""
+INSIDE = 1.0 - 1e-6
+"""Rounds a time in single precision down."""
+
+
+class Pixels(NamedTuple):
+    """A sensor's memory."""
+
+    glance: np.ndarray
+    """float32 of shape (GLANCE, pixels)."""
+    current: np.ndarray
+    """Photocurrent at the last frame, in 1/255 of white and including the dark current; float64 of shape (pixels,)."""
+    state: np.ndarray
+    """float64 of shape (pixels, STATE), see `pixel`: one pixel's numbers lie together, since few are asked for."""
+    noise: np.ndarray
+    """The photoreceptor's noise at the last and the next point of its time grid, float64 of shape (2, pixels)."""
+    traits: np.ndarray
+    """What never changes: float64 of shape (pixels, TRAITS)."""
+
+
+class Scale(NamedTuple):
+    """From an image's values to photocurrents."""
+
+    table: np.ndarray
+    """Photocurrent of each byte, float64 of shape (256,)."""
+    factor: float
+    """Of a float's photocurrent, factor * value + offset; 0 for images of bytes."""
+    offset: float
+
+
+class Watch(NamedTuple):
+    """A stretch of time in which a pixel that stays within its fences needs no second look."""
+
+    since_us: float
+    until_us: float
+
+
+@compiled(error_model="numpy", inline="always")
+def _current(value: float, scale: Scale) -> float:
+    """Photocurrent of one value of an image."""
+    return scale.table[np.uint8(value)] if scale.factor == 0.0 else value * scale.factor + scale.offset
 
 
 @compiled(error_model="numpy")
-def photocurrent(
-    image: np.ndarray,
-    table: np.ndarray,
-    scale: float,
-    offset: float,
-    current: np.ndarray,
-    log: np.ndarray,
-    scratch: np.ndarray,
-) -> None:
-    """Photocurrent and its logarithm of one row.
-
-    A row of bytes is looked up in `table`, of shape (2, 256), when scale is 0; else a row of floats becomes
-    scale * value + offset. The logarithm is
-    written out so that it becomes vector code, and gives the same bits on every machine (error below 3e-16 relative).
-    """
-    width = len(image)
-    if scale == 0.0:
-        for x in range(width):
-            current[x] = table[0, np.uint8(image[x])]
-            log[x] = table[1, np.uint8(image[x])]
-        return
-    for x in range(width):
-        current[x] = image[x] * scale + offset
-    bits, exponents, mantissas = current.view(np.uint64), scratch[0].view(np.uint64), scratch[1].view(np.uint64)
-    for x in range(width):
-        # Split into 2^e and a mantissa in [sqrt(1/2), sqrt(2)).
-        shifted = bits[x] + (_EXPONENT_ONE - _ROOT_HALF)
-        exponents[x] = (shifted >> _EXPONENT_SHIFT) | _TWO_52
-        mantissas[x] = (shifted & _MANTISSA) + _ROOT_HALF
-    for x in range(width):
-        mantissa = scratch[1, x]
-        s = (mantissa - 1.0) / (mantissa + 1.0)
-        q = s * s
-        series = 1 / 11 + q * (1 / 13 + q * (1 / 15 + q * (1 / 17 + q * (1 / 19))))
-        series = 1.0 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * series))))
-        log[x] = (scratch[0, x] - _EXPONENT_BIAS) * math.log(2.0) + 2.0 * s * series
+def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules: Rules) -> None:
+    """Take the first frame, of shape (pixels,), as the settled state. Leaking pixels start anywhere in their cycle."""
+    table, factor, offset = scale.table.astype(np.float32), np.float32(scale.factor), np.float32(scale.offset)
+    pixels.glance[:] = np.float32(0)
+    pixels.state[:] = 0.0
+    glance.currents(image, table, factor, offset, pixels.glance[SEEN])
+    for p in range(len(image)):
+        state, trait = pixels.state[p], pixels.traits[p]
+        pixels.current[p] = _current(image[p], scale)
+        state[REFERENCE] = math.log(pixels.current[p])
+        leak = next_leak(rules, trait[MEAN_LEAK], p, 0)
+        state[LEAK_SLOPE] = leak
+        state[RESET_US] = time_us - (trait[PHASE] * trait[ON] / leak if leak > 0.0 else 0.0)
+        state[CANDIDATE_US] = next_candidate(rules, trait[RATE], p, 0, time_us)
+        if rules.noise > 0.0:
+            point = int(np.floor(time_us / rules.noise_step_us))
+            a, b, _, _ = uniforms(rules.seed, p, PHOTO, point)
+            noise_0 = rules.noise * normals(a, b)[0]
+            noise_1 = next_noise(rules, noise_0, pixels.current[p], p, point + 1)
+            state[REFERENCE] += noise_0 + (time_us / rules.noise_step_us - point) * (noise_1 - noise_0)
+            pixels.noise[0, p], pixels.noise[1, p] = noise_0, noise_1
 
 
-@compiled(error_model="numpy")
-def begin(
-    image: np.ndarray,
-    table: np.ndarray,
-    scale: float,
-    offset: float,
-    time_us: float,
-    state: np.ndarray,
-    traits: np.ndarray,
-    rules: Rules,
-) -> None:
-    """Take the first frame as the settled state. Leaking pixels start at a random phase of their cycle."""
-    rows, columns = image.shape
-    scratch = np.empty((2, columns))
-    for y in range(rows):
-        row, trait = state[y], traits[y]
-        photocurrent(image[y], table, scale, offset, row[CURRENT], row[LOG], scratch)
-        row[FILTERED], row[REFERENCE] = row[LOG], row[LOG]
-        row[RESETS], row[CANDIDATES] = 0.0, 0.0
-        for x in range(columns):
-            pixel = y * columns + x
-            leak = next_leak(rules, trait[MEAN_LEAK, x], pixel, 0)
-            phase = trait[PHASE, x] * trait[ON, x] / leak if leak > 0.0 else 0.0
-            row[LEAK_SLOPE, x], row[RESET_US, x] = leak, time_us - phase
-            row[CANDIDATE_US, x] = next_candidate(rules, trait[RATE, x], pixel, 0, time_us)
-            row[NOISE_0, x] = row[NOISE_1, x] = 0.0
-            if rules.noise > 0.0:
-                point = int(np.floor(time_us / rules.noise_step_us))
-                a, b, _, _ = uniforms(rules.seed, pixel, PHOTO, point)
-                row[NOISE_0, x] = rules.noise * normals(a, b)[0]
-                row[NOISE_1, x] = next_noise(rules, row[NOISE_0, x], row[CURRENT, x], pixel, point + 1)
-                share = time_us / rules.noise_step_us - point
-                row[REFERENCE, x] += row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
+@compiled(error_model="numpy", forceinline=True)
+def watch_over(pixel: int, pixels: Pixels, watch: Watch) -> None:
+    """Set a pixel's fences. They are NaN, which nothing stays within, while it is held in reset."""
+    state, traits = pixels.state, pixels.traits
+    reference, leak, reset_us = state[pixel, REFERENCE], state[pixel, LEAK_SLOPE], state[pixel, RESET_US]
+    on, off = traits[pixel, ON], traits[pixel, OFF]
+    since_us = max(watch.since_us, reset_us)
+    candidate_us = state[pixel, CANDIDATE_US]
+    pixels.glance[HIGH, pixel] = reference + on - leak * (watch.until_us - reset_us) - glance.MARGIN
+    pixels.glance[LOW, pixel] = reference - off - leak * (since_us - reset_us) + glance.MARGIN
+    due_us = INSIDE * (candidate_us - watch.since_us) - 1.0
+    pixels.glance[DUE, pixel] = due_us if candidate_us <= watch.until_us else np.inf
 
 
 @compiled(error_model="numpy")
-def _lowpass(
-    log_0: np.ndarray,
-    log_1: np.ndarray,
-    current_0: np.ndarray,
-    current_1: np.ndarray,
-    filtered: np.ndarray,
-    base: float,
-    gain: float,
-    out: np.ndarray,
-) -> None:
-    """lp at the end of an interval for one row. Pixels that change much are few: they are done again, carefully."""
-    # Counts, not maxima: a maximum of floats is not turned into vector code.
-    bright, far = 0, 0
-    for x in range(len(log_0)):
-        bright += 1 if base + gain * current_0[x] > NEAR or base + gain * current_1[x] > NEAR else 0
-    if bright == 0:
-        for x in range(len(log_0)):
-            change, rise = log_1[x] - log_0[x], gain * (current_1[x] - current_0[x])
-            k = exponent(log_0[x], log_1[x], current_0[x], current_1[x], base, gain)
-            lost, j0, c = weights_near(k)
-            out[x] = weighed(change, rise, filtered[x] - log_0[x], log_1[x], k, lost, j0, c)
-            far += 1 if abs(change) > MAX_CHANGE or abs(change) * k > MAX_PRODUCT else 0
-    else:
-        for x in range(len(log_0)):
-            change = abs(log_1[x] - log_0[x])
-            k = exponent(log_0[x], log_1[x], current_0[x], current_1[x], base, gain)
-            out[x] = advance(log_0[x], log_1[x], current_0[x], current_1[x], filtered[x], gain, k)
-            far += 1 if change > MAX_CHANGE or change * k > MAX_PRODUCT else 0
-    if far == 0:
-        return
-    for x in range(len(log_0)):
-        change = abs(log_1[x] - log_0[x])
-        k = base + gain * max(current_0[x], current_1[x])
-        if change > MAX_CHANGE or change * k > MAX_PRODUCT:
-            out[x] = advance_far(log_0[x], log_1[x], current_0[x], current_1[x], filtered[x], base, gain)
+def watch_over_all(first: int, last: int, pixels: Pixels, watch: Watch) -> None:
+    """Set the fences of a band of pixels."""
+    for pixel in range(first, last):
+        watch_over(pixel, pixels, watch)
 
 
 @compiled(error_model="numpy")
-def _awake(
-    log_0: np.ndarray,
-    log_1: np.ndarray,
-    filtered_0: np.ndarray,
-    filtered_1: np.ndarray,
-    noise_0: np.ndarray,
-    noise_1: np.ndarray,
-    state: np.ndarray,
-    traits: np.ndarray,
-    start_us: float,
-    end_us: float,
-    out: np.ndarray,
-) -> None:
-    """Which pixels of a row might do something in an interval: all others need no second look."""
-    reference, reset_us, leak, candidate_us = state[REFERENCE], state[RESET_US], state[LEAK_SLOPE], state[CANDIDATE_US]
-    on, off = traits[ON], traits[OFF]
-    for x in range(len(log_0)):
-        # lp turns only where it meets L, so what it can reach inside the interval is known.
-        turns = (log_0[x] - filtered_0[x]) * (log_1[x] - filtered_1[x]) < 0.0
-        high = max(filtered_0[x], filtered_1[x])
-        low = min(filtered_0[x], filtered_1[x])
-        high = max(high, max(log_0[x], log_1[x]) if turns else high)
-        low = min(low, min(log_0[x], log_1[x]) if turns else low)
-        quiet_on = high + max(noise_0[x], noise_1[x]) - reference[x] + leak[x] * (end_us - reset_us[x]) < on[x]
-        quiet_off = low + min(noise_0[x], noise_1[x]) - reference[x] + leak[x] * (start_us - reset_us[x]) > -off[x]
-        # Comparisons with a NaN reference are false, so pixels held in reset are awake.
-        out[x] = 0 if quiet_on and quiet_off and candidate_us[x] > end_us else 1
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    different = False
+    for i in range(len(a)):
+        different |= a[i] != b[i]
+    return not different
 
 
 @compiled(error_model="numpy")
-def _noise_at(row: np.ndarray, time_us: float, step_us: float, out: np.ndarray) -> None:
-    """The photoreceptor's noise of a row at a time between the grid points that its memory holds."""
+def _settled(lag: np.ndarray) -> bool:
+    moving = False
+    for i in range(len(lag)):
+        moving |= lag[i] != np.float32(0)
+    return not moving
+
+
+@compiled(error_model="numpy")
+def _any(marks: np.ndarray) -> bool:
+    # numpy's any() is thirty times slower here.
+    found = np.uint8(0)
+    for i in range(len(marks)):
+        found = np.uint8(found | marks[i])
+    return found != 0
+
+
+@compiled(error_model="numpy")
+def _narrow_by_noise(fence: np.ndarray, noise: np.ndarray, sign: float, out: np.ndarray) -> None:
+    """Fences for lp where the noise, of shape (2, n), comes on top of it; sign: 1 for ON, -1 for OFF."""
+    for i in range(len(out)):
+        out[i] = fence[i] - np.float32(sign * max(sign * noise[0, i], sign * noise[1, i]))
+
+
+@compiled(error_model="numpy")
+def _noise_at(memory: np.ndarray, first: int, time_us: float, step_us: float, out: np.ndarray) -> None:
+    """The photoreceptor's noise of a tile at a time between the grid points that its memory holds."""
     share = time_us / step_us - math.floor(time_us / step_us)
-    for x in range(len(out)):
-        out[x] = row[NOISE_0, x] + share * (row[NOISE_1, x] - row[NOISE_0, x])
+    for i in range(len(out)):
+        a, b = memory[0, first + i], memory[1, first + i]
+        out[i] = a + share * (b - a)
 
 
 @compiled(error_model="numpy")
 def _cut_by_noise(
-    row: np.ndarray,
-    first_pixel: int,
+    memory: np.ndarray,
+    first: int,
     start_us: float,
     end_us: float,
-    log_0: np.ndarray,
-    log_end: np.ndarray,
-    current_end: np.ndarray,
-    rules: Rules,
-    log_1: np.ndarray,
+    current_0: np.ndarray,
     current_1: np.ndarray,
+    rules: Rules,
     noise: np.ndarray,
 ) -> float:
-    """End an interval of a row where the photoreceptor's noise is drawn anew, if that comes first.
+    """End an interval of a tile where the photoreceptor's noise is drawn anew, if that comes first.
 
-    Fills log_1 and current_1 at the new end, and noise, of shape (2, columns), at both ends. Returns the new end.
+    Moves current_1 to the new end and fills noise, of shape (2, n), at both ends. Returns the new end.
     """
     step_us = rules.noise_step_us
     point = int(np.floor(start_us / step_us)) + 1
     cut_us = min(point * step_us, end_us)
     share = (cut_us - start_us) / (end_us - start_us)
-    for x in range(len(log_0)):
-        log_1[x], current_1[x] = log_end[x], current_end[x]
-        if cut_us < end_us:
-            log_1[x] = log_0[x] + (log_end[x] - log_0[x]) * share
-            current_1[x] = math.exp(log_1[x])
-    _noise_at(row, start_us, step_us, noise[0])
+    if cut_us < end_us:
+        for i in range(len(current_1)):
+            log_0, log_1 = math.log(current_0[i]), math.log(current_1[i])
+            current_1[i] = np.float32(math.exp(log_0 + (log_1 - log_0) * share))
+    _noise_at(memory, first, start_us, step_us, noise[0])
     if cut_us < point * step_us:
-        _noise_at(row, cut_us, step_us, noise[1])
+        _noise_at(memory, first, cut_us, step_us, noise[1])
         return cut_us
-    noise[1] = row[NOISE_1]
-    row[NOISE_0] = row[NOISE_1]
-    for x in range(len(log_0)):
-        row[NOISE_1, x] = next_noise(rules, row[NOISE_0, x], current_1[x], first_pixel + x, point + 1)
+    for i in range(len(current_1)):
+        pixel = first + i
+        noise[1, i] = memory[0, pixel] = memory[1, pixel]
+        memory[1, pixel] = next_noise(rules, noise[1, i], current_1[i], pixel, point + 1)
     return cut_us
+
+
+@compiled(error_model="numpy", inline="always")
+def stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high: float, low: float) -> bool:
+    """Whether lp certainly stays within (low, high); see `glance.might_fire`."""
+    top, bottom = max(filtered_0, filtered_1), min(filtered_0, filtered_1)
+    if (log_0 - filtered_0) * (log_1 - filtered_1) < 0.0:
+        top, bottom = max(top, log_0, log_1), min(bottom, log_0, log_1)
+    return top < high and bottom > low
+
+
+@compiled(error_model="numpy", forceinline=True)
+def _fire(
+    interval: Interval,
+    pixels: Pixels,
+    rules: Rules,
+    pixel: int,
+    label: int,
+    body_0: int,
+    body_1: int,
+    events: np.ndarray,
+    count: int,
+) -> tuple[np.ndarray, int]:
+    """`pixel.fire` into an array that is replaced by a longer one when it is full."""
+    state, traits = pixels.state, pixels.traits
+    before = (
+        state[pixel, REFERENCE],
+        state[pixel, RESET_US],
+        state[pixel, LEAK_SLOPE],
+        state[pixel, CANDIDATE_US],
+        state[pixel, RESETS],
+        state[pixel, CANDIDATES],
+    )
+    filled = fire(interval, state, traits, rules, pixel, pixel, label, body_0, body_1, events, len(events), count)
+    if filled > len(events):
+        # Once more, with room for all.
+        events = _longer(events, 2 * filled)
+        (
+            state[pixel, REFERENCE],
+            state[pixel, RESET_US],
+            state[pixel, LEAK_SLOPE],
+            state[pixel, CANDIDATE_US],
+            state[pixel, RESETS],
+            state[pixel, CANDIDATES],
+        ) = before
+        filled = fire(interval, state, traits, rules, pixel, pixel, label, body_0, body_1, events, len(events), count)
+    return events, filled
+
+
+@compiled(error_model="numpy")
+def _longer(events: np.ndarray, length: int) -> np.ndarray:
+    longer = np.empty((length, 2), np.int64)
+    longer[: len(events)] = events
+    return longer
+
+
+@compiled(error_model="numpy")
+def _fire_marked(
+    marks: np.ndarray,
+    first: int,
+    images: np.ndarray,
+    frame: int,
+    bodies: np.ndarray,
+    columns: int,
+    scale: Scale,
+    times_us: np.ndarray,
+    start_us: float,
+    end_us: float,
+    noise: np.ndarray,
+    log: np.ndarray,
+    lag_0: np.ndarray,
+    watch: Watch,
+    pixels: Pixels,
+    rules: Rules,
+    events: np.ndarray,
+    count: int,
+) -> tuple[np.ndarray, int]:
+    """Compute the marked pixels of a tile one by one, from start_us to end_us, both within one frame interval."""
+    frame_us, length_us = times_us[frame + 1] - times_us[frame], end_us - start_us
+    share_0, share_1 = (start_us - times_us[frame]) / frame_us, (end_us - times_us[frame]) / frame_us
+    since_end_us = end_us - watch.since_us
+    body_0, body_1 = 255, 255
+    for i in range(len(marks)):
+        if marks[i] == 0:
+            continue
+        pixel = first + i
+        current_0 = _current(images[frame - 1, pixel], scale) if frame > 0 else pixels.current[pixel]
+        current_1 = _current(images[frame, pixel], scale)
+        log_0, log_1 = math.log(current_0), math.log(current_1)
+        if length_us < frame_us:
+            log_0, log_1 = log_0 + (log_1 - log_0) * share_0, log_0 + (log_1 - log_0) * share_1
+            current_0, current_1 = math.exp(log_0), math.exp(log_1)
+        filtered_0, filtered_1 = log_0 + lag_0[i], log_1 + pixels.glance[LAG, pixel]
+        if marks[i] & 2 and rules.lowpass:
+            base, gain = rules.base * length_us, rules.gain * length_us
+            filtered_1 = advance_far(log_0, log_1, current_0, current_1, filtered_0, base, gain)
+            lag = np.float32(filtered_1 - log_1)
+            pixels.glance[LAG, pixel], pixels.glance[REST, pixel] = lag, filtered_1 - log_1 - lag
+            log[i] = log_1
+            if rules.noise == 0.0 and pixels.glance[DUE, pixel] > since_end_us:
+                high, low = pixels.glance[HIGH, pixel], pixels.glance[LOW, pixel]
+                if stays(log_0, log_1, filtered_0, filtered_1, high, low):
+                    continue
+        if len(bodies) > 0:
+            body_0, body_1 = int(bodies[frame, pixel]), int(bodies[frame + 1, pixel])
+        interval = Interval(
+            start_us,
+            end_us,
+            0.5 * (times_us[frame] + times_us[frame + 1]),
+            log_0,
+            log_1,
+            current_0,
+            current_1,
+            filtered_0,
+            filtered_1,
+            noise[0, i],
+            noise[1, i],
+        )
+        label = ((pixel % columns) << 16) | ((pixel // columns) << 32) | (frame << 48)
+        events, count = _fire(interval, pixels, rules, pixel, label, body_0, body_1, events, count)
+        watch_over(pixel, pixels, watch)
+    return events, count
 
 
 @compiled(error_model="numpy")
@@ -231,82 +329,86 @@ def expose(
     images: np.ndarray,
     times_us: np.ndarray,
     bodies: np.ndarray,
-    first_row: int,
-    last_row: int,
-    table: np.ndarray,
-    scale: float,
-    offset: float,
-    state: np.ndarray,
-    traits: np.ndarray,
+    columns: int,
+    first_pixel: int,
+    last_pixel: int,
+    scale: Scale,
+    watch: Watch,
+    pixels: Pixels,
     rules: Rules,
 ) -> np.ndarray:
-    """Run a band of rows through some frames; all frames of a row at once, so that its memory stays in the cache.
+    """Run a band of pixels through some frames.
 
-    images: (frames, rows, columns); times_us: (frames + 1,), the first is the time of the state; bodies: uint8 of shape
-    (frames + 1, rows, columns), or empty. Returns unsorted events of shape (n, 2), int64: time in microseconds and word
-    (bits 0-15 as from `pixel.fire`, column in 16-31, row in 32-47, frame in 48-62).
+    images: (frames, pixels), of rows of `columns` pixels; times_us: (frames + 1,), the first is the time of the state;
+    bodies: uint8 of shape (frames + 1, pixels), or (0, pixels). All must lie within the watch. Returns unsorted events
+    of shape (n, 2), int64: time in microseconds and word (bits 0-15 as from `pixel.fire`, column in 16-31, row in
+    32-47, frame in 48-62).
     """
-    frames, _, columns = images.shape
-    scratch = np.empty((2, columns))
-    logs, currents = np.empty((3, columns)), np.empty((3, columns))
-    filtered, noise = np.empty((2, columns)), np.zeros((2, columns))
-    awake = np.zeros(-(-columns // 8) * 8, np.uint8)
-    groups = awake.view(np.uint64)
+    table, factor, offset = scale.table.astype(np.float32), np.float32(scale.factor), np.float32(scale.offset)
+    numbers = np.empty((9, TILE), np.float32)
+    all_marks, all_noise = np.empty((2, TILE), np.uint8), np.zeros((2, TILE))
     events, count = np.empty((1024, 2), np.int64), 0
-    body_0, body_1 = 255, 255
-    for y in range(first_row, last_row):
-        row, trait = state[y], traits[y]
-        now = 0
-        logs[0], currents[0], filtered[0] = row[LOG], row[CURRENT], row[FILTERED]
-        for frame in range(frames):
-            middle_us = 0.5 * (times_us[frame] + times_us[frame + 1])
+    for first in range(first_pixel, last_pixel, TILE):
+        last = min(first + TILE, last_pixel)
+        n = last - first
+        current_0, current_1, log, change = numbers[0, :n], numbers[1, :n], numbers[2, :n], numbers[3, :n]
+        exponent, step, lag_0 = numbers[4, :n], numbers[5, :n], numbers[6, :n]
+        marks, alert, noise = all_marks[0, :n], all_marks[1, :n], all_noise[:, :n]
+        memory = pixels.glance
+        lag, rest, due = memory[LAG, first:last], memory[REST, first:last], memory[DUE, first:last]
+        high, low = memory[HIGH, first:last], memory[LOW, first:last]
+        current_0[:] = memory[SEEN, first:last]
+        if rules.lowpass:
+            glance.logarithms(current_0, log)
+        else:
+            lag_0[:] = np.float32(0)
+        watched = False
+        for frame in range(len(images)):
+            image = images[frame, first:last]
+            # Where nothing has moved for two frames, the last glance still holds.
+            still = frame > 0 and _equal(image, images[frame - 1, first:last]) and _settled(lag)
             start_us = times_us[frame]
             while start_us < times_us[frame + 1]:
                 end_us = times_us[frame + 1]
-                before, now = now, 1 - now
-                log_0, current_0, filtered_0 = logs[before], currents[before], filtered[before]
-                log_1, current_1, filtered_1 = logs[now], currents[now], filtered[now]
-                if rules.noise == 0.0:
-                    photocurrent(images[frame, y], table, scale, offset, current_1, log_1, scratch)
+                if still and watched:
+                    marks[:] = alert
                 else:
-                    if start_us == times_us[frame]:
-                        photocurrent(images[frame, y], table, scale, offset, currents[2], logs[2], scratch)
-                    end_us = _cut_by_noise(
-                        row, y * columns, start_us, end_us, log_0, logs[2], currents[2], rules, log_1, current_1, noise
-                    )
-                if rules.lowpass:
-                    base, gain = rules.base * (end_us - start_us), rules.gain * (end_us - start_us)
-                    _lowpass(log_0, log_1, current_0, current_1, filtered_0, base, gain, filtered_1)
-                else:
-                    filtered_1[:] = log_1
-                _awake(
-                    log_0, log_1, filtered_0, filtered_1, noise[0], noise[1], row, trait, start_us, end_us, awake
-                )  # fmt: skip
-                for group in range(len(groups)):
-                    if groups[group] == 0:
-                        continue
-                    for x in range(8 * group, 8 * group + 8):
-                        if awake[x] == 0:
-                            continue
-                        if len(bodies) > 0:
-                            body_0, body_1 = int(bodies[frame, y, x]), int(bodies[frame + 1, y, x])
-                        interval = Interval(
-                            start_us,
-                            end_us,
-                            middle_us,
-                            log_0[x],
-                            log_1[x],
-                            current_0[x],
-                            current_1[x],
-                            filtered_0[x],
-                            filtered_1[x],
-                            noise[0, x],
-                            noise[1, x],
-                        )
-                        label = (x << 16) | (y << 32) | (frame << 48)
-                        events, count = fire(
-                            interval, row, trait, rules, y * columns + x, x, label, body_0, body_1, events, count
-                        )
+                    glance.currents(image, table, factor, offset, current_1)
+                    if rules.noise > 0.0:
+                        end_us = _cut_by_noise(
+                            pixels.noise, first, start_us, end_us, current_0, current_1, rules, noise
+                        )  # fmt: skip
+                        high, low = numbers[7, :n], numbers[8, :n]
+                        _narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
+                        _narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
+                    if rules.lowpass:
+                        base = np.float32(rules.base * (end_us - start_us))
+                        gain = np.float32(rules.gain * (end_us - start_us))
+                        glance.changes(current_0, current_1, base, gain, change, exponent)
+                        glance.lag_steps(current_0, current_1, change, exponent, gain, lag, step)
+                        glance.add_steps(lag, rest, step, lag_0)
+                        glance.might_fire(log, change, exponent, lag_0, lag, high, low, marks)
+                        glance.mark_wide(change, exponent, marks)
+                        for i in range(n):
+                            log[i] += change[i]
+                    else:
+                        glance.logarithms(current_1, log)
+                        glance.leaves(log, high, low, marks)
+                    current_0, current_1 = current_1, current_0
+                    alert[:] = marks
+                watched = still and rules.noise == 0.0
+                glance.mark_due(due, np.float32(end_us - watch.since_us), marks)
+                if _any(marks):
+                    events, count = _fire_marked(
+                        marks, first, images, frame, bodies, columns, scale, times_us, start_us, end_us, noise,
+                        log, lag_0, watch, pixels, rules, events, count,
+                    )  # fmt: skip
                 start_us = end_us
-        row[LOG], row[CURRENT], row[FILTERED] = logs[now], currents[now], filtered[now]
+        memory[SEEN, first:last] = current_0
+        if scale.factor == 0.0:
+            for p in range(first, last):
+                pixels.current[p] = scale.table[np.uint8(images[-1, p])]
+        else:
+            for p in range(first, last):
+                pixels.current[p] = images[-1, p] * scale.factor + scale.offset
     return events[:count]

@@ -22,14 +22,12 @@ Longer intervals are halved until that holds. So the result is that of the diffe
 how a ramp is cut into frames.
 """
 
-import numpy as np
+import math
 
 from evslip.compiled import compiled
 
 MAX_CHANGE, MAX_PRODUCT = 0.8, 0.16
 """Limits of |x| and K |x| for one application of `advance`."""
-NEAR = 0.5
-"""Limit of K for `weights_near`."""
 
 
 @compiled(error_model="numpy", inline="always")
@@ -66,16 +64,6 @@ def weights(exponent: float) -> tuple[float, float, float]:
     far = (exponent * (2.0 - lost) - 2.0 * lost) * inverse * inverse * inverse
     near = 1 / 6 - exponent * (1 / 12 - exponent * (1 / 40 - exponent * (1 / 180 - exponent * (1 / 1008))))
     return lost, lost * inverse if exponent > 1e-12 else 1.0, far if exponent > 0.03 else near
-
-
-@compiled(error_model="numpy", inline="always")
-def weights_near(exponent: float) -> tuple[float, float, float]:
-    """As `weights` for K up to NEAR, as series: no division, half the time, errors below 1e-10."""
-    k = exponent
-    j0 = 1.0 - k * (1 / 2 - k * (1 / 6 - k * (1 / 24 - k * (1 / 120 - k * (1 / 720 - k * (
-        1 / 5040 - k * (1 / 40320 - k * (1 / 362880 - k / 3628800))))))))  # fmt: skip
-    c = 1 / 6 - k * (1 / 12 - k * (1 / 40 - k * (1 / 180 - k * (1 / 1008 - k * (1 / 6720 - k / 51840)))))
-    return k * j0, j0, c
 
 
 @compiled(error_model="numpy", inline="always")
@@ -118,7 +106,7 @@ def advance_far(
     steepest = base + gain * max(current_0, current_1)
     count = 1 << halvings(log_1 - log_0, steepest)
     change = (log_1 - log_0) / count
-    ratio = np.exp(change)
+    ratio = math.exp(change)
     base, gain = base / count, gain / count
     log, current = log_0, current_0
     for part in range(count):

@@ -21,26 +21,21 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.compiled import compiled
-from evslip.events.lowpass import advance, exponent, halvings
+from evslip.events.crossing import crossing
+from evslip.events.lowpass import advance, advance_far, exponent, halvings
 from evslip.events.noise import CANDIDATE, LEAK, PHOTO, normals, uniforms
 from evslip.events.stream import HOT, SHOT, SIGNAL
 from evslip.events.stream import LEAK as LEAK_CAUSE
 
-TOLERANCE = 2e-7
-"""How far the cubics may lie from lp, in ln units: a microsecond where lp moves by 0.2 a second."""
+TOLERANCE, TOLERANCE_US = 2e-7, 0.1
+"""How far the cubics may lie from lp, in ln units, or how far they may shift it in time."""
 
 
-# A sensor's memory is one float64 array of shape (rows, STATE, columns), and what never changes one of shape
-# (rows, TRAITS, columns): a row's numbers lie together, and compiled code handles one array, not fifteen.
-STATE = 11
-LOG, CURRENT, FILTERED, REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES, NOISE_0, NOISE_1 = range(
-    STATE
-)
-"""What a pixel remembers: ln of the photocurrent at the last frame; the photocurrent, in 1/255 of white and including
-the dark current; lp; ref, NaN while held in reset; when ref was taken, or will be while it is NaN; slope of the leak in
-ln units per microsecond since then; time of the next candidate of the noise process, infinite without noise; number of
-resets and of candidates so far, which are the counters of the random numbers; the photoreceptor's noise at the last and
-the next point of its time grid."""
+STATE = 6
+REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES = range(STATE)
+"""What a pixel remembers of its last event: ref, NaN while held in reset; when ref was taken, or will be while it is
+NaN; slope of the leak in ln units per microsecond since then; time of the next candidate of the noise process, infinite
+without noise; number of resets and of candidates so far, which are the counters of the random numbers."""
 TRAITS = 7
 ON, OFF, MEAN_LEAK, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
 """What a pixel is: theta_on and theta_off in ln units, infinite when dead; mean slope of the leak in ln units per
@@ -95,8 +90,9 @@ def next_leak(rules: Rules, mean: float, pixel: int, resets: int) -> float:
     """Slope of the leak after a reset; never negative."""
     if mean == 0.0 or rules.leak_jitter == 0.0:
         return mean
-    a, b, _, _ = uniforms(rules.seed, pixel, LEAK, resets)
-    return mean * max(0.0, 1.0 + rules.leak_jitter * normals(a, b)[0])
+    # Four uniform numbers add up to nearly a normal one, of variance 1/3, in a third of the time.
+    a, b, c, d = uniforms(rules.seed, pixel, LEAK, resets)
+    return mean * max(0.0, 1.0 + rules.leak_jitter * math.sqrt(3.0) * (a + b + c + d - 2.0))
 
 
 @compiled(error_model="numpy")
@@ -120,63 +116,7 @@ def next_noise(rules: Rules, noise: float, current: float, pixel: int, number: i
 
 
 @compiled(error_model="numpy")
-def _root(c0: float, c1: float, c2: float, c3: float, low: float, high: float) -> float:
-    """Where the cubic crosses zero between two points where its signs differ: Newton's method, kept in the bracket."""
-    at_low = c0 + low * (c1 + low * (c2 + low * c3))
-    at_high = c0 + high * (c1 + high * (c2 + high * c3))
-    if at_low * at_high >= 0.0:
-        return low if abs(at_low) < abs(at_high) else high
-    w = low + (high - low) * at_low / (at_low - at_high)
-    if c2 == 0.0 and c3 == 0.0:
-        return w
-    for _ in range(60):
-        value = c0 + w * (c1 + w * (c2 + w * c3))
-        if (value > 0.0) == (at_high > 0.0):
-            high = w
-        else:
-            low = w
-        slope = c1 + w * (2.0 * c2 + w * 3.0 * c3)
-        following = w - value / slope if slope != 0.0 else low
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        # Newton's steps square their error: the next one would be below 1e-14.
-        if abs(following - w) < 1e-7:
-            return following
-        w = following
-    return w
-
-
-@compiled(error_model="numpy")
-def _crossing(
-    c0: float, c1: float, c2: float, c3: float, low: float, high: float, on: float, off: float
-) -> tuple[float, int]:
-    """First place in [low, high] where the cubic is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
-    turn_1 = turn_2 = high
-    if c2 != 0.0 or c3 != 0.0:
-        # Where the cubic turns; the form of the quadratic's roots that loses no digits when c3 is small.
-        discriminant = c2 * c2 - 3.0 * c3 * c1
-        if discriminant > 0.0:
-            q = -(c2 + math.copysign(math.sqrt(discriminant), c2))
-            a = c1 / q if q != 0.0 else high
-            b = q / (3.0 * c3) if c3 != 0.0 else high
-            turn_1, turn_2 = min(a, b), max(a, b)
-    start = low
-    for part in range(3):
-        end = turn_1 if part == 0 else (turn_2 if part == 1 else high)
-        end = min(max(end, start), high)
-        value = c0 + end * (c1 + end * (c2 + end * c3))
-        if value >= on:
-            return _root(c0 - on, c1, c2, c3, start, end), 1
-        if value <= -off:
-            return _root(c0 + off, c1, c2, c3, start, end), -1
-        if end == high:
-            break
-        start = end
-    return high, 0
-
-
-@compiled(error_model="numpy")
-def _pieces(change: float, exponent: float, lag: float) -> int:
+def _pieces(change: float, exponent: float, lag: float, tolerance: float) -> int:
     """How often an interval is halved for the cubics; lag: the largest distance between L and lp.
 
     A cubic through end values and slopes misses by h^4 / 384 of the fourth derivative: about (K + |x|)^4 / 384 of the
@@ -184,53 +124,78 @@ def _pieces(change: float, exponent: float, lag: float) -> int:
     """
     count = halvings(change, exponent)
     bend = (exponent + abs(change)) / (1 << count)
-    while count < 16 and lag * (bend * bend) * (bend * bend) > 384.0 * TOLERANCE:
+    while count < 16 and lag * (bend * bend) * (bend * bend) > 384.0 * tolerance:
         bend *= 0.5
         count += 1
     return count
 
 
-@compiled(error_model="numpy")
-def _longer(events: np.ndarray) -> np.ndarray:
-    longer = np.empty((2 * len(events), 2), np.int64)
-    longer[: len(events)] = events
-    return longer
+@compiled(error_model="numpy", forceinline=True)
+def _taken_at_reset(interval: Interval, rules: Rules, reset_us: float) -> float:
+    """lp at the end of the refractory period, which lies within the interval."""
+    length_us = max(reset_us - interval.start_us, 0.0)
+    change = (interval.log_1 - interval.log_0) * (length_us / (interval.end_us - interval.start_us))
+    log, current = interval.log_0 + change, interval.current_0 * math.exp(change)
+    base, gain = rules.base * length_us, rules.gain * length_us
+    return advance_far(interval.log_0, log, interval.current_0, current, interval.filtered_0, base, gain)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True)
+def _stays(interval: Interval, reference: float, drift: float, on: float, off: float) -> bool:
+    """Whether a pixel whose reference was taken within the interval cannot fire in the rest of it.
+
+    lp moves towards L, so it stays between what it was, what it becomes, and the highest and lowest L.
+    """
+    top = max(reference, max(interval.filtered_1, max(interval.log_0, interval.log_1)))
+    bottom = min(reference, min(interval.filtered_1, min(interval.log_0, interval.log_1)))
+    turns = (interval.log_0 - interval.filtered_0) * (interval.log_1 - interval.filtered_1) < 0.0
+    if not turns:
+        top, bottom = max(reference, interval.filtered_1), min(reference, interval.filtered_1)
+    return top - reference + drift < on and bottom - reference > -off
+
+
+@compiled(error_model="numpy", forceinline=True)
 def fire(
     interval: Interval,
     state: np.ndarray,
     traits: np.ndarray,
     rules: Rules,
+    row: int,
     pixel: int,
-    x: int,
     label: int,
     body_0: int,
     body_1: int,
     events: np.ndarray,
+    room: int,
     count: int,
-) -> tuple[np.ndarray, int]:
-    """Append one pixel's events of an interval, in order, and update its memory (all but log, current and filtered).
+) -> int:
+    """Write one pixel's events of an interval, in order, and update its state.
 
-    state, traits: of the pixel's row, shapes (STATE, columns) and (TRAITS, columns); x: the column; pixel: its number.
-    body_0, body_1: what it sees at either end. events: (n, 2), time in microseconds and word, of which `count` are
-    filled. A word is `label` with polarity (bit 0), cause (bits 1-7) and body (bits 8-15) added; the body is that of
-    the frame nearer in time. Returns events, perhaps moved to a longer array, and the new count.
+    state, traits: of shapes (rows, STATE) and (rows, TRAITS), the pixel's in `row`; pixel: its number, which keys its
+    random numbers. body_0, body_1: what it sees at either end. events: (n, 2), time in microseconds and word, of which
+    `count` are filled and `room` may be. A word is `label` with polarity (bit 0), cause (bits 1-7) and body (bits 8-15)
+    added; the body is that of the frame nearer in time. Returns the new count; what is beyond the room is not written.
     """
-    on, off, rate = traits[ON, x], traits[OFF, x], traits[RATE, x]
-    reference, reset_us = state[REFERENCE, x], state[RESET_US, x]
-    leak, candidate_us = state[LEAK_SLOPE, x], state[CANDIDATE_US, x]
+    on, off, rate = traits[row, ON], traits[row, OFF], traits[row, RATE]
+    reference, reset_us = state[row, REFERENCE], state[row, RESET_US]
+    leak, candidate_us = state[row, LEAK_SLOPE], state[row, CANDIDATE_US]
     if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
-        return events, count
+        return count
     length = interval.end_us - interval.start_us
     change = interval.log_1 - interval.log_0
+    if rules.lowpass and rules.noise == 0.0 and math.isnan(reference) and candidate_us > interval.end_us:
+        reference = _taken_at_reset(interval, rules, reset_us)
+        state[row, REFERENCE] = reference
+        if _stays(interval, reference, leak * (interval.end_us - reset_us), on, off):
+            return count
+        reference = np.nan
     noise_rise = interval.noise_1 - interval.noise_0
     parts = 1
     if rules.lowpass:
         steepest = (rules.base + rules.gain * max(interval.current_0, interval.current_1)) * length
         lag = max(abs(interval.log_0 - interval.filtered_0), abs(interval.log_1 - interval.filtered_1))
-        parts = 1 << _pieces(change, steepest, lag)
+        speed = abs(interval.filtered_1 - interval.filtered_0) / length
+        parts = 1 << _pieces(change, steepest, lag, max(TOLERANCE, TOLERANCE_US * speed))
     span = length / parts
     log_a, current_a, value_a = interval.log_0, interval.current_0, interval.filtered_0
     for part in range(parts):
@@ -260,8 +225,8 @@ def fire(
         while True:
             if math.isnan(reference):
                 while candidate_us < reset_us and candidate_us <= end_us:
-                    state[CANDIDATES, x] += 1.0
-                    candidate_us = next_candidate(rules, rate, pixel, int(state[CANDIDATES, x]), candidate_us)
+                    state[row, CANDIDATES] += 1.0
+                    candidate_us = next_candidate(rules, rate, pixel, int(state[row, CANDIDATES]), candidate_us)
                 if reset_us > end_us:
                     break
                 w = min(max(w, (reset_us - start_us) / span), 1.0)
@@ -269,7 +234,7 @@ def fire(
             noisy = candidate_us <= end_us
             until = min(max((candidate_us - start_us) / span, w), 1.0) if noisy else 1.0
             drift = leak * (start_us - reset_us)
-            place, sign = _crossing(p0 - reference + drift, p1 + leak * span, p2, p3, w, until, on, off)
+            place, sign = crossing(p0 - reference + drift, p1 + leak * span, p2, p3, w, until, on, off)
             time_us = start_us + place * span
             if sign != 0:
                 # What pushes the pixel hardest over the threshold at that moment is the cause.
@@ -285,29 +250,28 @@ def fire(
                 time_us, place = candidate_us, until
                 level = p0 + until * (p1 + until * (p2 + until * p3))
                 current = interval.current_0 * math.exp(change * (time_us - interval.start_us) / length)
-                number = int(state[CANDIDATES, x])
+                number = int(state[row, CANDIDATES])
                 _, pick, chance, side = uniforms(rules.seed, pixel, CANDIDATE, number)
-                hot = pick < traits[HOT_SHARE, x]
+                hot = pick < traits[row, HOT_SHARE]
                 fired = hot or chance < max(rules.shot_dark - rules.shot_slope * current, rules.shot_least)
-                sign = 1 if hot or side < traits[ON_SHARE, x] else -1
+                sign = 1 if hot or side < traits[row, ON_SHARE] else -1
                 cause = HOT if hot else SHOT
-                state[CANDIDATES, x] = number + 1
+                state[row, CANDIDATES] = number + 1
                 candidate_us = next_candidate(rules, rate, pixel, number + 1, candidate_us)
             else:
                 break
             w = place
             if fired:
-                if count == len(events):
-                    events = _longer(events)
-                body = body_0 if time_us < interval.middle_us else body_1
-                events[count, 0] = np.int64(math.floor(time_us + 0.5))
-                events[count, 1] = label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
+                if count < room:
+                    body = body_0 if time_us < interval.middle_us else body_1
+                    events[count, 0] = np.int64(math.floor(time_us + 0.5))
+                    events[count, 1] = label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
                 count += 1
                 reset_us = time_us + rules.refractory_us
                 reference = level if rules.refractory_us == 0.0 else np.nan
-                state[RESETS, x] += 1.0
-                leak = next_leak(rules, traits[MEAN_LEAK, x], pixel, int(state[RESETS, x]))
+                state[row, RESETS] += 1.0
+                leak = next_leak(rules, traits[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
         log_a, current_a, value_a = log_b, current_b, value_b
-    state[REFERENCE, x], state[RESET_US, x] = reference, reset_us
-    state[LEAK_SLOPE, x], state[CANDIDATE_US, x] = leak, candidate_us
-    return events, count
+    state[row, REFERENCE], state[row, RESET_US] = reference, reset_us
+    state[row, LEAK_SLOPE], state[row, CANDIDATE_US] = leak, candidate_us
+    return count

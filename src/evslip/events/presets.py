@@ -86,7 +86,8 @@ LIMITS = {
     "adaptive_spread": (0.0, 2.0),
 }
 """Physical limits of each number, and of each entry of a map."""
-_MAPS = ("theta_on", "theta_off", "leak_map", "noise_map", "adaptive_us")
+MAPS = ("theta_on", "theta_off", "leak_map", "noise_map", "adaptive_us")
+"""Parameters that may differ from pixel to pixel as given."""
 FOREIGN = {
     "v2e": ("hot_share", "hot_rate_hz", "dead_share", "noise_map", "photoreceptor_noise"),
     "accurate": ("surround_pixels", "surround_us", "adaptive_us", "adaptive_spread"),
@@ -98,22 +99,35 @@ PRESETS: dict[str, PixelModel] = {
         theta=0.15, sigma=0.03, cutoff_hz=15.0, leak_rate_hz=0.01, shot_rate_hz=0.001, refractory_us=500.0
     ),
     "dvxplorer": PixelModel(
-        theta=0.2, sigma=0.02, cutoff_hz=390.0, leak_rate_hz=0.01, shot_rate_hz=0.03, refractory_us=500.0
+        theta=0.2, sigma=0.02, cutoff_hz=390.0, leak_rate_hz=0.01, shot_rate_hz=0.03, refractory_us=200.0
     ),
     "prophesee-like": PixelModel(
-        theta=0.22, sigma=0.02, cutoff_hz=1060.0, leak_rate_hz=0.01, shot_rate_hz=0.1, refractory_us=200.0
+        theta=0.22, sigma=0.02, cutoff_hz=1060.0, leak_rate_hz=0.01, shot_rate_hz=0.1, refractory_us=10.0
     ),
     "clean": PixelModel(theta=0.2, sigma=0.02),
     "noisy": PixelModel(theta=0.2, sigma=0.05, cutoff_hz=30.0, leak_rate_hz=0.1, shot_rate_hz=5.0),
 }
 """Named settings.
 
-davis346: the settings that the slip detection paper took for v2e; clean, noisy: v2e's (Hu, Liu and Delbruck, v2e: from
-video frames to realistic DVS events, CVPR workshops 2021). dvxplorer and prophesee-like: after a Samsung DVS-Gen3 and a
-Prophesee Gen4, by the table of sensors in Gallego et al., Event-based vision: a survey, TPAMI 2022: the thresholds a
-usual bias sets, a little above the smallest possible (15 % and 11 %); the corner at white whose time constant is the
-longest latency given there (410 and 150 us); noise rates of that table (0.03 and 0.1 events a second and pixel).
-Mismatch, leak and refractory period are typical values, not measured ones.
+davis346: what the slip detection paper gave to v2e.
+clean, noisy: v2e's (Hu, Liu, Delbruck, v2e: from video frames to realistic DVS events, CVPR workshops 2021).
+
+dvxplorer: Samsung's VGA sensor (Son et al., A 640x480 dynamic vision sensor with a 9 um pixel and 300 Meps
+address-event representation, ISSCC 2017). refractory_us: it reads out whole event frames, 5000 a second by default
+(dv-processing: EFPS_VARIABLE_5000), so a pixel fires at most once in 200 us; in a DVXplorer's recording the events of a
+pixel are multiples of 197.5 us apart. The grid of time stamps that this makes is not modelled. cutoff_hz: time constant
+of 410 us, the longest latency, and shot_rate_hz: the noise, in the table of sensors of Gallego et al., Event-based
+vision: a survey, TPAMI 2022. theta: assumed, above the smallest that commercial sensors reach, 10 % (Graca et al.,
+SciDVS, arXiv:2409.09648, 2024).
+
+prophesee-like: Prophesee's Gen4 (Finateu et al., A 1280x720 back-illuminated stacked temporal contrast event-based
+vision sensor, ISSCC 2020) and its successor, Sony's IMX636. theta: nominal contrast threshold of 25 %, ln 1.25
+(specification of the IMX636 in the EVK4). cutoff_hz: time constant of 150 us, the longest latency in the survey's table
+(20 to 150 us; the EVK4's manual says 220 us, typically). shot_rate_hz: the survey's table. refractory_us: assumed; in a
+recording of a Gen3 sensor 1 % of the events follow another of their pixel within 11 us.
+
+Of both, sigma is that of the first sensor of the kind, 2.1 % (Lichtsteiner, Posch, Delbruck, JSSC 2008), and the leak
+is v2e's. Biases change all of these: `evslip calibrate-noise` measures the noise of a camera at hand.
 """
 
 
@@ -132,16 +146,16 @@ def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> 
 
 
 def _checked(name: str, value: Any, shape: tuple[int, int]) -> Any:
-    if value is None and name in _MAPS and name != "adaptive_us":
+    if value is None and name in MAPS and name != "adaptive_us":
         return None
     try:
         numbers = np.asarray(value, np.float64)
     except (TypeError, ValueError):
         raise ConfigError(f"camera parameter {name}: {value!r} is not a number") from None
     wanted = (2, *shape) if name == "noise_map" else shape
-    is_map = name in _MAPS and numbers.shape == wanted
+    is_map = name in MAPS and numbers.shape == wanted
     if isinstance(value, bool) or not (is_map or (numbers.ndim == 0 and name != "noise_map")):
-        expected = f"an array of shape {wanted}" if name in _MAPS else "a number"
+        expected = f"an array of shape {wanted}" if name in MAPS else "a number"
         given = f"an array of shape {numbers.shape}" if numbers.ndim else repr(value)
         raise ConfigError(f"camera parameter {name}: {given} given, expected {expected}")
     if name == "leak_map" and not numbers.ndim:

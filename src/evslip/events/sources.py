@@ -1,108 +1,143 @@
-"""Frames that nobody here made: folders of images and video files.
+"""Frames that nobody here made: folders of images, video files and arrays.
 
 The pixel model takes log intensity as linear in time between frames. So slow frames need no upsampling to give sensible
 times, but an edge that jumps over several pixels from one frame to the next leaves no events on those between.
 """
 
-import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
+from evslip.clips.times import check_count, check_fps
 from evslip.errors import ConfigError, DataError
+from evslip.events.optics import INTENSITIES, Intensity
 
-IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv", ".mov", ".webm", ".m4v", ".mpg", ".mpeg", ".gif", ".ogv", ".wmv")
+TimedImage = tuple[float, np.ndarray, np.ndarray | None]
 
 
-def frames_from(path: Path, fps: float | None = None) -> Iterator[tuple[float, np.ndarray]]:
-    """(t_us, image) of a folder of images or a video file, from time 0; images are grey uint8 of (height, width).
+@dataclass(frozen=True)
+class Clip:
+    """Frames with times, read one by one whenever they are asked for."""
 
-    fps: frames a second. A folder needs it; a video's own times are taken where it is None.
-    Images are taken in natural order (frame 2 before frame 10). Raises DataError naming the file, ConfigError for fps.
+    path: Path
+    size: tuple[int, int]
+    """(width, height) of its frames."""
+    count: int | None
+    """Number of frames, None where only reading them all would tell."""
+    intensity: Intensity
+    """What an EventCamera must be told so that it understands the images."""
+    labelled: bool
+    """Whether the frames bring masks of bodies."""
+    _read: Callable[[], Iterator[TimedImage]]
+
+    def frames(self) -> Iterator[TimedImage]:
+        """(t_us, image, bodies): images of shape (height, width), uint8 or float; bodies as for EventCamera.step.
+
+        Raises DataError naming the file where a frame is unreadable or of another size.
+        """
+        for number, (t_us, image, bodies) in enumerate(self._read()):
+            height, width = image.shape
+            if (width, height) != self.size:
+                raise DataError(
+                    f"{self.path}: frame {number} is {width}x{height} pixels, the first {self.size[0]}x{self.size[1]}"
+                )
+            yield t_us, image, bodies
+
+
+def open_clip(
+    path: str | Path, fps: float | None = None, *, times_us: np.ndarray | None = None, intensity: str | None = None
+) -> Clip:
+    """A folder of images (in natural order), a video file, or an .npz file (see evslip.clips.arrays).
+
+    fps: frames a second, from time 0. times_us: time of each frame instead. A folder needs one of them; the others know
+    their own times, which either of them replaces. intensity: what the numbers mean, see EventCamera; None: "linear"
+    for floats, "uint8" for all others. Raises DataError naming the file, ConfigError for an argument.
     """
     path = Path(path)
-    if fps is not None and not 0 < fps <= 1e6:
-        raise ConfigError(f"fps: {fps!r} is out of range, expected more than 0 and at most 1000000 frames a second")
+    if fps is not None and times_us is not None:
+        raise ConfigError("fps and times: both were given; the times of the frames can come from one alone")
+    if intensity is not None and intensity not in INTENSITIES:
+        raise ConfigError(f"intensity: {intensity!r} is unknown; expected one of {', '.join(INTENSITIES)}")
+    if fps is not None:
+        check_fps(fps)
+    meaning = cast(Intensity | None, intensity)
     if path.is_dir():
-        if fps is None:
-            raise ConfigError(f"fps: {path} is a folder of images, which have no times; give the frames a second")
-        return _from_folder(path, image_files(path), fps)
+        return _folder(path, fps, times_us, meaning)
     if not path.exists():
-        raise DataError(f"{path}: there is no such folder or video file")
-    return _from_video(path, fps)
+        raise DataError(f"{path}: there is no such folder or file")
+    if path.suffix.lower() == ".npz":
+        return _arrays(path, fps, times_us, meaning)
+    return _video(path, fps, times_us, meaning or "uint8")
 
 
-def image_files(folder: Path) -> list[Path]:
-    """The images of a folder in natural order. Raises DataError where there are none."""
-    files = [file for file in folder.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES and file.name[0] != "."]
-    if not files:
-        raise DataError(f"{folder}: holds no images; expected files named {', '.join(IMAGE_SUFFIXES)}")
-    return sorted(files, key=_natural)
+def frames_from(path: str | Path, fps: float | None = None, **arguments: Any) -> Iterator[tuple[float, np.ndarray]]:
+    """(t_us, image) of a folder of images, a video file or an .npz file; arguments as for `open_clip`."""
+    clip = open_clip(path, fps, **arguments)
+    return ((t_us, image) for t_us, image, _ in clip.frames())
 
 
-def frame_size(path: Path) -> tuple[int, int]:
-    """(width, height) of the frames of a folder or a video file. Raises DataError."""
-    _, image = next(frames_from(path, 1.0))
-    return image.shape[1], image.shape[0]
+def _folder(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity | None) -> Clip:
+    from evslip.clips.folder import image_files, read_image, read_images
+
+    files = image_files(path)
+    if fps is None and times_us is None:
+        raise ConfigError(f"fps: {path} is a folder of images, which have no times; give the frames a second")
+    if times_us is not None:
+        check_count(times_us, len(files), path)
+    first = read_image(files[0])
+    meaning: Intensity = intensity or ("linear" if first.dtype.kind == "f" else "uint8")
+
+    def read() -> Iterator[TimedImage]:
+        for number, image in enumerate(read_images(files, meaning)):
+            yield _time(number, fps, times_us), image, None
+
+    return Clip(path, (first.shape[1], first.shape[0]), len(files), meaning, False, read)
 
 
-def _from_folder(folder: Path, files: list[Path], fps: float) -> Iterator[tuple[float, np.ndarray]]:
-    shape = None
-    for number, file in enumerate(files):
-        image = _read_grey(file)
-        if shape is not None and image.shape != shape:
-            raise DataError(
-                f"{file}: is {image.shape[1]}x{image.shape[0]} pixels, the images of {folder} before it are "
-                f"{shape[1]}x{shape[0]}"
-            )
-        shape = image.shape
-        yield number * 1e6 / fps, image
+def _video(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity) -> Clip:
+    from evslip.clips.video import frame_count, read_video
+
+    timed = fps is None and times_us is None
+
+    def read() -> Iterator[TimedImage]:
+        number = -1
+        for number, (own_us, image) in enumerate(read_video(path, intensity, timed=timed)):
+            if times_us is not None and number >= len(times_us):
+                raise DataError(f"{path}: {len(times_us)} times were given, but it holds more frames")
+            yield own_us if timed else _time(number, fps, times_us), image, None
+        if times_us is not None:
+            check_count(times_us, number + 1, path)
+
+    height, width = next(read_video(path, intensity, timed=False))[1].shape
+    return Clip(path, (width, height), frame_count(path), intensity, False, read)
 
 
-def _read_grey(file: Path) -> np.ndarray:
-    from PIL import Image, UnidentifiedImageError
+def _arrays(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity | None) -> Clip:
+    from evslip.clips.arrays import FRAMES, open_arrays, read_arrays
+    from evslip.clips.grey import to_grey
 
-    try:
-        with Image.open(file) as picture:
-            if picture.mode.startswith("I"):
-                # Pillow clips 16-bit greys to 255 when it converts them.
-                return (np.asarray(picture).astype(np.uint32) >> 8).astype(np.uint8)
-            return np.asarray(picture.convert("L"))
-    except (OSError, SyntaxError, ValueError, UnidentifiedImageError, Image.DecompressionBombError):
-        raise DataError(f"{file}: is not a readable image, or is truncated") from None
+    arrays = open_arrays(path)
+    count, height, width = arrays.shape[:3]
+    if times_us is not None:
+        check_count(times_us, count, path)
+    own = fps is None and times_us is None
+    if own and arrays.times_us is None:
+        raise ConfigError(f"fps: {path} has {FRAMES[0]} but neither t_us nor t_s; give the frames a second")
+    when = arrays.times_us if own else times_us
+    meaning: Intensity = intensity or ("linear" if arrays.dtype.kind == "f" else "uint8")
 
+    def read() -> Iterator[TimedImage]:
+        for number, (picture, bodies) in enumerate(read_arrays(arrays)):
+            yield _time(number, fps, when), to_grey(picture, meaning), bodies
 
-def _from_video(path: Path, fps: float | None) -> Iterator[tuple[float, np.ndarray]]:
-    import av
-    from av.error import FFmpegError
-
-    try:
-        with av.open(str(path)) as container:
-            if not container.streams.video:
-                raise DataError(f"{path}: holds no video stream")
-            first_s = before_us = None
-            for number, frame in enumerate(container.decode(video=0)):
-                if fps is not None:
-                    time_us = number * 1e6 / fps
-                elif frame.time is None:
-                    raise DataError(f"{path}: frame {number} has no time; give the frames a second (fps)")
-                else:
-                    first_s = frame.time if first_s is None else first_s
-                    time_us = (frame.time - first_s) * 1e6
-                if before_us is not None and time_us <= before_us:
-                    raise DataError(f"{path}: the time of frame {number} does not come after the one before; give fps")
-                before_us = time_us
-                yield time_us, frame.to_ndarray(format="gray")
-            if before_us is None:
-                raise DataError(f"{path}: holds no frames")
-    except FFmpegError as error:
-        raise DataError(f"{path}: is not a readable video file ({error.strerror})") from None
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read: {error.strerror}") from None
+    return Clip(path, (width, height), count, meaning, arrays.labelled, read)
 
 
-def _natural(file: Path) -> tuple[list[tuple[int, int, str]], str]:
-    parts = re.split(r"(\d+)", file.name.lower())
-    return [(0, int(part), "") if part.isdecimal() else (1, 0, part) for part in parts], file.name
+def _time(number: int, fps: float | None, times_us: np.ndarray | None) -> float:
+    if fps is not None:
+        return number * 1e6 / fps
+    assert times_us is not None  # open_clip sees to one of them
+    return float(times_us[number])

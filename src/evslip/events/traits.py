@@ -32,7 +32,7 @@ def leak_map(model: PixelModel, normals: np.ndarray) -> np.ndarray:
 
 
 def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> np.ndarray:
-    """Thresholds, leak and noise of every pixel, float64 of shape (height, TRAITS, width), rows as in `pixel`."""
+    """Thresholds, leak and noise of every pixel, float64 of shape (height, width, TRAITS)."""
     count = shape[0] * shape[1]
     key: Any = np.uint64(seed)
     normals = normal_maps(key, count).reshape(3, *shape)
@@ -52,14 +52,14 @@ def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> np.ndar
         (on_rate, off_rate), leak_rate, hot_rate = model.noise_map, np.zeros(shape), np.zeros(shape)
     shot_rate = on_rate + off_rate
     alive = defects[1] >= model.dead_share
-    traits = np.zeros((shape[0], pixel.TRAITS, shape[1]))
-    traits[:, pixel.ON] = np.where(alive, on, np.inf)
-    traits[:, pixel.OFF] = np.where(alive, off, np.inf)
-    traits[:, pixel.MEAN_LEAK] = np.where(alive, 1e-6 * leak_rate * on, 0.0)
-    traits[:, pixel.RATE] = np.where(alive, 1e-6 * (shot_rate + hot_rate), 0.0)
-    np.divide(hot_rate, shot_rate + hot_rate, where=shot_rate + hot_rate > 0, out=traits[:, pixel.HOT_SHARE])
-    np.divide(on_rate, shot_rate, where=shot_rate > 0, out=traits[:, pixel.ON_SHARE])
-    traits[:, pixel.PHASE] = phase
+    traits = np.zeros((*shape, pixel.TRAITS))
+    traits[..., pixel.ON] = np.where(alive, on, np.inf)
+    traits[..., pixel.OFF] = np.where(alive, off, np.inf)
+    traits[..., pixel.MEAN_LEAK] = np.where(alive, 1e-6 * leak_rate * on, 0.0)
+    traits[..., pixel.RATE] = np.where(alive, 1e-6 * (shot_rate + hot_rate), 0.0)
+    np.divide(hot_rate, shot_rate + hot_rate, where=shot_rate + hot_rate > 0, out=traits[..., pixel.HOT_SHARE])
+    np.divide(on_rate, shot_rate, where=shot_rate > 0, out=traits[..., pixel.ON_SHARE])
+    traits[..., pixel.PHASE] = phase
     return traits
 
 

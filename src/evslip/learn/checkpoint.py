@@ -1,7 +1,7 @@
 """A detector on disk: weights in safetensors, everything else in JSON. Nothing is ever unpickled."""
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from evslip import atomic
 from evslip.errors import DataError, EvslipError
 from evslip.learn.network import Geometry, Network
 from evslip.learn.registry import build_model
-from evslip.window_set import WindowSettings
+from evslip.window_set import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
 FORMAT, VERSION = "evslip model", 1
@@ -84,7 +84,7 @@ def _description(folder: Path) -> Description:
         raise DataError(f"{path}: version {plain.get('version')} of the format; this evslip reads version {VERSION}")
     try:
         windows = plain["windows"]
-        known = {field.name: windows[field.name] for field in fields(WindowSettings)}
+        known = stored_settings(windows)
         model, threshold = str(plain["model"]), float(plain["threshold"])
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold {threshold:g}, expected 0 to 1")

@@ -1,5 +1,7 @@
 """Recipes of the procedural textures: a family a file, each a pure function of its number."""
 
+import numpy as np
+
 from evslip.patterns import (
     brick,
     cardboard,
@@ -17,7 +19,6 @@ from evslip.patterns import (
     wood,
 )
 from evslip.seeds import generator
-import numpy as np
 
 DARKEST, BRIGHTEST = 0.01, 0.95
 """Reflectances of the blackest and the whitest matt things."""

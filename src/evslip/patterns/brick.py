@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, U, V, fraction, mix, over, relief, step, times, whole
+from evslip.patterns.canvas import Color, U, V, fraction, mix, over, relief, rgb, step, times, whole
 from evslip.patterns.noise import fractal
 
 
@@ -51,7 +51,7 @@ def _wall(rng: np.random.Generator, wall: Wall) -> np.ndarray:
     face = step(gap, gap + 0.06, edge + 0.04 * (rough - 0.5))
     share = 0.1 + 0.7 * tone + wall.rough * (rough - 0.5)
     bricks = times(mix(*wall.colors, share), 0.85 + 0.3 * hue)
-    joints = times(np.broadcast_to(np.asarray(wall.mortar, np.float32), (*U.shape, 3)), 0.75 + 0.6 * (rough - 0.4))
+    joints = times(np.broadcast_to(rgb(wall.mortar), (*U.shape, 3)), 0.75 + 0.6 * (rough - 0.4))
     image = times(over(joints, bricks, face), relief(face + wall.rough * 0.6 * rough, 0.55))
     dirt = step(0.45, 0.9, fractal(rng, 4, 2, 7, 0.75))
     return times(image, 1 - wall.stain * dirt)

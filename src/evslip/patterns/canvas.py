@@ -4,6 +4,8 @@ Only additions, products, comparisons and square roots are used, whose results I
 a texture has the same bytes on every machine. Nothing is summed over many texels: the order would matter.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 SIZE = 512
@@ -21,6 +23,11 @@ def places(columns: int = SIZE, rows: int = SIZE) -> tuple[np.ndarray, np.ndarra
 
 U, V = places()
 """Places of a square texture."""
+
+
+def rgb(colors: Color | Sequence[Color] | np.ndarray) -> np.ndarray:
+    """Colours as float32 of shape (..., 3)."""
+    return np.asarray(colors, np.float32)
 
 
 def step(low: float, high: float, value: np.ndarray) -> np.ndarray:

@@ -4,10 +4,39 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.patterns.canvas import SIZE, Color, U, V, fraction, mix, over, ramp, relief, soften, step, times, wave, zigzag
+from evslip.patterns.canvas import (
+    SIZE,
+    Color,
+    U,
+    V,
+    fraction,
+    mix,
+    over,
+    ramp,
+    relief,
+    rgb,
+    soften,
+    step,
+    times,
+    wave,
+    zigzag,
+)
 from evslip.patterns.lettering import fit, length, write
 from evslip.patterns.noise import fractal, leaves
-from evslip.patterns.printing import BLACK, ball, bars, blank, centred, disc, frame, matrix_code, number, paragraph, table, word
+from evslip.patterns.printing import (
+    BLACK,
+    ball,
+    bars,
+    blank,
+    centred,
+    disc,
+    frame,
+    matrix_code,
+    number,
+    paragraph,
+    table,
+    word,
+)
 
 COUNT = 12
 KRAFT: Color = (0.40, 0.265, 0.15)
@@ -24,14 +53,60 @@ class Carton(NamedTuple):
 
 
 CARTONS = (
-    Carton(((0.80, 0.78, 0.72), (0.74, 0.70, 0.60)), (0.45, 0.03, 0.03), (0.62, 0.07, 0.05), "Rice", "long grain", None),
-    Carton(((0.05, 0.17, 0.07), (0.14, 0.32, 0.12)), (0.80, 0.75, 0.52), (0.62, 0.50, 0.12), "Tea", "green leaf", (0.2, 0.4, 0.06)),
-    Carton(((0.62, 0.07, 0.04), (0.40, 0.02, 0.02)), (0.88, 0.76, 0.14), (0.85, 0.45, 0.05), "Crisp", "salted", (0.8, 0.55, 0.15)),
-    Carton(((0.74, 0.80, 0.86), (0.40, 0.56, 0.74)), (0.03, 0.07, 0.30), (0.1, 0.35, 0.65), "Soap", "pure & mild", None),
-    Carton(((0.86, 0.62, 0.12), (0.85, 0.36, 0.05)), (0.30, 0.06, 0.02), (0.9, 0.85, 0.7), "Juice", "100% orange", (0.82, 0.32, 0.02)),
-    Carton(((0.10, 0.03, 0.02), (0.26, 0.10, 0.05)), (0.78, 0.62, 0.32), (0.55, 0.40, 0.16), "Cocoa", "dark & bitter", (0.16, 0.06, 0.03)),
-    Carton(((0.86, 0.85, 0.82), (0.70, 0.72, 0.74)), (0.04, 0.20, 0.42), (0.60, 0.10, 0.08), "Vitan", "tablets 400 mg", None),
-    Carton(((0.50, 0.64, 0.22), (0.75, 0.78, 0.50)), (0.05, 0.16, 0.03), (0.6, 0.05, 0.08), "Muesli", "apple & nut", (0.5, 0.05, 0.03)),
+    Carton(
+        ((0.80, 0.78, 0.72), (0.74, 0.70, 0.60)), (0.45, 0.03, 0.03), (0.62, 0.07, 0.05), "Rice", "long grain", None
+    ),
+    Carton(
+        ((0.05, 0.17, 0.07), (0.14, 0.32, 0.12)),
+        (0.80, 0.75, 0.52),
+        (0.62, 0.50, 0.12),
+        "Tea",
+        "green leaf",
+        (0.2, 0.4, 0.06),
+    ),
+    Carton(
+        ((0.62, 0.07, 0.04), (0.40, 0.02, 0.02)),
+        (0.88, 0.76, 0.14),
+        (0.85, 0.45, 0.05),
+        "Crisp",
+        "salted",
+        (0.8, 0.55, 0.15),
+    ),
+    Carton(
+        ((0.74, 0.80, 0.86), (0.40, 0.56, 0.74)), (0.03, 0.07, 0.30), (0.1, 0.35, 0.65), "Soap", "pure & mild", None
+    ),
+    Carton(
+        ((0.86, 0.62, 0.12), (0.85, 0.36, 0.05)),
+        (0.30, 0.06, 0.02),
+        (0.9, 0.85, 0.7),
+        "Juice",
+        "100% orange",
+        (0.82, 0.32, 0.02),
+    ),
+    Carton(
+        ((0.10, 0.03, 0.02), (0.26, 0.10, 0.05)),
+        (0.78, 0.62, 0.32),
+        (0.55, 0.40, 0.16),
+        "Cocoa",
+        "dark & bitter",
+        (0.16, 0.06, 0.03),
+    ),
+    Carton(
+        ((0.86, 0.85, 0.82), (0.70, 0.72, 0.74)),
+        (0.04, 0.20, 0.42),
+        (0.60, 0.10, 0.08),
+        "Vitan",
+        "tablets 400 mg",
+        None,
+    ),
+    Carton(
+        ((0.50, 0.64, 0.22), (0.75, 0.78, 0.50)),
+        (0.05, 0.16, 0.03),
+        (0.6, 0.05, 0.08),
+        "Muesli",
+        "apple & nut",
+        (0.5, 0.05, 0.03),
+    ),
 )
 FRAGILE, PARTS, LABELLED, PLAIN = 0, 4, 10, 11
 
@@ -49,7 +124,10 @@ def _board(rng: np.random.Generator, color: Color) -> np.ndarray:
     fibre = fractal(rng, 64, 32, 5, 0.9)
     flute = wave(V * 32)
     stain = fractal(rng, 2, 2, 7, 0.75)
-    return times(np.broadcast_to(np.asarray(color, np.float32), (SIZE, SIZE, 3)), 0.62 + 0.35 * fibre + 0.07 * flute + 0.4 * stain)
+    return times(
+        np.broadcast_to(rgb(color), (SIZE, SIZE, 3)),
+        0.62 + 0.35 * fibre + 0.07 * flute + 0.4 * stain,
+    )
 
 
 def _handled(rng: np.random.Generator, image: np.ndarray) -> np.ndarray:
@@ -71,13 +149,21 @@ def _fragile(rng: np.random.Generator) -> np.ndarray:
     line = centred(ink, "FRAGILE", 28, 80, 0.2)
     line = centred(ink, "THIS SIDE UP", line, 38, 0.16)
     for x in (110, 402):  # arrows
-        head = step(0, 2, 34 - np.abs(U * SIZE - x) - np.clip(232 - V * SIZE, -200, 40)) * (V * SIZE > 196) * (V * SIZE < 236)
+        head = (
+            step(0, 2, 34 - np.abs(U * SIZE - x) - np.clip(232 - V * SIZE, -200, 40))
+            * (V * SIZE > 196)
+            * (V * SIZE < 236)
+        )
         shaft = (np.abs(U * SIZE - x) < 12) & (V * SIZE >= 232) & (V * SIZE < 300)
         ink = np.maximum(ink, np.maximum(head, shaft))
     frame(ink, (60, 310, 160, 312), 2)
     frame(ink, (352, 310, 452, 312), 2)
     goblet = np.abs(U * SIZE - 256) < 14 + 22 * step(270, 200, V * SIZE)
-    ink = np.maximum(ink, (goblet & (V * SIZE > 200) & (V * SIZE < 262)) | ((np.abs(U * SIZE - 256) < 4) & (V * SIZE >= 262) & (V * SIZE < 300)))
+    ink = np.maximum(
+        ink,
+        (goblet & (V * SIZE > 200) & (V * SIZE < 262))
+        | ((np.abs(U * SIZE - 256) < 4) & (V * SIZE >= 262) & (V * SIZE < 300)),
+    )
     ink = np.maximum(ink, (np.abs(U * SIZE - 256) < 26) & (V * SIZE >= 300) & (V * SIZE < 306))
     bars(ink, rng, 40, 360, 200, 90)
     write(ink, "NET " + number(rng, 2) + ".5 KG", 268, 365, 27)
@@ -93,7 +179,9 @@ def _parts(rng: np.random.Generator) -> np.ndarray:
     write(ink, "HANDLE FLAT", 40, 420, 40, 0.16)
     image = _stamp(rng, image, ink, (0.30, 0.03, 0.02))
     tape = step(0.0, 0.006, 0.09 - np.abs(V - 0.35)) * (1 - 0.25 * fractal(rng, 2, 64, 5, 0.8))
-    image = over(image, times(mix((0.42, 0.30, 0.14), (0.62, 0.50, 0.30), fractal(rng, 4, 32, 5, 0.8)), 1.0), 0.85 * tape)
+    image = over(
+        image, times(mix((0.42, 0.30, 0.14), (0.62, 0.50, 0.30), fractal(rng, 4, 32, 5, 0.8)), 1.0), 0.85 * tape
+    )
     ink = blank()
     word_width = length("evslip", 40, 0.2)
     for k in range(5):
@@ -105,12 +193,18 @@ def _labelled(rng: np.random.Generator) -> np.ndarray:
     """A parcel with a white label, codes, and tape along the edge."""
     image = _board(rng, (0.44, 0.3, 0.18))
     label = step(0.0, 0.004, np.minimum(0.34 - np.abs(U - 0.46), 0.38 - np.abs(V - 0.5)))
-    image = over(times(image, 1 - 0.35 * np.roll(label, (5, 5), (0, 1))), mix((0.72, 0.71, 0.69), (0.84, 0.84, 0.82), fractal(rng, 4, 4, 7, 0.8)), label)
+    image = over(
+        times(image, 1 - 0.35 * np.roll(label, (5, 5), (0, 1))),
+        mix((0.72, 0.71, 0.69), (0.84, 0.84, 0.82), fractal(rng, 4, 4, 7, 0.8)),
+        label,
+    )
     ink = blank()
     frame(ink, (72, 72, 400, 440), 3)
     write(ink, "TO:", 84, 84, 16)
     for row in range(4):
-        write(ink, f"{word(rng).capitalize()} {word(rng, 3).capitalize()} {number(rng, 2)}", 120, 84 + 27 * row, 17, 0.15)
+        write(
+            ink, f"{word(rng).capitalize()} {word(rng, 3).capitalize()} {number(rng, 2)}", 120, 84 + 27 * row, 17, 0.15
+        )
     frame(ink, (72, 200, 400, 202), 2)
     bars(ink, rng, 100, 215, 270, 70)
     matrix_code(ink, rng, 84, 322, 105)

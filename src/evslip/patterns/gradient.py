@@ -5,32 +5,27 @@ import numpy as np
 from evslip.patterns.canvas import Color, U, V, mix, ramp, relief, step, times, wave, zigzag
 from evslip.patterns.noise import cells, fractal
 
-COUNT = 8
-WALLS: dict[int, tuple[Color, Color, int]] = {
-    0: ((0.20, 0.22, 0.26), (0.75, 0.77, 0.80), 0),
-    1: ((0.05, 0.04, 0.04), (0.46, 0.40, 0.35), 1),
-    2: ((0.34, 0.26, 0.18), (0.86, 0.80, 0.69), 2),
-    5: ((0.46, 0.44, 0.42), (0.90, 0.89, 0.86), 3),
-}
+WALLS: tuple[tuple[Color, Color], ...] = (
+    ((0.20, 0.22, 0.26), (0.75, 0.77, 0.80)),
+    ((0.05, 0.04, 0.04), (0.46, 0.40, 0.35)),
+    ((0.34, 0.26, 0.18), (0.86, 0.80, 0.69)),
+    ((0.05, 0.10, 0.24), (0.50, 0.65, 0.80)),
+    ((0.02, 0.02, 0.02), (0.18, 0.17, 0.16)),
+    ((0.46, 0.44, 0.42), (0.90, 0.89, 0.86)),
+)
+COUNT = len(WALLS) + 4
 
 
 def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    special = {3: _water, 4: _curtain, 6: _blinds, 7: _frosted}
-    return special[number](rng) if number in special else _wall(rng, *WALLS[number])
+    special = (_water, _curtain, _blinds, _frosted)
+    return _wall(rng, number) if number < len(WALLS) else special[number - len(WALLS)](rng)
 
 
-def _wall(rng: np.random.Generator, dark: Color, bright: Color, kind: int) -> np.ndarray:
-    """A rolled wall: pools of light, marks of the roller, scuffs."""
-    light = (
-        wave(V),
-        0.6 * wave(U + 0.2) + 0.4 * wave(V),
-        wave(U + V),
-        wave(U) * wave(V),
-    )[kind]
-    roller = fractal(rng, 128, 64, 4, 0.95)
-    scuffs = step(0.6, 0.85, fractal(rng, 8, 4, 7, 0.8))
-    share = 0.15 + 0.6 * light + 0.5 * (fractal(rng, 2, 2, 7, 0.65) - 0.5) - 0.12 * scuffs
-    return times(mix(dark, bright, share), relief(roller, 0.12) * (0.93 + 0.14 * roller))
+def _wall(rng: np.random.Generator, number: int) -> np.ndarray:
+    """A smooth wall: pools of light, a little dust."""
+    light = (wave(V), 0.6 * wave(U + 0.2) + 0.4 * wave(V), wave(U + V), wave(V), wave(U - V), wave(U) * wave(V))[number]
+    share = 0.15 + 0.6 * light + 0.5 * (fractal(rng, 2, 2, 3, 0.5) - 0.5)
+    return times(mix(*WALLS[number], share), 0.96 + 0.08 * fractal(rng, 128, 128, 2, 0.8))
 
 
 def _water(rng: np.random.Generator) -> np.ndarray:
@@ -48,7 +43,7 @@ def _curtain(rng: np.random.Generator) -> np.ndarray:
     sway = 0.03 * (fractal(rng, 4, 1, 4, 0.5) - 0.5)
     folds = 0.6 * wave((U + sway) * 6 + 0.2 * wave(V)) + 0.4 * wave((U - sway) * 11)
     cloth = fractal(rng, 256, 128, 2, 0.9)
-    shade = 0.12 + 0.9 * folds * (0.5 + 0.5 * wave(0.5 * V + 0.3))
+    shade = 0.12 + 0.9 * folds * (0.5 + 0.5 * wave(V + 0.3))
     return times(mix((0.03, 0.03, 0.035), (0.22, 0.21, 0.20), shade), 0.8 + 0.4 * cloth)
 
 

@@ -43,7 +43,11 @@ def fit(text: str, width: float, most: float, weight: float = 0.14, stretch: flo
 
 def _advance(letter: str, height: float, weight: float, stretch: float) -> float:
     strokes = STROKES.get(letter)
-    wide = 2 if strokes is None else max(x for line in strokes for x, _ in line) - min(x for line in strokes for x, _ in line)
+    wide = (
+        2
+        if strokes is None
+        else max(x for line in strokes for x, _ in line) - min(x for line in strokes for x, _ in line)
+    )
     return height * stretch * (wide / CAP + 0.12) + height * weight
 
 

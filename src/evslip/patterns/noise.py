@@ -23,9 +23,9 @@ def fractal(
 ) -> np.ndarray:
     """Sum of noises, each twice as fine and `gain` as strong as the one before: mean about 0.5, most within [0, 1].
 
-    `across` and `down` (powers of two) are the random values along each side of the coarsest; `size` is (columns, rows),
-    powers of two. A gain of 1 gives every octave the same variance, as in photographs; 0.5 is a cloud. Each octave is
-    drawn on its own lattice and refined with the ones before it, so that all of them cost little more than the last.
+    `across` and `down` (powers of two) are the random values along each side of the coarsest; `size` is (columns,
+    rows), powers of two. A gain of 1 gives every octave the same variance, as in photographs; 0.5 is a cloud. Each
+    octave is drawn on its own lattice and refined with the ones before it, so that all cost little more than the last.
     """
     columns, rows = size
     weight = np.float32(1.0)
@@ -112,7 +112,9 @@ def leaves(
         else:
             inside = 1 - np.maximum(np.abs(along), np.abs(across))
         ink = np.clip(inside * np.float32(8), 0, 1)
-        columns, rows = ((int(at * SIZE) + np.arange(-r, r + 1)) % SIZE for at, r in zip((column, row), reach, strict=True))
+        columns, rows = (
+            (int(at * SIZE) + np.arange(-r, r + 1)) % SIZE for at, r in zip((column, row), reach, strict=True)
+        )
         at = rows[:, None], columns
         solid = ink > 0.5
         cover[at] = np.maximum(cover[at], ink)

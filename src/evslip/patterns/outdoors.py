@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, mix, over, ramp, relief, step, times, whole, zigzag
+from evslip.patterns.canvas import Color, mix, over, ramp, relief, rgb, step, times, whole, zigzag
 from evslip.patterns.noise import fractal
 from evslip.patterns.panorama import AZIMUTH, COLUMNS, ELEVATION_DEG, UPPER, complete, field, lookup, plane, skyline
 
@@ -36,10 +36,12 @@ def _clouds(rng: np.random.Generator, image: np.ndarray, low: float, bright: Col
 def _sun(image: np.ndarray, azimuth: float, elevation_deg: float, color: Color) -> np.ndarray:
     away = (zigzag(AZIMUTH - np.float32(azimuth)) * 180) ** 2 + (ELEVATION_DEG - elevation_deg) ** 2
     glow = 1 / (1 + away / 60)
-    return image + np.float32(color) * (0.7 * glow + step(4, 2, away) * 3)[..., None]
+    return image + rgb(color) * (0.7 * glow + step(4, 2, away) * 3)[..., None]
 
 
-def _hills(rng: np.random.Generator, image: np.ndarray, height_deg: float, color: Color, haze: Color, veil: float) -> np.ndarray:
+def _hills(
+    rng: np.random.Generator, image: np.ndarray, height_deg: float, color: Color, haze: Color, veil: float
+) -> np.ndarray:
     top = height_deg * (0.4 + 1.2 * skyline(rng, 4, 7, 0.5))
     rough = field(rng, 64, 16, 6, 0.85)
     slope = times(mix((0, 0, 0), color, 0.5 + rough), 1.0)
@@ -92,11 +94,17 @@ def _towers(rng: np.random.Generator, image: np.ndarray, count: int, height_deg:
     is_pane = (zigzag(floors) > 0.45) & (zigzag(windows) > 0.4)
     lit = rng.random((64, 1024), np.float32)[whole(floors) % 64, (whole(windows) + 37 * at) % 1024]
     rough = field(rng, 128, 32, 6, 0.9)
-    colors: list[Color] = [(0.26, 0.20, 0.16), (0.40, 0.38, 0.35), (0.16, 0.17, 0.19), (0.50, 0.44, 0.36), (0.30, 0.33, 0.36)]
+    colors: list[Color] = [
+        (0.26, 0.20, 0.16),
+        (0.40, 0.38, 0.35),
+        (0.16, 0.17, 0.19),
+        (0.50, 0.44, 0.36),
+        (0.30, 0.33, 0.36),
+    ]
     wall = times(ramp(colors, tone), 0.65 + 0.6 * rough)
     if is_night:
         wall = times(wall, 0.10)
-        glass = mix((0.012, 0.014, 0.018), (0.9, 0.62, 0.28), step(0.62, 0.7, lit) * lit)
+        glass = mix((0.012, 0.014, 0.018), (0.9, 0.62, 0.28), step(0.74, 0.8, lit) * lit)
     else:
         glass = mix((0.03, 0.04, 0.05), (0.45, 0.55, 0.62), lit * lit * lit + 0.2 * rough)
     facade = np.where(is_pane[..., None], glass, wall)
@@ -113,7 +121,10 @@ def _city(rng: np.random.Generator) -> np.ndarray:
 def _forest(rng: np.random.Generator) -> np.ndarray:
     """Among trunks, with light through the canopy."""
     leaf, clumps = field(rng, 64, 16, 7, 0.95), field(rng, 16, 4, 6, 0.75)
-    image = ramp([(0.02, 0.03, 0.012), (0.10, 0.15, 0.035), (0.34, 0.42, 0.12), (0.86, 0.90, 0.72)], 0.5 * leaf + 0.9 * clumps - 0.25)
+    image = ramp(
+        [(0.02, 0.03, 0.012), (0.10, 0.15, 0.035), (0.34, 0.42, 0.12), (0.86, 0.90, 0.72)],
+        0.5 * leaf + 0.9 * clumps - 0.25,
+    )
     for count, width, veil in ((120, 0.0016, 0.5), (60, 0.003, 0.25), (26, 0.007, 0.0)):
         bark = field(rng, 512, 8, 4, 0.85)
         places, tones = rng.random((2, count), np.float32)
@@ -130,7 +141,7 @@ def _forest(rng: np.random.Generator) -> np.ndarray:
             shade[:, at] = np.where(inside > 0.5, 0.55 - 0.35 * across, shade[:, at])
             cover[:, at] = np.maximum(cover[:, at], inside)
         trunk = times(mix((0.03, 0.024, 0.018), (0.32, 0.27, 0.20), bark), 0.3 + 1.2 * shade)
-        image = over(image, mix(trunk, np.float32((0.16, 0.20, 0.09)), np.full(UPPER[::-1], veil, np.float32)), cover)
+        image = over(image, mix(trunk, rgb((0.16, 0.20, 0.09)), np.full(UPPER[::-1], veil, np.float32)), cover)
     return _trees(rng, image, 6, (0.012, 0.028, 0.008), (0.20, 0.30, 0.06), 128)
 
 
@@ -143,7 +154,7 @@ def _mountains(rng: np.random.Generator) -> np.ndarray:
         rock = ramp([(0.05, 0.05, 0.055), (0.20, 0.19, 0.18), (0.34, 0.32, 0.30)], rough)
         snow = step(-1.5, 1.5, ELEVATION_DEG - snow_deg - 8 * (rough - 0.5))
         face = times(over(rock, (0.86, 0.88, 0.90), snow), relief(rough, 3.0, 3))
-        face = mix(face, np.float32((0.45, 0.54, 0.64)), np.full(UPPER[::-1], veil, np.float32))
+        face = mix(face, rgb((0.45, 0.54, 0.64)), np.full(UPPER[::-1], veil, np.float32))
         image = over(image, face, step(0.0, 0.15, top - ELEVATION_DEG))
     return _trees(rng, image, 4, (0.008, 0.018, 0.010), (0.07, 0.12, 0.05), 256)
 

@@ -33,7 +33,7 @@ RISE = _tangent(1 - _DOWN[:, :1])
 
 
 def plane(height: float) -> tuple[np.ndarray, np.ndarray]:
-    """(x, y) of a level plane at this height where each direction meets it, in half sides; far away near the horizon."""
+    """(x, y) where each direction meets a level plane at this height, in half sides; far away near the horizon."""
     away = np.float32(height) / (RISE + np.float32(1e-4)) / REACH
     ahead, aside = away + 0 * ALONG, away * ALONG
     x = np.select([WALL == 0, WALL == 1, WALL == 2], [ahead, -aside, -ahead], aside)

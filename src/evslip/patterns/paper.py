@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import SIZE, Color, U, V, fraction, mix, over, ramp, relief, soften, step, times, wave
+from evslip.patterns.canvas import SIZE, Color, U, V, fraction, mix, over, ramp, relief, rgb, soften, step, times, wave
 from evslip.patterns.lettering import write
 from evslip.patterns.noise import cells, fractal, leaves
 from evslip.patterns.printing import BLACK, ball, bars, blank, centred, disc, frame, number, paragraph, table, word
@@ -53,7 +53,9 @@ def _cover(rng: np.random.Generator) -> np.ndarray:
     picture = _photograph(rng)
     dusk: list[Color] = [(0.015, 0.02, 0.045), (0.08, 0.05, 0.12), (0.42, 0.14, 0.10), (0.72, 0.46, 0.20)]
     image = ramp(dusk, picture)
-    image = image * (1 - disc(SIZE, 350, 190, 60))[..., None] + np.float32((0.8, 0.62, 0.35)) * disc(SIZE, 350, 190, 60)[..., None]
+    image = (
+        image * (1 - disc(SIZE, 350, 190, 60))[..., None] + rgb((0.8, 0.62, 0.35)) * disc(SIZE, 350, 190, 60)[..., None]
+    )
     ink = blank()
     line = centred(ink, word(rng, 3).upper(), 40, 64, 0.18)
     centred(ink, "of the " + word(rng), line, 36, 0.13)
@@ -62,7 +64,9 @@ def _cover(rng: np.random.Generator) -> np.ndarray:
     worn = fractal(rng, 32, 32, 5, 0.95)
     image = over(image, (0.78, 0.74, 0.66), ink)
     spine = 1 - 0.45 * step(0.01, 0.0, np.abs(U - 0.06))
-    return times(over(image, (0.5, 0.46, 0.4), 0.8 * step(0.72, 0.8, worn)), spine * (0.8 + 0.4 * fractal(rng, 2, 2, 4, 0.5)))
+    return times(
+        over(image, (0.5, 0.46, 0.4), 0.8 * step(0.72, 0.8, worn)), spine * (0.8 + 0.4 * fractal(rng, 2, 2, 4, 0.5))
+    )
 
 
 def _label(rng: np.random.Generator) -> np.ndarray:
@@ -73,7 +77,11 @@ def _label(rng: np.random.Generator) -> np.ndarray:
     for x, y, r in ((200, 300, 66), (310, 290, 72), (255, 345, 70)):
         image = ball(image, x, y, r, (0.52, 0.04, 0.02))
     cover, tone, place = leaves(rng, 12, 0.06, 0.025)
-    image = over(image, times(mix((0.03, 0.11, 0.02), (0.16, 0.32, 0.06), tone), 1 - 0.4 * place), cover * step(0.62, 0.58, np.abs(V - 0.2) + 0.3))
+    image = over(
+        image,
+        times(mix((0.03, 0.11, 0.02), (0.16, 0.32, 0.06), tone), 1 - 0.4 * place),
+        cover * step(0.62, 0.58, np.abs(V - 0.2) + 0.3),
+    )
     banner = step(0.0, 0.006, 0.1 - np.abs(V - 0.2 - 0.05 * wave(U)))
     image = over(image, (0.05, 0.10, 0.30), banner)
     ink = blank()
@@ -91,7 +99,13 @@ def _label(rng: np.random.Generator) -> np.ndarray:
 def _map(rng: np.random.Generator) -> np.ndarray:
     """Contours, woods, water, roads, names."""
     height = fractal(rng, 2, 2, 7, 0.5, 1.2)
-    colors: list[Color] = [(0.42, 0.58, 0.70), (0.60, 0.68, 0.46), (0.74, 0.74, 0.56), (0.70, 0.58, 0.40), (0.82, 0.78, 0.72)]
+    colors: list[Color] = [
+        (0.42, 0.58, 0.70),
+        (0.60, 0.68, 0.46),
+        (0.74, 0.74, 0.56),
+        (0.70, 0.58, 0.40),
+        (0.82, 0.78, 0.72),
+    ]
     image = times(ramp(colors, step(0.2, 0.85, height)), 0.85 + 0.3 * relief(height, 2.0, 2) - 0.3)
     contour = step(0.10, 0.04, np.abs(fraction(height * 22 + 0.5) - 0.5)) * (height > 0.36)
     image = over(image, (0.34, 0.20, 0.10), 0.55 * contour)
@@ -99,7 +113,9 @@ def _map(rng: np.random.Generator) -> np.ndarray:
     image = over(image, (0.22, 0.36, 0.14), 0.55 * wood)
     near, second, _ = cells(rng, 5, du=0.05 * (fractal(rng, 4, 4, 5, 0.6) - 0.5))
     road = step(0.045, 0.035, second - near) * (height > 0.37)
-    image = over(over(image, (0.12, 0.1, 0.1), road), (0.75, 0.55, 0.16), step(0.032, 0.024, second - near) * (height > 0.37))
+    image = over(
+        over(image, (0.12, 0.1, 0.1), road), (0.75, 0.55, 0.16), step(0.032, 0.024, second - near) * (height > 0.37)
+    )
     ink = blank()
     for x, y, size in rng.random((16, 3)):
         write(ink, word(rng, 2).capitalize(), 400 * float(x) + 10, 480 * float(y) + 8, 9 + 8 * float(size), 0.15)
@@ -111,12 +127,22 @@ def _map(rng: np.random.Generator) -> np.ndarray:
 def _notes(rng: np.random.Generator) -> np.ndarray:
     """A squared notebook page with a drawing, figures, a coffee ring."""
     image = _sheet(rng, (0.70, 0.69, 0.65), (0.84, 0.83, 0.79))
-    lines = np.maximum(step(0.06, 0.02, np.abs(fraction(U * 32) - 0.5)), step(0.06, 0.02, np.abs(fraction(V * 32) - 0.5)))
+    lines = np.maximum(
+        step(0.06, 0.02, np.abs(fraction(U * 32) - 0.5)), step(0.06, 0.02, np.abs(fraction(V * 32) - 0.5))
+    )
     image = over(image, (0.36, 0.46, 0.62), 0.7 * lines)
     ink = blank()
     for row in range(9):
         text = " ".join(word(rng, int(rng.integers(1, 4))) for _ in range(3))
-        write(ink, text if row % 3 else f"{number(rng, 2)} x {number(rng, 3)} - {number(rng, 2)}", 40 + 6 * (row % 2), 36 + 32 * row, 15, 0.1, 1.1)
+        write(
+            ink,
+            text if row % 3 else f"{number(rng, 2)} x {number(rng, 3)} - {number(rng, 2)}",
+            40 + 6 * (row % 2),
+            36 + 32 * row,
+            15,
+            0.1,
+            1.1,
+        )
     curve = 0.86 - 0.16 * wave(U * 2 + 0.4 * wave(U)) * U
     ink = np.maximum(ink, step(0.006, 0.003, np.abs(V - curve)) * (U > 0.1) * (U < 0.9))
     ink[300:490, 50:53] = ink[487:490, 50:470] = 1
@@ -128,7 +154,7 @@ def _notes(rng: np.random.Generator) -> np.ndarray:
 
 def _comic(rng: np.random.Generator) -> np.ndarray:
     """Panels in flat colours with screens of dots and balloons."""
-    palette = np.float32([(0.75, 0.10, 0.06), (0.85, 0.70, 0.08), (0.08, 0.30, 0.62), (0.75, 0.45, 0.30), (0.15, 0.45, 0.20)])
+    palette = rgb([(0.75, 0.10, 0.06), (0.85, 0.70, 0.08), (0.08, 0.30, 0.62), (0.75, 0.45, 0.30), (0.15, 0.45, 0.20)])
     panels = ((0, 0, 290, 240), (300, 0, 512, 240), (0, 250, 180, 512), (190, 250, 512, 512))
     image = np.full((SIZE, SIZE, 3), 0.8, np.float32)
     ink = blank()
@@ -180,7 +206,9 @@ def _wallpaper(rng: np.random.Generator) -> np.ndarray:
     paper = mix((0.30, 0.34, 0.30), (0.40, 0.44, 0.38), step(0.45, 0.55, wave(U * 8)))
     image = over(paper, (0.62, 0.60, 0.46), motif)
     stain = step(0.55, 0.9, fractal(rng, 2, 1, 8, 0.72))
-    return times(over(image, (0.3, 0.24, 0.15), 0.5 * stain), (0.75 + 0.35 * fractal(rng, 64, 64, 4, 0.9)) * relief(motif, 0.2))
+    return times(
+        over(image, (0.3, 0.24, 0.15), 0.5 * stain), (0.75 + 0.35 * fractal(rng, 64, 64, 4, 0.9)) * relief(motif, 0.2)
+    )
 
 
 def _crumpled(rng: np.random.Generator) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, U, V, fraction, mix, over, ramp, relief, soften, step, times, wave, whole
+from evslip.patterns.canvas import Color, U, V, fraction, mix, over, ramp, relief, rgb, soften, step, times, wave, whole
 from evslip.patterns.lettering import write
 from evslip.patterns.noise import cells, fractal
 from evslip.patterns.printing import number as digits
@@ -25,7 +25,8 @@ def _grained(rng: np.random.Generator) -> np.ndarray:
     """The leathery grain of dashboards."""
     near, second, tone = cells(rng, 48, jitter=0.95, du=0.01 * (fractal(rng, 16, 16, 4, 0.7) - 0.5))
     bump = step(0.0, 0.4, second - near)
-    return times(mix((0.05, 0.05, 0.055), (0.19, 0.19, 0.20), 0.4 * bump + 0.3 * tone), relief(bump, 0.9) * _handled(rng))
+    share = 0.25 * bump + 0.2 * tone + 0.9 * fractal(rng, 2, 2, 6, 0.6) - 0.2
+    return times(mix((0.05, 0.05, 0.055), (0.19, 0.19, 0.20), share), relief(bump, 0.5) * _handled(rng))
 
 
 def _ribbed(rng: np.random.Generator) -> np.ndarray:
@@ -50,7 +51,10 @@ def _carbon(rng: np.random.Generator) -> np.ndarray:
     thread = np.where(on_top, fraction(U * count), fraction(V * count)) - 0.5
     fibres = np.where(on_top, fractal(rng, 256, 16, 3, 0.9), fractal(rng, 16, 256, 3, 0.9))
     shine = np.where(on_top, 0.35, 0.1) + 0.5 * (fibres - 0.5) * np.where(on_top, 0.8, 0.4)
-    return times(mix((0.012, 0.012, 0.013), (0.22, 0.22, 0.225), shine * (1.1 - 2.5 * thread * thread)), 0.5 + 1.2 * fractal(rng, 2, 2, 6, 0.7))
+    return times(
+        mix((0.012, 0.012, 0.013), (0.22, 0.22, 0.225), shine * (1.1 - 2.5 * thread * thread)),
+        0.5 + 1.2 * fractal(rng, 2, 2, 6, 0.7),
+    )
 
 
 def _bubbles(rng: np.random.Generator) -> np.ndarray:
@@ -72,7 +76,7 @@ def _bubbles(rng: np.random.Generator) -> np.ndarray:
 def _studs(rng: np.random.Generator) -> np.ndarray:
     """Building bricks seen from above, in several colours."""
     count = 8
-    palette = np.float32([(0.48, 0.02, 0.02), (0.68, 0.50, 0.03), (0.02, 0.10, 0.38), (0.02, 0.2, 0.06), (0.7, 0.7, 0.68)])
+    palette = rgb([(0.48, 0.02, 0.02), (0.68, 0.50, 0.03), (0.02, 0.10, 0.38), (0.02, 0.2, 0.06), (0.7, 0.7, 0.68)])
     i, j = whole(U * count), whole(V * count)
     brick = palette[rng.integers(5, size=(count, count // 2))[j, i // 2]]
     dx, dy = fraction(U * count) - 0.5, fraction(V * count) - 0.5
@@ -89,7 +93,9 @@ def _moulded(rng: np.random.Generator) -> np.ndarray:
     x, y = np.abs(U - 0.5), np.abs(V - 0.5)
     panel = step(0.0, 0.02, 0.40 - np.maximum(x, y) - 0.3 * np.clip(x + y - 0.7, 0, 1))
     vent = step(0.0, 0.01, 0.22 - x) * step(0.0, 0.01, 0.09 - np.abs(V - 0.72)) * step(0.4, 0.6, wave(U * 24))
-    knob = step(0.16, 0.13, np.sqrt((U - 0.3) ** 2 + (V - 0.33) ** 2)) + step(0.1, 0.085, np.sqrt((U - 0.3) ** 2 + (V - 0.33) ** 2))
+    knob = step(0.16, 0.13, np.sqrt((U - 0.3) ** 2 + (V - 0.33) ** 2)) + step(
+        0.1, 0.085, np.sqrt((U - 0.3) ** 2 + (V - 0.33) ** 2)
+    )
     screen = step(0.0, 0.01, 0.13 - np.abs(U - 0.66)) * step(0.0, 0.01, 0.1 - np.abs(V - 0.32))
     height = soften(panel - 0.8 * vent + 0.7 * knob - 0.4 * screen, 2)
     fine = fractal(rng, 128, 128, 3, 0.9)
@@ -106,16 +112,20 @@ def _leather(rng: np.random.Generator) -> np.ndarray:
     crease = step(0.06, 0.0, np.abs(fractal(rng, 4, 4, 7, 0.6) - 0.5))
     bump = step(0.0, 0.5, second - near) - 0.8 * crease
     image = mix((0.09, 0.03, 0.012), (0.34, 0.14, 0.06), 0.35 + 0.25 * tone + 0.5 * (fractal(rng, 4, 4, 7, 0.8) - 0.5))
-    return times(image, relief(bump, 0.8) * _handled(rng))
+    return times(image, relief(bump, 0.5) * _handled(rng))
 
 
 def _foam(rng: np.random.Generator) -> np.ndarray:
     """Expanded polystyrene: beads of several sizes pressed flat."""
     near, second, tone = cells(rng, 40, jitter=0.9)
     gap = step(0.0, 0.22, second - near)
-    image = mix((0.42, 0.42, 0.43), (0.86, 0.86, 0.85), 0.25 + 0.45 * gap + 0.4 * (tone - 0.5) + 0.5 * (fractal(rng, 4, 4, 7, 0.8) - 0.5))
+    image = mix(
+        (0.42, 0.42, 0.43),
+        (0.86, 0.86, 0.85),
+        0.25 + 0.45 * gap + 0.4 * (tone - 0.5) + 0.5 * (fractal(rng, 4, 4, 7, 0.8) - 0.5),
+    )
     pits = step(0.93, 0.97, tone)
-    return times(image, relief(gap, 0.5) * (1 - 0.5 * pits))
+    return times(image, relief(gap, 0.35) * (1 - 0.5 * pits) * _handled(rng))
 
 
 def _crumpled(rng: np.random.Generator) -> np.ndarray:

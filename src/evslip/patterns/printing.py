@@ -2,10 +2,13 @@
 
 import numpy as np
 
-from evslip.patterns.canvas import SIZE, Color, step
+from evslip.patterns.canvas import SIZE, Color, rgb, step
 from evslip.patterns.lettering import fit, length, write
 
-SYLLABLES = "ka lo mi ter sa ne bur vi tan do re mas ol pin cor fe lu gra ven ti mor es ham bil so quin dra wex jo py".split()
+SYLLABLES = (
+    "ka", "lo", "mi", "ter", "sa", "ne", "bur", "vi", "tan", "do", "re", "mas", "ol", "pin", "cor",
+    "fe", "lu", "gra", "ven", "ti", "mor", "es", "ham", "bil", "so", "quin", "dra", "wex", "jo", "py",
+)  # fmt: skip
 DIGITS = "0123456789"
 BLACK: Color = (0.025, 0.022, 0.02)
 """Printer's ink."""
@@ -26,7 +29,11 @@ def number(rng: np.random.Generator, digits: int) -> str:
 
 
 def paragraph(
-    ink: np.ndarray, rng: np.random.Generator, area: tuple[float, float, float, float], height: float, leading: float = 1.9
+    ink: np.ndarray,
+    rng: np.random.Generator,
+    area: tuple[float, float, float, float],
+    height: float,
+    leading: float = 1.9,
 ) -> None:
     """Lines of small invented text that fill (left, top, right, bottom), the last line of a paragraph shorter."""
     left, top, right, bottom = area
@@ -100,11 +107,16 @@ def ball(image: np.ndarray, x: float, y: float, radius: float, color: Color) -> 
     size = len(image)
     axis = np.arange(size, dtype=np.float32)
     dx, dy = (axis - np.float32(x)) / np.float32(radius), (axis[:, None] - np.float32(y)) / np.float32(radius)
-    image = image * (1 - np.float32(0.45) * disc(size, x + 0.12 * radius, y + 0.15 * radius, radius, 0.15 * radius))[..., None]
+    image = (
+        image
+        * (1 - np.float32(0.45) * disc(size, x + 0.12 * radius, y + 0.15 * radius, radius, 0.15 * radius))[..., None]
+    )
     bulge = np.sqrt(np.clip(1 - dx * dx - dy * dy, 0, 1))
-    shade = np.float32(0.25) + np.float32(0.75) * np.clip(bulge * np.float32(0.7) - dx * np.float32(0.45) - dy * np.float32(0.5), 0, 1)
+    shade = np.float32(0.25) + np.float32(0.75) * np.clip(
+        bulge * np.float32(0.7) - dx * np.float32(0.45) - dy * np.float32(0.5), 0, 1
+    )
     glint = step(0.3, 0.0, np.sqrt((dx + np.float32(0.4)) ** 2 + (dy + np.float32(0.45)) ** 2)) * np.float32(0.6)
-    lit = np.asarray(color, np.float32) * shade[..., None] + glint[..., None]
+    lit = rgb(color) * shade[..., None] + glint[..., None]
     cover = disc(size, x, y, radius)
     return image + (lit - image) * cover[..., None]
 
@@ -115,5 +127,13 @@ def centred(
     """A word in the middle, as high as fits into `width` of the image, `most` at most; returns the line below."""
     size = ink.shape[1]
     height = fit(text, width * size, most, weight, stretch)
-    write(ink, text, (size - length(text, height, weight, stretch)) / 2 + height * weight / 2, top, height, weight, stretch)
+    write(
+        ink,
+        text,
+        (size - length(text, height, weight, stretch)) / 2 + height * weight / 2,
+        top,
+        height,
+        weight,
+        stretch,
+    )
     return top + height * (1.35 + weight)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, ramp, relief, step, times, warp
+from evslip.patterns.canvas import Color, ramp, relief, rgb, step, times, warp
 from evslip.patterns.noise import fractal
 
 
@@ -49,7 +49,7 @@ def _camouflage(rng: np.random.Generator) -> np.ndarray:
     image = ramp([(0.20, 0.18, 0.10), (0.20, 0.18, 0.10)], bend)
     for color in ((0.07, 0.10, 0.04), (0.12, 0.06, 0.03), (0.015, 0.017, 0.013)):
         blob = warp(fractal(rng, 4, 4, 4, 0.55), 0.05 * (bend - 0.5), 0.05 * (bend.T - 0.5))
-        image = image + (np.float32(color) - image) * step(0.56, 0.575, blob)[..., None]
+        image = image + (rgb(color) - image) * step(0.56, 0.575, blob)[..., None]
     weave = fractal(rng, 128, 128, 3, 1.0)
     return times(image, (0.7 + 0.6 * weave) * (0.6 + 0.8 * fractal(rng, 2, 2, 7, 0.75)))
 

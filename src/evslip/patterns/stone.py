@@ -30,7 +30,9 @@ def _granite(rng: np.random.Generator, dark: Color, middle: Color, bright: Color
     _, _, coarse = cells(rng, 40, du=0.02 * (fractal(rng, 32, 32, 4, 0.8) - 0.5))
     _, _, fine = cells(rng, 96)
     share = 0.55 * coarse + 0.45 * fine + 0.5 * (blur - 0.5)
-    return times(ramp([dark, middle, middle, bright], share * share * 1.2), 0.9 + 0.3 * (fractal(rng, 128, 128, 3, 0.9) - 0.5))
+    return times(
+        ramp([dark, middle, middle, bright], share * share * 1.2), 0.9 + 0.3 * (fractal(rng, 128, 128, 3, 0.9) - 0.5)
+    )
 
 
 def _marble(rng: np.random.Generator, base: Color, vein: Color) -> np.ndarray:
@@ -59,7 +61,9 @@ def _paving(rng: np.random.Generator, count: int, dark: Color, bright: Color) ->
 def _terrazzo(rng: np.random.Generator) -> np.ndarray:
     fine = fractal(rng, 64, 64, 4, 0.9)
     image = mix((0.58, 0.55, 0.5), (0.72, 0.69, 0.64), fine)
-    palette = np.array([(0.12, 0.11, 0.1), (0.45, 0.16, 0.1), (0.75, 0.73, 0.7), (0.3, 0.33, 0.3), (0.5, 0.38, 0.22)], np.float32)
+    palette = np.array(
+        [(0.12, 0.11, 0.1), (0.45, 0.16, 0.1), (0.75, 0.73, 0.7), (0.3, 0.33, 0.3), (0.5, 0.38, 0.22)], np.float32
+    )
     for count, width in ((44, 0.30), (22, 0.32), (11, 0.36)):
         near, second, tone = cells(rng, count)
         chip = step(0.0, 0.05, np.where(tone > 0.45, width - near, -1)) * step(0.1, 0.16, second - near)
@@ -115,12 +119,25 @@ def _cobbles(rng: np.random.Generator) -> np.ndarray:
 def _pebbles(rng: np.random.Generator) -> np.ndarray:
     """Rounded stones of two sizes in sand."""
     image = times(mix((0.20, 0.16, 0.11), (0.50, 0.42, 0.32), fractal(rng, 64, 64, 4, 1.0)), np.float32(0.7) + 0 * U)
-    colors: list[Color] = [(0.08, 0.08, 0.085), (0.3, 0.28, 0.26), (0.42, 0.3, 0.2), (0.6, 0.57, 0.52), (0.24, 0.26, 0.27)]
+    colors: list[Color] = [
+        (0.08, 0.08, 0.085),
+        (0.3, 0.28, 0.26),
+        (0.42, 0.3, 0.2),
+        (0.6, 0.57, 0.52),
+        (0.24, 0.26, 0.27),
+    ]
     for count in (22, 12):
         near, second, tone = cells(rng, count, jitter=0.75)
         dome = np.clip(1 - near / 0.5, 0, 1) * step(0.05, 0.2, second - near)
         cover = step(0.02, 0.1, dome)
         vein = step(0.9, 1.0, 1 - 2 * np.abs(fractal(rng, 16, 16, 4, 0.6) - 0.5))
-        stone = ramp(colors, fraction(tone * 7)) * (0.75 + 0.3 * vein + 0.5 * (fractal(rng, 64, 64, 3, 0.9) - 0.5))[..., None]
-        image = over(times(image, 1 - 0.6 * step(0.0, 0.35, np.roll(dome, (5, 5), (0, 1)))), times(stone, relief(np.sqrt(dome), 1.3, 2)), cover)
+        stone = (
+            ramp(colors, fraction(tone * 7))
+            * (0.75 + 0.3 * vein + 0.5 * (fractal(rng, 64, 64, 3, 0.9) - 0.5))[..., None]
+        )
+        image = over(
+            times(image, 1 - 0.6 * step(0.0, 0.35, np.roll(dome, (5, 5), (0, 1)))),
+            times(stone, relief(np.sqrt(dome), 1.3, 2)),
+            cover,
+        )
     return image

@@ -11,7 +11,7 @@ from evslip.patterns.noise import cells, fractal
 class Tiling(NamedTuple):
     first: Color
     second: Color
-    count: int
+    across: int
     is_chequered: bool
     is_diagonal: bool
 
@@ -34,7 +34,7 @@ def draw(rng: np.random.Generator, number: int) -> np.ndarray:
 
 
 def _tiled(rng: np.random.Generator, tiling: Tiling) -> np.ndarray:
-    count = tiling.count
+    count = tiling.across
     x, y = U * count, V * count
     if tiling.is_diagonal:
         x, y = x + y, x - y
@@ -45,7 +45,9 @@ def _tiled(rng: np.random.Generator, tiling: Tiling) -> np.ndarray:
     veins = step(0.9, 1.0, 1 - 2 * np.abs(fractal(rng, 4, 4, 7, 0.6) - 0.5))
     edge = np.minimum(0.5 - np.abs(fraction(x) - 0.5), 0.5 - np.abs(fraction(y) - 0.5)) + 0.012 * (cloud - 0.5)
     face = step(0.02, 0.06, edge)
-    image = times(mix(tiling.first, tiling.second, share), 0.85 + 0.3 * (tone - 0.5) + 0.5 * (cloud - 0.5) - 0.2 * veins)
+    image = times(
+        mix(tiling.first, tiling.second, share), 0.85 + 0.3 * (tone - 0.5) + 0.5 * (cloud - 0.5) - 0.2 * veins
+    )
     grout = mix((0.16, 0.15, 0.14), (0.30, 0.29, 0.27), fractal(rng, 64, 64, 4, 0.9))
     return times(over(grout, image, face), relief(face, 0.35, 2) * _sheen(rng))
 
@@ -76,7 +78,9 @@ def _hexagons(rng: np.random.Generator) -> np.ndarray:
     tone = rng.random(across * down, np.float32)[label]
     face = step(0.04, 0.12, second - nearest)
     glaze = fractal(rng, 8, 8, 7, 0.85)
-    image = ramp([(0.05, 0.06, 0.08), (0.66, 0.65, 0.62), (0.78, 0.77, 0.73)], step(0.1, 0.16, tone) * (0.5 + 0.5 * tone))
+    image = ramp(
+        [(0.05, 0.06, 0.08), (0.66, 0.65, 0.62), (0.78, 0.77, 0.73)], step(0.1, 0.16, tone) * (0.5 + 0.5 * tone)
+    )
     image = times(image, 0.8 + 0.5 * (glaze - 0.4))
     return times(over(image, (0.22, 0.21, 0.2), 1 - face), relief(face, 0.3) * _sheen(rng))
 

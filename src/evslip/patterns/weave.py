@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.patterns.canvas import Color, U, V, fraction, mix, over, ramp, relief, step, times, whole
+from evslip.patterns.canvas import Color, U, V, fraction, mix, over, ramp, relief, rgb, step, times, whole
 from evslip.patterns.noise import cells, fractal, leaves
 
 
@@ -52,8 +52,10 @@ def _woven(rng: np.random.Generator, cloth: Cloth, is_herringbone: bool = False)
     round_ = 1 - 3.2 * across * across
     dip = 1 - 1.4 * along * along
     fluff = fractal(rng, 256, 256, 2, 0.8)
-    light = (0.35 + 0.65 * round_ * dip) * (0.85 + 0.3 * (tone - 0.5) + 0.6 * slub + 0.3 * (fluff - 0.5) - 0.25 * across)
-    color = np.where(on_top[..., None], np.asarray(cloth.warp, np.float32), np.asarray(cloth.weft, np.float32))
+    light = (0.35 + 0.65 * round_ * dip) * (
+        0.85 + 0.3 * (tone - 0.5) + 0.6 * slub + 0.3 * (fluff - 0.5) - 0.25 * across
+    )
+    color = np.where(on_top[..., None], rgb(cloth.warp), rgb(cloth.weft))
     return times(color, light)
 
 
@@ -76,12 +78,12 @@ def _knit(rng: np.random.Generator) -> np.ndarray:
     is_light = (row < down // 4) & motif[row % (down // 4), i % motif.shape[1]]
     fibre = fractal(rng, 128, 128, 3, 1.0)
     tube = (0.2 + 0.8 * thread) * (1 - 1.8 * (side - 0.25) ** 2 * 4) * (0.8 + 0.5 * (fibre - 0.5))
-    color = np.where(is_light[..., None], np.float32((0.72, 0.70, 0.64)), np.float32((0.33, 0.045, 0.05)))
+    color = np.where(is_light[..., None], rgb((0.72, 0.70, 0.64)), rgb((0.33, 0.045, 0.05)))
     return times(color, tube * _wear(rng))
 
 
 def _tartan(rng: np.random.Generator) -> np.ndarray:
-    palette = np.float32([(0.30, 0.03, 0.035), (0.02, 0.06, 0.035), (0.02, 0.03, 0.11), (0.62, 0.58, 0.42)])
+    palette = rgb([(0.30, 0.03, 0.035), (0.02, 0.06, 0.035), (0.02, 0.03, 0.11), (0.62, 0.58, 0.42)])
     stripes = np.repeat([0, 1, 0, 3, 0, 2, 1, 2, 0, 3, 0, 1], [12, 5, 2, 1, 2, 11, 8, 11, 2, 1, 2, 7])
     x, y = whole(U * 128), whole(V * 128)
     warp, weft = palette[stripes[x % 64]], palette[stripes[y % 64]]
@@ -106,7 +108,9 @@ def _carpet(rng: np.random.Generator) -> np.ndarray:
     i, j = whole(U * knots), whole(V * knots)
     x, y = np.abs(i % 64 - 31.5), np.abs(j % 64 - 31.5)
     rings = whole((x + y) / 5 + np.where(x > y, 0, 0.5))
-    palette = np.float32([(0.26, 0.035, 0.03), (0.03, 0.045, 0.12), (0.55, 0.46, 0.30), (0.10, 0.03, 0.03), (0.34, 0.17, 0.06)])
+    palette = rgb(
+        [(0.26, 0.035, 0.03), (0.03, 0.045, 0.12), (0.55, 0.46, 0.30), (0.10, 0.03, 0.03), (0.34, 0.17, 0.06)]
+    )
     order = rng.permutation(16) % 5
     flower = (whole(x / 3) * 5 + whole(y / 3) * 3) % 7 == 0
     image = palette[np.where(flower, (order[rings] + 2) % 5, order[rings])]
@@ -116,7 +120,7 @@ def _carpet(rng: np.random.Generator) -> np.ndarray:
 
 def _chintz(rng: np.random.Generator) -> np.ndarray:
     """Printed leaves and flowers on cotton."""
-    image = np.broadcast_to(np.float32((0.66, 0.62, 0.52)), (*U.shape, 3))
+    image = np.broadcast_to(rgb((0.66, 0.62, 0.52)), (*U.shape, 3))
     for count, size, width, colors in (
         (90, 0.09, 0.022, ((0.05, 0.13, 0.05), (0.20, 0.32, 0.10))),
         (60, 0.05, 0.03, ((0.45, 0.06, 0.08), (0.75, 0.38, 0.34))),

@@ -79,7 +79,9 @@ def _grain(rng: np.random.Generator, timber: Timber, offset: np.ndarray, boards:
     share = 0.62 - 0.5 * late + 0.6 * (fibres - 0.5) + 0.3 * (fractal(rng, 4, 2, 6, 0.7) - 0.5)
     share = share - timber.pores * 0.5 * pores - 0.55 * knots
     if timber.worn:
-        share = share * relief(fractal(rng, 64, 2, 5, 0.9), 0.9 * timber.worn) - 0.5 * step(0.7, 0.8, fractal(rng, 64, 1, 3, 0.8))
+        share = share * relief(fractal(rng, 64, 2, 5, 0.9), 0.9 * timber.worn) - 0.5 * step(
+            0.7, 0.8, fractal(rng, 64, 1, 3, 0.8)
+        )
     return share
 
 

@@ -22,9 +22,9 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
 
     sky: coarse texture of the background (rows, columns), repeated `repetitions` times around the horizon, which a
     panorama (wider than high) has in the middle; luminance: of its white. The lower hemisphere is the table: it sends
-    back `albedo` of what it receives from the sky and from the lamp (`lamp`: luminance the lamp gives to white paper
-    on it), so that undersides are not black. Irradiance from
-    a distant surround is, to 1 %, a quadratic form in the normal (Ramamoorthi and Hanrahan 2001); it is fitted here.
+    back `albedo` of what it receives from the sky and from the lamp (`lamp`: luminance the lamp gives to white paper on
+    it), so that undersides are not black. Irradiance from a distant surround is, to 1 %, a quadratic form in the normal
+    (Ramamoorthi and Hanrahan 2001); it is fitted here.
     """
     azimuth = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
     height = (np.arange(ELEVATIONS) + 0.5) / ELEVATIONS

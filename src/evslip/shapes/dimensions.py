@@ -10,8 +10,10 @@ def settle(spec: Any) -> Any:
     """The object's section of the parameters with the dimensions that its shape comes to, and its density replaced by a
     mass. Raises ConfigError for a mesh that cannot be used, sizes and masses out of range, and a centre of mass that no
     filling of the object has, or with which it would fall over."""
-    drawn = (round(side, 9) for side in shape_class(spec).sides(spec))  # a nanometre beyond a limit is none
-    sides: dict[str, float] = dict(zip(("width_m", "depth_m", "height_m"), drawn, strict=True))
+    drawn = (spec.width_m, spec.depth_m, spec.height_m)
+    # Of computed sides a nanometre beyond a limit is none. Drawn ones stay: their last bits tell the splits apart.
+    settled = (side if side in drawn else round(side, 9) for side in shape_class(spec).sides(spec))
+    sides: dict[str, float] = dict(zip(("width_m", "depth_m", "height_m"), settled, strict=True))
     _check(spec, f"object.{'mesh' if spec.shape == 'mesh' else 'shape'}", sides)
     spec = spec.model_copy(update=sides)
     shape = shape_of_spec(spec)

@@ -23,8 +23,8 @@ from evslip.view import figures
 from evslip.view.pictures import data_uri, overlay
 from evslip.window_set import SLIP, Windows, WindowSettings, load_windows
 
-PHASES = ("initial", "lift", "tilt", "back", "placement")
-"""What the frame strip shows, each in its middle."""
+UNSHOWN = ("approach", "release")
+"""Phases that are not recorded; the frame strip shows all others, each in its middle."""
 SHOWN_US = 20_000
 """Length of time whose events are drawn over a frame."""
 CLOUD_US = 600_000
@@ -74,7 +74,7 @@ def write_report(
     text = page.substitute(
         title=f"evslip: {_text(dataset.root.absolute().name)}",
         subtitle=f"Synthetic event-camera data for slip detection, made by evslip {_text(evslip.__version__)}.",
-        phases=len(PHASES),
+        phases=max((len(list(_phase_middles(record))) for record in examples.values()), default=1),
         plotly=_plotly(),
         body="\n".join(part for part in parts if part),
     )
@@ -131,16 +131,16 @@ def _strips(examples: Mapping[str, Record], picture: Picture | None) -> str:
         "What the camera on the hand sees in the middle of each phase, drawn again from the stored poses; below it, "
         f"the events of the {SHOWN_US // 1000} ms before: red is brighter, blue is darker."
     )
-    return _section("Two samples through the five phases", note, "".join(rows))
+    return _section("Two samples through their phases", note, "".join(rows))
 
 
 def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
     assert record.params is not None and record.truth is not None  # a simulated record has both
     times = phase_times(record.params)
     first, last = record.truth.span_us
-    for name in PHASES:
-        start, end = max(times[name][0], first), min(times[name][1], last)
-        if start < end:
+    for name, (begin, finish) in times.items():
+        start, end = max(begin, first), min(finish, last)
+        if name not in UNSHOWN and start < end:
             yield name, (start + end) // 2
 
 
@@ -194,11 +194,13 @@ def _angles(dataset: Dataset, examples: Mapping[str, Record], settings: WindowSe
     first = next(iter(examples.values()))
     slip, hold = (examples[label].truth if label in examples else None for label in ("slip", "hold"))
     assert first.params is not None  # a simulated record has them
-    phases = {name: span for name, span in phase_times(first.params).items() if name in PHASES}
+    phases = {name: span for name, span in phase_times(first.params).items() if name not in UNSHOWN}
     figure = figures.theta(slip, hold, others, phases, (settings.hold_deg, settings.slip_deg))
+    sliding = f" (or by its sliding, {settings.slip_mm:g} mm and {settings.hold_mm:g} mm)"
     note = (
         "How far the object has turned in the hand since the grip closed. A window is slip or hold by its change of "
-        f"this angle: at least {settings.slip_deg:g}° or less than {settings.hold_deg:g}° in {settings.length_s:g} s. "
+        f"this angle: at least {settings.slip_deg:g}° or less than {settings.hold_deg:g}° in {settings.length_s:g} s"
+        f"{sliding if settings.labels == 'motion' else ''}. "
         "Shaded: the object of the sample of that colour is held, free of the surface."
     )
     button = '<button data-scale="theta">linear axis</button>'

@@ -1,0 +1,150 @@
+"""The verb that shows: configurations, draws, cameras, textures."""
+
+from json import dumps
+from pathlib import Path
+
+from tyro.conf import Positional
+
+from evslip.cli.options import Overrides, Split, overrides
+from evslip.config import Config
+from evslip.console import console
+from evslip.errors import ConfigError, EvslipError
+
+
+def show(
+    preset: Positional[str],
+    name: Positional[str | None] = None,
+    *,
+    set: Overrides = (),
+    index: int | None = None,
+    split: Split = "train",
+    json: bool = False,
+    plot: Path | None = None,
+    check_split: bool = False,
+    masses: bool = False,
+    count: int | None = None,
+    test_count: int = 200,
+    out: Path = Path("textures.png"),
+) -> None:
+    """Print a configuration in full, what it draws, a camera, or a file's settings; write a sheet of textures.
+
+    Args:
+        preset: Name of a preset (demo, simple, complex), a TOML file, "parameters" for a table of all keys, "camera"
+            for the event cameras, "textures" for a contact sheet, or a file of `evslip events` (.h5, .npz) or of
+            `evslip generate` for the settings inside it.
+        name: After "camera": preset of the event camera; default: a table of all. After "textures": a name, pattern or
+            folder; default: the whole pool.
+        set: Override, such as object.mass_kg=0.05; may be given several times.
+        index: Show what is drawn for this sample instead, with its predicted onset of slip.
+        split: Split of that sample.
+        json: That sample as JSON.
+        plot: Draw how every parameter is distributed into this PNG file.
+        check_split: Draw all samples; exit code 2 if training and testing share a value.
+        masses: Say which masses surely hold and surely slip in every sample.
+        count: Samples of the training split for the last three; default: a whole grid, or 1000.
+        test_count: Samples of the test split for them.
+        out: File of the textures' contact sheet.
+    """
+    from evslip.codecs.settings import keeps_settings, read_settings
+    from evslip.config import dump_config, load_config
+    from evslip.reference import parameters_table
+
+    if preset == "camera":
+        return _camera(name)
+    if preset == "textures":
+        return _textures(name, out)
+    if name is not None:
+        raise ConfigError(
+            f"show {preset}: {name!r} is one word too many; only `show camera` and `show textures` take a name"
+        )
+    if preset == "parameters":
+        print(parameters_table(), end="")
+        return None
+    if keeps_settings(preset):
+        print(dumps(read_settings(preset), indent=2))
+        return None
+    config = load_config(preset, overrides(set))
+    if check_split:
+        return _check_split(config, preset, count, test_count)
+    if masses:
+        return _masses(config, count)
+    if plot is not None:
+        return _plot(config, plot, count, test_count)
+    if index is None:
+        print(dump_config(config), end="")
+        return None
+    return _draw(config, index, split, json)
+
+
+def _camera(name: str | None) -> None:
+    from evslip.events.datasheet import datasheet, presets_table
+
+    print(presets_table() if name is None else datasheet(name), end="")
+
+
+def _textures(name: str | None, out: Path) -> None:
+    from evslip import textures
+    from evslip.view.texture_sheet import write_sheet
+
+    names = textures.pool(True) if name is None else textures.expand(name, is_background=True)
+    names = names if isinstance(names, tuple) else (str(names),)
+    write_sheet(out, names)
+    console.print(f"{out}: {len(names)} textures")
+
+
+def _draw(config: Config, index: int, split: str, json: bool) -> None:
+    from evslip.draw_sheet import draw_sheet
+    from evslip.params import draw
+
+    print(draw(config, index, split).model_dump_json(indent=2) if json else draw_sheet(config, index, split).rstrip())
+
+
+def _counts(config: Config, count: int | None, test_count: int) -> dict[str, int]:
+    from evslip.params import grid_size
+
+    if count is None:
+        count = grid_size(config) if config.sampling == "grid" and grid_size(config) > 1 else 1000
+    for name, number in (("count", count), ("test_count", test_count)):
+        if number < 1:
+            raise ConfigError(f"{name}: {number} is out of range, expected 1 or more")
+    return {"train": count, "test": test_count} if config.test_share else {"train": count}
+
+
+def _check_split(config: Config, source: str, count: int | None, test_count: int) -> None:
+    from evslip.separation import separate, textures_of
+
+    counts = _counts(config, count, test_count)
+    if "test" not in counts:
+        raise ConfigError("test_share: is 0, so the configuration has no test split to check")
+    found = separate(config, counts)
+    for line in found.report():
+        console.print(line)
+    pictures = textures_of(found)
+    if pictures:
+        console.print(f"textures: {pictures['train']} in train, {pictures['test']} in test")
+    shared = found.shared()
+    if shared:
+        name, values = next(iter(shared.items()))
+        raise EvslipError(
+            f"{source}: {name}: {len(values)} values occur in both splits, such as {min(values, key=str)!r}"
+        )
+    console.print(f"{counts['train']} + {counts['test']} samples drawn: train and test share no value")
+
+
+def _masses(config: Config, count: int | None) -> None:
+    from evslip.stratification import sure_masses
+    from evslip.units import tell
+
+    number = _counts(config, count, 1)["train"]
+    low, high, hold, slip = (tell("_kg", mass) for mass in sure_masses(config, number))
+    console.print(
+        f"{number} samples: onset masses from {low} to {high}; {hold} holds in all of them, {slip} slips in all"
+    )
+
+
+def _plot(config: Config, path: Path, count: int | None, test_count: int) -> None:
+    from evslip.view.distributions import write_distributions
+
+    counts = _counts(config, count, test_count)
+    number = write_distributions(path, config, counts)
+    console.print(f"{path}: {number} parameters of {' + '.join(map(str, counts.values()))} samples")

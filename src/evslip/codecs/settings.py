@@ -1,0 +1,54 @@
+"""What a file of events says about how it was made."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evslip.codecs import FORMATS
+from evslip.codecs.inputs import require_file
+from evslip.errors import DataError
+
+KEPT_IN = ("hdf5", "npz")
+"""Formats that have a place for settings."""
+
+
+def keeps_settings(path: str | Path) -> bool:
+    """Whether a file of this name can hold settings."""
+    return FORMATS.get(Path(path).suffix.lower()) in KEPT_IN
+
+
+def read_settings(path: str | Path) -> dict[str, Any]:
+    """The settings of `evslip events` in a file of events, or the parameters of a sample. Raises DataError."""
+    path = require_file(path)
+    if not keeps_settings(path):
+        raise DataError(f"{path}: files of this kind keep no settings; HDF5 and .npz files do")
+    text = _hdf5_text(path) if FORMATS[path.suffix.lower()] == "hdf5" else _npz_text(path)
+    if text is None:
+        raise DataError(f"{path}: keeps no settings; it was not made by `evslip events` or `evslip generate`")
+    try:
+        settings = json.loads(text)
+    except ValueError:
+        settings = None
+    if not isinstance(settings, dict):
+        raise DataError(f"{path}: its settings are damaged, expected a JSON object")
+    return settings
+
+
+def _hdf5_text(path: Path) -> str | None:
+    from evslip import hdf5
+
+    with hdf5.opened(path) as file:
+        for name in ("settings", "params"):
+            if name in file.attrs:
+                return hdf5.attribute(file, name, str)
+    return None
+
+
+def _npz_text(path: Path) -> str | None:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return str(arrays["settings"]) if "settings" in arrays else None
+    except Exception as error:  # zipfile, zlib and NumPy's header parser each have their own
+        raise DataError(f"{path}: not an .npz file: {' '.join(str(error).split())[:160]}") from None

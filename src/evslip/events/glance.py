@@ -1,0 +1,216 @@
+"""A first look at many pixels: where their low-pass goes, and which of them might fire. Nearly all never need a second.
+
+Everything here is single precision and written as short loops over a tile of pixels, which become vector code. What a
+glance computes is either certain to err on the safe side (`might_fire`) or exact enough to be the pixel's memory: the
+low-pass is kept as its lag, lp - L, which is small, and as the sum of two numbers, so that steps far smaller than the
+lag are not rounded away (Kahan 1965). The lag's own step is that of `lowpass` in terms of the ratio
+
+    r = (Y1 - Y0) / (Y1 + Y0) = tanh(x / 2),    x = L1 - L0,
+
+which single precision holds to full relative accuracy however small the change, and in which both x and the mean
+current are short series. They are short because changes are small: a pixel with |x| > NARROW is computed by `lowpass`.
+"""
+
+import math
+
+import numpy as np
+
+from evslip.compiled import compiled
+
+NARROW, NARROW_PRODUCT = np.float32(0.25), np.float32(0.16)
+"""Largest |x| and K |x| of a glance."""
+BRIEF = np.float32(0.5)
+"""Largest K for which the weights are taken from their series."""
+MARGIN = 1.5e-5
+"""More than the logarithms of a glance may be wrong by after a chunk of frames, in ln units."""
+FORGOTTEN = np.float32(1e-12)
+"""Smaller lags are none: numbers that decay for ever become slow ones."""
+
+_ONE, _TWO, _HALF = np.float32(1), np.float32(2), np.float32(0.5)
+_A3, _A5, _A7 = np.float32(1 / 3), np.float32(1 / 5), np.float32(1 / 7)
+_M2, _M4, _M6 = np.float32(1 / 3), np.float32(4 / 45), np.float32(44 / 945)
+_J1, _J2, _J3, _J4, _J5, _J6 = (np.float32(1 / math.factorial(n)) for n in range(2, 8))
+_C0, _C1, _C2, _C3, _C4, _C5 = (np.float32(1 / n) for n in (6, 12, 40, 180, 1008, 6720))
+_S2, _D2, _G = np.float32(1 / 60), np.float32(1 / 40), np.float32(1 / 120)
+_SHRINK, _MOST = np.float32(1 / 64), np.float32(40)
+_LN_2, _ROOT_HALF = np.float32(math.log(2)), np.float32(math.sqrt(0.5))
+_ONE_BITS, _ROOT_BITS = np.int32(0x3F800000), np.int32(0x3F3504F3)
+_MANTISSA, _SHIFT = np.int32(0x007FFFFF), np.int32(23)
+
+
+@compiled(error_model="numpy", inline="always")
+def change_and_exponent(current_0: float, current_1: float, base: float, gain: float) -> tuple[float, float]:
+    """x and K of an interval; base and gain already multiplied by its length. All float32."""
+    both = current_0 + current_1
+    ratio = (current_1 - current_0) / both
+    square = ratio * ratio
+    change = (ratio + ratio) * (_ONE + square * (_A3 + square * (_A5 + square * _A7)))
+    mean = _HALF * both * (_ONE - square * (_M2 + square * (_M4 + square * _M6)))
+    return change, base + gain * mean
+
+
+@compiled(error_model="numpy", inline="always")
+def _weights_brief(exponent: float) -> tuple[float, float, float]:
+    """1 - exp(-K), j0 and C of `lowpass`, for K up to BRIEF."""
+    k = exponent
+    j0 = _ONE - k * (_J1 - k * (_J2 - k * (_J3 - k * (_J4 - k * (_J5 - k * _J6)))))
+    c = _C0 - k * (_C1 - k * (_C2 - k * (_C3 - k * (_C4 - k * _C5))))
+    return k * j0, j0, c
+
+
+@compiled(error_model="numpy", inline="always")
+def _weights_long(exponent: float) -> tuple[float, float, float]:
+    """The same for K from BRIEF."""
+    k = max(exponent, BRIEF)
+    r = min(k, _MOST) * _SHRINK
+    lost = r * (_ONE - r * (_J1 - r * (_J2 - r * (_J3 - r * (_J4 - r * _J5)))))
+    for _ in range(6):
+        # 1 - exp(-2 r) = e (2 - e), six times: 2^6 = 64.
+        lost = lost * (_TWO - lost)
+    inverse = _ONE / k
+    return lost, lost * inverse, (k * (_TWO - lost) - _TWO * lost) * inverse * inverse * inverse
+
+
+@compiled(error_model="numpy", inline="always")
+def lag_step(change: float, rise: float, exponent: float, lag: float, lost: float, j0: float, c: float) -> float:
+    """What an interval adds to the lag; rise = gain dt (Y1 - Y0)."""
+    spread = rise * (_ONE - change * change * _S2)
+    share = j0 + c * (spread * (spread * _D2 - _HALF) - rise * change * exponent * _G)
+    return -(lost * lag + change * share)
+
+
+@compiled(error_model="numpy", inline="always")
+def is_wide(change: float, exponent: float) -> bool:
+    """Whether an interval is too much for a glance."""
+    return (abs(change) > NARROW) | (abs(change) * exponent > NARROW_PRODUCT)
+
+
+@compiled(error_model="numpy", inline="always")
+def whole_step(
+    current_0: float, current_1: float, base: float, gain: float, lag: float
+) -> tuple[float, float, float]:  # fmt: skip
+    """x, K and what an interval adds to the lag, of one pixel; base and gain already multiplied by its length."""
+    change, exponent = change_and_exponent(current_0, current_1, base, gain)
+    lost, j0, c = _weights_long(exponent) if exponent > BRIEF else _weights_brief(exponent)
+    return change, exponent, lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c)
+
+
+@compiled(error_model="numpy")
+def currents(image: np.ndarray, table: np.ndarray, scale: float, offset: float, out: np.ndarray) -> None:
+    """Photocurrents of a tile: of bytes by `table`, of shape (256,), when scale is 0, else scale * value + offset."""
+    if scale == 0.0:
+        for i in range(len(image)):
+            out[i] = table[np.uint8(image[i])]
+    else:
+        for i in range(len(image)):
+            out[i] = image[i] * scale + offset
+
+
+@compiled(error_model="numpy")
+def logarithms(currents: np.ndarray, out: np.ndarray) -> None:
+    """ln of float32 numbers, with an error below 1e-6 for photocurrents of 1e-6 to 1e6."""
+    bits, out_bits = currents.view(np.int32), out.view(np.int32)
+    for i in range(len(bits)):
+        out_bits[i] = ((bits[i] + (_ONE_BITS - _ROOT_BITS)) & _MANTISSA) + _ROOT_BITS
+    for i in range(len(bits)):
+        # The mantissa lies in [sqrt(1/2), sqrt(2)).
+        power = np.float32(((bits[i] + (_ONE_BITS - _ROOT_BITS)) >> _SHIFT) - np.int32(127))
+        s = (out[i] - _ONE) / (out[i] + _ONE)
+        q = s * s
+        out[i] = power * _LN_2 + (s + s) * (_ONE + q * (_A3 + q * (_A5 + q * (_A7 + q * np.float32(1 / 9)))))
+
+
+@compiled(error_model="numpy")
+def changes(
+    current_0: np.ndarray, current_1: np.ndarray, base: float, gain: float, change: np.ndarray, exponent: np.ndarray
+) -> None:
+    """`change_and_exponent` of a tile."""
+    for i in range(len(change)):
+        change[i], exponent[i] = change_and_exponent(current_0[i], current_1[i], base, gain)
+
+
+@compiled(error_model="numpy")
+def lag_steps(
+    current_0: np.ndarray,
+    current_1: np.ndarray,
+    change: np.ndarray,
+    exponent: np.ndarray,
+    gain: float,
+    lag: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """`lag_step` of a tile."""
+    long = 0
+    for i in range(len(exponent)):
+        long += 1 if exponent[i] > BRIEF else 0
+    for i in range(len(out)):
+        k = exponent[i]
+        lost, j0, c = _weights_brief(k)
+        out[i] = lag_step(change[i], gain * (current_1[i] - current_0[i]), k, lag[i], lost, j0, c)
+    if long == 0:
+        return
+    for i in range(len(out)):
+        k = exponent[i]
+        lost, j0, c = _weights_long(k)
+        step = lag_step(change[i], gain * (current_1[i] - current_0[i]), k, lag[i], lost, j0, c)
+        out[i] = step if k > BRIEF else out[i]
+
+
+@compiled(error_model="numpy", inline="always")
+def added(lag: float, rest: float, step: float) -> tuple[float, float]:
+    """Lag and rest, whose sum is the exact lag, after a step."""
+    step = step + rest
+    total = lag + step
+    total = total if abs(total) > FORGOTTEN else np.float32(0)
+    return total, step - (total - lag)
+
+
+@compiled(error_model="numpy")
+def add_steps(lag: np.ndarray, rest: np.ndarray, step: np.ndarray, before: np.ndarray) -> None:
+    """`added` of a tile, in place; the lag as it was into `before`."""
+    for i in range(len(lag)):
+        before[i] = lag[i]
+        lag[i], rest[i] = added(lag[i], rest[i], step[i])
+
+
+@compiled(error_model="numpy")
+def might_fire(
+    log_0: np.ndarray,
+    change: np.ndarray,
+    exponent: np.ndarray,
+    lag_0: np.ndarray,
+    lag_1: np.ndarray,
+    high: np.ndarray,
+    low: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Which pixels of a tile may leave (low, high) on the way: 0 or 1.
+
+    lp turns only where it meets L, so before that it moves by less than K times its lag.
+    """
+    for i in range(len(out)):
+        lp_0, lp_1 = log_0[i] + lag_0[i], log_0[i] + change[i] + lag_1[i]
+        turns = lag_0[i] * lag_1[i] < np.float32(0)
+        reach = exponent[i] * abs(lag_0[i]) if turns else np.float32(0)
+        out[i] = 0 if (max(lp_0 + reach, lp_1) < high[i]) & (min(lp_0 - reach, lp_1) > low[i]) else 1
+
+
+@compiled(error_model="numpy")
+def leaves(log: np.ndarray, high: np.ndarray, low: np.ndarray, out: np.ndarray) -> None:
+    """The same without low-pass, where lp is L, known to lie within (low, high) at the start."""
+    for i in range(len(out)):
+        out[i] = 0 if (log[i] < high[i]) & (log[i] > low[i]) else 1
+
+
+@compiled(error_model="numpy")
+def mark_wide(change: np.ndarray, exponent: np.ndarray, out: np.ndarray) -> None:
+    """Add 2 to the mark of each pixel that is too much for a glance."""
+    for i in range(len(out)):
+        out[i] |= np.uint8(2) if is_wide(change[i], exponent[i]) else np.uint8(0)
+
+
+@compiled(error_model="numpy")
+def mark_due(due_us: np.ndarray, end_us: float, out: np.ndarray) -> None:
+    """Add 1 to the mark of each pixel that has something to do by end_us anyway."""
+    for i in range(len(out)):
+        out[i] |= np.uint8(1) if due_us[i] <= end_us else np.uint8(0)
