@@ -63,6 +63,7 @@ def main(folder: str = "docs/figures") -> None:
     with tempfile.TemporaryDirectory() as scratch:
         ring = trimesh.creation.torus(0.027, 0.011, major_sections=64, minor_sections=32)
         ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+        ring.vertices[:, 2] = np.maximum(ring.vertices[:, 2], -0.034)  # a flat base, so that it stands
         ring.export(Path(scratch) / "ring.stl")
         shapes = {
             "cuboid": {},

@@ -29,10 +29,11 @@ def sample(**overrides):
 
 @pytest.fixture(scope="module")
 def ring(tmp_path_factory):
-    """A ring that stands upright: parts of it hide others, and the background shows through."""
+    """A ring that stands upright on a flat base: parts of it hide others, and the background shows through."""
     path = tmp_path_factory.mktemp("mesh") / "ring.stl"
     ring = trimesh.creation.torus(0.03, 0.012, major_sections=24, minor_sections=12)
     ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    ring.vertices[:, 2] = np.maximum(ring.vertices[:, 2], -0.035)
     ring.export(path)
     return {"object__shape": "mesh", "object__mesh": str(path), "object__mesh_fit": "own"}
 
