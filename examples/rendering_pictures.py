@@ -33,8 +33,8 @@ def pose(params: Params, held: bool) -> Trajectory:
     body = np.array([[0.45, 0.0, height / 2 + lift, np.cos(half), 0.0, np.sin(half), 0.0]])
     joints = np.zeros((1, 9))
     joints[:, 7:] = params.object.depth_m / 2
-    still = [np.repeat(array, 2, axis=0) for array in (hand, body, joints)]
-    return Trajectory(params, np.array([0, 1000]), *still, np.ones((2, 2)), np.zeros(2))
+    hand, body, joints = (np.repeat(array, 2, axis=0) for array in (hand, body, joints))
+    return Trajectory(params, np.array([0, 1000]), hand, body, joints, np.ones((2, 2)), np.zeros(2))
 
 
 def picture(params: Params, traj: Trajectory) -> np.ndarray:
