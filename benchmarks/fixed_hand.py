@@ -70,7 +70,7 @@ def _hang(params: Params, model: mujoco.MjModel) -> Hang:
         model.opt.gravity[2] = gravity[k]
         mujoco.mj_step(model, data)
         rows[k] = data.sensordata
-    _, pose, _, pads, *_ = scene.split_sensors(rows, params.grip.friction)
+    _, pose, _, pads, *_ = scene.split_sensors(rows)
     closed = int(np.searchsorted(t_s, CLOSED_S))
     turn = Rotation.from_quat(pose[:, 3:], scalar_first=True)
     turned = np.degrees((turn[closed].inv() * turn).magnitude())

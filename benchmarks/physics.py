@@ -144,7 +144,7 @@ def creep(count: int, seed: int, robot: str) -> bool:
             x, y, yaw = off * sides[index] * [0.002, 0.002, 1.0]
             error = {"grip.error_x_m": x, "grip.error_y_m": y, "grip.error_yaw_deg": yaw}
             params = params_of(index, seed, robot, VARIED | error)
-            worst[index] = _windows(weighing(params, multiples[index] * evslip.onset_mass(params)))
+            worst[index] = _windows(weighing(params, float(multiples[index]) * evslip.onset_mass(params)))
         (turn, slide), (turns, slides) = worst.max(axis=0), np.median(worst, axis=0)
         print(f"| {name} | {count} | {turn:.4f} | {turns:.4f} | {slide:.3f} | {slides:.3f} |", flush=True)
         kept &= bool(turn <= CREEP_DEG and slide <= CREEP_MM)

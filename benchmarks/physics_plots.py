@@ -62,7 +62,7 @@ def _onset(axes) -> None:
             axes.plot(offset, simulated, "o", color=SIMULATED, markersize=5)
         end = 20, 1e3 * hanging_onset_kg(cases[-1])
         axes.annotate(f"{depth_mm} mm", end, (6, -3), textcoords="offset points", fontsize=8)
-    axes.annotate("tool centre\nbelow the edge:", (20, 42), (0, 0), textcoords="offset points", fontsize=8)
+    axes.annotate("tool centre\nbelow the edge:", (20, 35), (0, 0), textcoords="offset points", fontsize=8)
     axes.plot([], [], color=PREDICTED, label="predicted")
     axes.plot([], [], "o", color=SIMULATED, label="simulated")
     axes.set(

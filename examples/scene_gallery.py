@@ -66,23 +66,23 @@ STRIPS: dict[str, list[Picture]] = {
     "height": of("object.height_m", 0.06, 0.09, 0.11),
     "depth": of("object.depth_m", 0.03, 0.05, 0.07, camera__mount="front"),
     "mass": of("object.mass_kg", 0.01, 0.045, 0.06, t_s=TILTED_S),
-    "density": of("object.density_kg_m3", 50.0, 200.0, t_s=TILTED_S),
+    "density": of("object.density_kg_m3", 50.0, 200.0, 270.0, t_s=TILTED_S),
     "centre_of_mass": of("object.com_x_m", -0.02, 0.0, 0.02, t_s=2.3, object__mass_kg=0.045),
     "centre_of_mass_height": of("object.com_z_m", -0.03, 0.0, 0.03, t_s=TILTED_S, object__mass_kg=0.035),
     "texture": of("object.texture", "wood-3", "brick-2", "plastic-1", "metal-3"),
-    "place": of("object.x_m", 0.41, 0.461, 0.51),
     "offset": of("grip.offset", -0.8, 0.0, 0.8),
     "grip_depth": of("grip.depth_m", -0.0045, 0.012, 0.03),
     "force": of("grip.force_n", 1.0, 1.2, 3.0, t_s=TILTED_S, object__mass_kg=0.05),
     "friction": of("grip.friction", 0.5, 0.6, 1.0, t_s=TILTED_S, object__mass_kg=0.05),
-    "error": [
-        *of("grip.error_x_m", -0.01, 0.01),
-        *of("grip.error_yaw_deg", 12.0, t_s=0.5),
-        Picture("... after the fingers have closed", {"grip.error_yaw_deg": 12.0}, 0.94),
-    ],
+    "error_x": of("grip.error_x_m", -0.01, 0.0, 0.01),
     "error_y": [
         *of("grip.error_y_m", -0.004, 0.004, t_s=0.5, camera__mount="front"),
-        Picture("... after they have closed", {"grip.error_y_m": 0.004, "camera.mount": "front"}, 0.94),
+        Picture("0.004, once the fingers have closed", {"grip.error_y_m": 0.004, "camera.mount": "front"}, 0.94),
+    ],
+    "error_yaw": [
+        *of("grip.error_yaw_deg", 12.0, t_s=0.5),
+        Picture("closed, friction = 0.5", {"grip.error_yaw_deg": 12.0}, 0.94),
+        Picture("closed, friction = 0.2", {"grip.error_yaw_deg": 12.0, "grip.friction": 0.2}, 0.94),
     ],
     "surface": of("surface.texture", "stone-3", "weave-2", "tile-0"),
     "tile": of("surface.tile_m", 0.1, 0.5, 1.5, surface__texture="tile-0"),
@@ -101,11 +101,8 @@ STRIPS: dict[str, list[Picture]] = {
             {"camera.mount": "custom", "camera.x_m": 0.18, "camera.y_m": 0.2, "camera.z_m": 0.04},
         ),
     ],
-    "jitter": [
-        *of("camera.x_m", -0.01, 0.01),
-        *of("camera.pitch_deg", 4.0),
-        *of("camera.roll_deg", 6.0),
-    ],
+    "shift": [*of("camera.x_m", 0.02), *of("camera.y_m", 0.04), *of("camera.z_m", -0.02)],
+    "turn": [*of("camera.yaw_deg", 5.0), *of("camera.pitch_deg", 5.0), *of("camera.roll_deg", 8.0)],
     "field_of_view": of("camera.fov_deg", 30.0, 47.0, 70.0),
     "exposure": [
         *of("camera.exposure", "sample", background__luminance_cd_m2=500.0),
@@ -114,7 +111,6 @@ STRIPS: dict[str, list[Picture]] = {
     ],
     "lift": of("motion.lift_m", 0.05, 0.15, 0.3),
     "tilt": of("motion.tilt_deg", -25.0, 0.0, 25.0, t_s=TILTED_S),
-    "goal": of("motion.move_y_m", -0.25, 0.0, 0.15, t_s=5.2),
 }
 
 

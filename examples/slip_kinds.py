@@ -11,7 +11,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from scipy.ndimage import maximum_filter1d
 
 import evslip
 from evslip.phases import hanging_phases, phase_bounds_s
@@ -39,8 +38,7 @@ def _draw(axis: Any, params: evslip.Params, truth: evslip.Truth) -> None:
     begin = int(np.flatnonzero(held)[0])
     spin = np.where(held, truth.spin_deg - truth.spin_deg[begin], np.nan)
     slide = np.where(held, 1e3 * np.linalg.norm(truth.slide_m - truth.slide_m[begin], axis=1), np.nan)
-    # The largest of 30 ms: while an object slides fast, its contact chatters from one millisecond to the next.
-    used = np.where(held, maximum_filter1d(truth.pad_utilisation.max(axis=1), 31), np.nan)
+    used = np.where(held, truth.pad_utilisation.max(axis=1), np.nan)
     for episode in truth.episodes:
         axis.axvspan(episode.start_us / 1e6, episode.end_us / 1e6, color=EPISODE, lw=0)
     share, way = axis.twinx(), axis.twinx()

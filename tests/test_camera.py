@@ -3,6 +3,7 @@ import pytest
 
 from evslip.camera import MOUNTS, hand_camera
 from evslip.config import load_config
+from evslip.errors import ConfigError
 from evslip.params import draw
 
 
@@ -29,3 +30,55 @@ def test_field_of_view_does_not_depend_on_resolution(params):
     for size in ((346, 260), (1280, 720)):
         camera = hand_camera(params, size)
         assert 2 * np.degrees(np.arctan(size[0] / 2 / camera.focal_px)) == pytest.approx(47)
+
+
+def custom(**values):
+    overrides = {f"camera.{name}": value for name, value in values.items()}
+    return hand_camera(draw(load_config("simple", {"camera.mount": "custom", **overrides}), 0))
+
+
+@pytest.mark.parametrize("place", [(0.2, 0.15, 0.02), (-0.1, 0.2, 0.2), (0.0, -0.3, 0.1034)])
+def test_a_custom_camera_sees_the_tool_centre_in_the_middle_and_upright(place):
+    camera = custom(**dict(zip(("x_m", "y_m", "z_m"), place, strict=True)))
+    assert camera.rotation.T @ camera.rotation == pytest.approx(np.eye(3))
+    tool, above = (camera.project((np.array([0, 0, z]) - camera.position) @ camera.rotation) for z in (0.1034, 0.09))
+    assert tool[:2] == pytest.approx([camera.width / 2, camera.height / 2])
+    assert above[0] == pytest.approx(tool[0])
+    assert above[1] < tool[1]
+
+
+def test_a_custom_camera_in_the_grasp_is_refused():
+    with pytest.raises(ConfigError, match=r"camera\.x_m 0\.02, camera\.y_m 0\.01: .* at least 0\.05 m"):
+        custom(x_m=0.02, y_m=0.01, z_m=0.1)
+
+
+@pytest.mark.parametrize(
+    ("turn", "moves"),
+    [({"yaw_deg": 2.0}, (-1, 0)), ({"pitch_deg": 2.0}, (0, 1))],
+    ids=["to the right", "up"],
+)
+def test_a_turn_of_the_camera_moves_the_image_the_other_way(turn, moves):
+    still = hand_camera(draw(load_config("simple"), 0))
+    turned = hand_camera(draw(load_config("simple", {f"camera.{k}": v for k, v in turn.items()}), 0))
+    ahead = still.position - 0.3 * still.rotation[:, 2]
+    image = turned.project((ahead - turned.position) @ turned.rotation)[:2]
+    expected = np.array(moves) * turned.focal_px * np.tan(np.radians(2)) + [turned.width / 2, turned.height / 2]
+    assert image == pytest.approx(expected)
+
+
+def test_a_roll_clockwise_turns_the_image_anticlockwise():
+    params = draw(load_config("simple", {"camera.roll_deg": 10.0, "camera.x_m": 0.01}), 0)
+    camera, still = hand_camera(params), hand_camera(draw(load_config("simple"), 0))
+    assert camera.position - still.position == pytest.approx([0.01, 0, 0])
+    right_of_middle = camera.position + still.rotation @ [0.1, 0, -0.3]
+    x, y, _ = camera.project((right_of_middle - camera.position) @ camera.rotation)
+    assert x > camera.width / 2
+    angle = np.arctan2(camera.height / 2 - y, x - camera.width / 2)
+    assert np.degrees(angle) == pytest.approx(10)
+
+
+def test_jitter_is_drawn_for_each_sample():
+    config = load_config("complex", {"camera.x_m": {"min": -0.002, "max": 0.002}, "camera.mount": ["side", "front"]})
+    shifts = [hand_camera(draw(config, k)).position - MOUNTS[draw(config, k).camera.mount] for k in range(20)]
+    assert np.abs(shifts).max() <= 0.002
+    assert len({round(shift[0], 9) for shift in shifts}) == 20

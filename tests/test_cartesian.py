@@ -14,7 +14,7 @@ from evslip.truth import measure
 PER_WINDOW = 160
 
 
-def weighing(multiple: float, index: int = 0, phases: list[str] | None = None, **overrides) -> Params:
+def weighing(multiple: float, overrides: dict, index: int = 0, phases: list[str] | None = None) -> Params:
     config = evslip.load_config("complex", {"robot.kind": "cartesian"} | overrides)
     params = evslip.draw(config, index)
     mass = multiple * evslip.onset_mass(params, phases)
@@ -23,13 +23,13 @@ def weighing(multiple: float, index: int = 0, phases: list[str] | None = None, *
 
 @pytest.fixture(scope="module")
 def held():
-    return simulate(weighing(0.6, **{"grip.offset": 0.4}))
+    return simulate(weighing(0.6, {"grip.offset": 0.4}))
 
 
 @pytest.fixture(scope="module")
 def sliding():
     central = {"grip.offset": 0.0, "grip.depth_m": 0.015, "motion.tilt_deg": 0.0, "motion.move_y_m": 0.0}
-    return simulate(weighing(1.04, phases=["lift"], **central))
+    return simulate(weighing(1.04, central, phases=["lift"]))
 
 
 def test_the_hand_follows_the_path_exactly(held):
@@ -87,12 +87,12 @@ def test_a_sliding_object_falls_with_what_friction_leaves_of_its_weight(sliding)
 )
 def test_objects_hold_below_the_onset_mass_and_slip_above_it(robot, index):
     varied = {"grip.force_n": {"min": 1.0, "max": 10.0}, "grip.friction": {"min": 0.3, "max": 1.0}, "robot.kind": robot}
-    assert measure(simulate(weighing(0.85, index, **varied))).onset_us is None
-    assert measure(simulate(weighing(1.25, index, **varied))).onset_us is not None
+    assert measure(simulate(weighing(0.85, varied, index))).onset_us is None
+    assert measure(simulate(weighing(1.25, varied, index))).onset_us is not None
 
 
 def test_objects_that_stand_askew_are_held_as_still():
     askew = {"grip.error_x_m": 0.002, "grip.error_y_m": -0.002, "grip.error_yaw_deg": 1.0}
-    truth = measure(simulate(weighing(0.7, 7, **askew)))
+    truth = measure(simulate(weighing(0.7, askew, 7)))
     turn = Rotation.from_quat(truth.rotation[truth.held], scalar_first=True)
     assert np.degrees((turn[:-PER_WINDOW].inv() * turn[PER_WINDOW:]).magnitude()).max() < 0.01

@@ -214,7 +214,7 @@ def test_hot_pixels_fire_alone_and_dead_ones_never():
 
 
 def test_photoreceptor_noise_has_its_size_and_memory():
-    rules = camera(cutoff_hz=15.0, photoreceptor_noise=0.05)._sensor._rules
+    rules = camera(cutoff_hz=15.0, photoreceptor_noise=0.05)._sensor.rules
     current, step_us = 100.0, rules.noise_step_us
     noise = [0.0]
     for number in range(100_000):
@@ -228,7 +228,7 @@ def test_photoreceptor_noise_has_its_size_and_memory():
 def test_photoreceptor_noise_fires_along_its_path():
     theta, level, seconds = 0.06, -1.0, 60
     sensor = camera(theta=theta, cutoff_hz=15.0, photoreceptor_noise=0.05, seed=4)
-    rules = sensor._sensor._rules
+    rules = sensor._sensor.rules
     events = follow(sensor, [0, seconds * 1e6], [[level], [level]])
     first = normals(*uniforms(rules.seed, 0, PHOTO, 0)[:2])[0] * rules.noise
     path, expected = [first], []

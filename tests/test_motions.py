@@ -106,7 +106,7 @@ def test_times_of_ones_own_lengthen_or_shorten_the_whole(lift, tilt, lower, dura
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_plans_keep_to_the_pandas_limits(kind):
-    arm = planned(with_values(kind)).arm_rad
+    arm = planned(with_values(kind)).joints
     speed = np.gradient(arm, 0.001, axis=0)
     assert (np.abs(speed) <= MOST_SPEED_RAD_S).all()
     assert (np.abs(np.gradient(speed, 0.001, axis=0)) <= 1.01 * MOST_ACCELERATION_RAD_S2).all()

@@ -1,8 +1,10 @@
 import itertools
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import kstest
 
 from evslip.config import load_config
 from evslip.errors import ConfigError
@@ -110,3 +112,32 @@ def test_what_cannot_be_drawn_is_refused():
 def test_params_survive_json():
     params = draw(load_config("complex"), 5)
     assert Params.from_json(params.model_dump_json()) == params
+
+
+def test_lights_over_a_sphere_are_as_dense_everywhere():
+    config = load_config("complex", {"light.polar_deg": {"min": 20.0, "max": 80.0, "law": "sphere"}})
+    drawn = np.array([draw(config, i).light.polar_deg for i in range(400)])
+    assert 20 <= drawn.min() <= drawn.max() <= 80
+    top, bottom = np.cos(np.radians([20, 80]))
+    share = (top - np.cos(np.radians(drawn))) / (top - bottom)
+    assert kstest(share, "uniform").pvalue > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ({"min": 0.0, "max": 90.0, "law": "cosine"}, "'cosine', is unknown; expected uniform or sphere"),
+        ({"min": -10.0, "max": 90.0, "law": "sphere"}, "0 <= min < max <= 180"),
+        ({"min": 0.0, "max": 90.0, "lw": "sphere"}, "exactly the keys min and max, and may have law"),
+    ],
+)
+def test_a_wrong_law_of_a_range_is_named(value, words):
+    with pytest.raises(ConfigError, match=words):
+        load_config("complex", {"light.polar_deg": value})
+
+
+def test_shapes_and_mounts_may_be_lists():
+    config = load_config("complex", {"object.shape": ["cuboid", "cylinder"], "test_share": 0.0})
+    drawn = [draw(config, i).object for i in range(30)]
+    assert {spec.shape for spec in drawn} == {"cuboid", "cylinder"}
+    assert all(spec.width_m == spec.depth_m for spec in drawn if spec.shape == "cylinder")

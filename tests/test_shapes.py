@@ -236,3 +236,13 @@ def test_a_mesh_that_cannot_be_used_is_named_with_the_reason(tmp_path, kind, suf
 def test_an_object_that_cannot_be_is_named_with_the_reason(values, words):
     with pytest.raises(ConfigError, match=words):
         params_with(**values)
+
+
+@pytest.mark.parametrize("sections", [16, 24, 200])
+def test_a_wheel_stands_however_coarse_its_mesh(tmp_path, sections):
+    wheel = trimesh.creation.torus(0.03, 0.012, major_sections=sections, minor_sections=12)
+    wheel.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    wheel.export(tmp_path / "wheel.stl")
+    params = params_with(object__shape="mesh", object__mesh=str(tmp_path / "wheel.stl"), object__mesh_fit="own")
+    assert shape_of(params).stands(np.zeros(3))
+    assert not shape_of(params).stands(np.array([0.02, 0, 0]))

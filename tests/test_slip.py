@@ -5,6 +5,7 @@ import pytest
 
 import evslip
 from evslip.errors import ConfigError
+from evslip.motion import tool_path
 from evslip.onset import onset_mass
 from evslip.params import Params
 from evslip.schema import SLIP_KINDS
@@ -126,12 +127,14 @@ def test_friction_carries_the_weight_and_is_used_up_where_it_slips():
     still = truth.held & (truth.t_us > 1_800_000) & truth.during("lift")  # lifted, before the tilt
     weight = params.object.mass_kg * 9.81
     assert trajectory.pad_friction[still].sum(axis=1)[:, 1] == pytest.approx(weight, rel=0.02)
-    torque = -weight * (-0.9 * params.object.width_m / 2 * params.grip.offset)
-    assert trajectory.pad_friction[still].sum(axis=1)[:, 2] == pytest.approx(torque, rel=0.35)
+    tool, _ = tool_path(params, trajectory.t_us[still] / 1e6)
+    torque = -weight * (trajectory.object_pose[still, 0] - tool[:, 0])
+    assert trajectory.pad_friction[still].sum(axis=1)[:, 2] == pytest.approx(torque, abs=0.0005 * weight)
     slip = truth.episodes[0]
     sliding = (truth.t_us > slip.start_us + 30_000) & (truth.angular_speed_deg_s > 5) & truth.held
-    assert (trajectory.pad_utilisation[sliding] > 0.99).mean() > 0.9  # less while it stops
-    assert trajectory.pad_utilisation.max() < 1.01
+    assert sliding.sum() > 30
+    assert np.median(trajectory.pad_utilisation[sliding]) == pytest.approx(1, abs=0.03)
+    assert trajectory.pad_utilisation[truth.held].max() < 1.05
     open_hand = truth.t_us < 400_000
     assert not trajectory.pad_utilisation[open_hand].any()
 
@@ -142,4 +145,4 @@ def test_utilisation_of_a_held_object_is_near_its_share_of_the_onset(multiple):
     trajectory = evslip.simulate(params)
     held = evslip.measure(trajectory).held
     assert trajectory.pad_utilisation is not None
-    assert trajectory.pad_utilisation[held].max() == pytest.approx(multiple, rel=0.1)
+    assert trajectory.pad_utilisation[held].max() == pytest.approx(multiple, rel=0.03)

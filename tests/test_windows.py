@@ -14,7 +14,7 @@ from evslip.errors import ConfigError, DataError, StorageError
 from evslip.events.stream import empty_events
 from evslip.frame import BACKGROUND, OBJECT
 from evslip.record import Record
-from evslip.window_set import HOLD, SLIP, Windows, WindowSettings, load_windows
+from evslip.window_set import HOLD, SLIP, LabelMode, Windows, WindowSettings, load_windows
 from evslip.windows import UNCERTAIN, Movement, label_of, movements, windows_of
 from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of, turning
 
@@ -81,8 +81,9 @@ def test_labels(rotation: float, translation: float, rise: float) -> None:
     assert (label == HOLD) == (rotation < 0.1 and translation < 0.1)
     equal = WindowSettings(slip_deg=0.5, hold_deg=0.5, slip_mm=1, hold_mm=1)
     assert label_of(movement, equal) != UNCERTAIN
-    for mode, angle in (("angular", rotation), ("paper", rise)):
-        label = label_of(movement, WindowSettings(labels=mode))
+    by_mode = (WindowSettings(labels="angular"), rotation), (WindowSettings(labels="paper"), rise)
+    for mode, angle in by_mode:
+        label = label_of(movement, mode)
         assert (label == SLIP) == (angle >= 1)
         assert (label == HOLD) == (angle < 0.1)
 
@@ -93,7 +94,7 @@ def test_the_modes_differ_where_they_should() -> None:
     angle = turning(740, 900, 20.0) - turning(1220, 1380, 20.0)
     record = replace(slip_record("mixed", angle), truth=truth_of(angle, slide))
 
-    def slips(mode: str) -> list[int]:
+    def slips(mode: LabelMode) -> list[int]:
         windows = windows_of([record], WindowSettings(labels=mode, balance=False))
         return (windows.start_us[windows.label == SLIP] // 1000).tolist()
 

@@ -75,7 +75,7 @@ class Dataset:
 
     @property
     def rejections(self) -> list[Entry]:
-        """The samples whose grasp failed, with the reason in entry["rejection"]."""
+        """The samples whose motion or grasp failed, with the reason in entry["rejection"]."""
         return [entry for entry in self.entries if entry["kind"] == "rejected"]
 
     def labels(self) -> list[str]:

@@ -12,7 +12,7 @@ class ConfigError(EvslipError):
 class PlanRejected(ConfigError):
     """The robot cannot do the motion of one sample. Of a sample among others a rejection, recorded at its index.
 
-    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "collision".
+    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "collision", "grip".
     """
 
     def __init__(self, kind: str, message: str):
@@ -35,7 +35,7 @@ class MissingExtraError(EvslipError):
 class GraspFailed(EvslipError):
     """The physics let the grasp fail. Not a user error: recorded as a rejection at its index, never redrawn.
 
-    `kind` is a short stable name: "never_held", "dropped_early", "tipped", "unstable".
+    `kind` is a short stable name: "never_closed", "never_lifted", "unstable".
     """
 
     def __init__(self, kind: str, message: str):

@@ -50,7 +50,7 @@ class Record:
     trajectory: Trajectory | None = None
     truth: Truth | None = None
     rejection: tuple[str, str] | None = None
-    """Kind and message of the GraspFailed, if that is what became of the sample."""
+    """Kind and message of the GraspFailed or PlanRejected, if that is what became of the sample."""
     stats: dict[str, int] = field(default_factory=dict)
     """Counts that say how it was made, such as frames rendered. Equal for equal seeds: no times, no host names."""
     provenance: dict[str, str] = field(default_factory=dict)
@@ -163,11 +163,11 @@ def _trajectory(group: Any, params: Params | None) -> Trajectory:
 
 def _truth(group: Any, trajectory: Trajectory | None) -> Truth:
     t_us = hdf5.get(group, "t_us", "i", (None,))
-    floats = [hdf5.get(group, name, "f", (len(t_us), *shape)) for name, shape in _TRUTH.items()]
+    theta, rotation, position = (hdf5.get(group, k, "f", (len(t_us), *shape)) for k, shape in _TRUTH.items())
     held = hdf5.get(group, "held", "u", t_us.shape) > 0
     start, end = (int(t) for t in group.attrs["span_us"])
     onset = hdf5.attribute(group, "onset_us", int) if "onset_us" in group.attrs else None
-    truth = Truth(t_us, *floats, held, (start, end), onset)
+    truth = Truth(t_us, theta, rotation, position, held, (start, end), onset)
     if trajectory is not None:
         truth = truth._replace(**{name: getattr(trajectory, name) for name in ("pad_force_n", *_PADS)})
     if "phase" not in group:

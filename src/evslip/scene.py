@@ -37,8 +37,8 @@ SURFACE_FRICTION = 0.15
 GRAVITY_M_S2 = 9.81
 FORCE, PLACE, NORMAL, TANGENT = (1 << bit for bit in (1, 4, 5, 6))
 """What a contact sensor can report."""
-FORCE_BITS, TORQUE_BITS, UTILISATION_BITS = 10, 20, 10
-"""Forces are kept to 1 mN, torques to 1 micronewton metre, the utilisation to 0.001."""
+FORCE_BITS, TORQUE_BITS = 10, 20
+"""Friction is kept to 1 mN, its torque to 1 micronewton metre."""
 
 
 def build(params: Params) -> mujoco.MjModel:
@@ -174,17 +174,13 @@ def _add_force_sensor(spec: Any, geom: str, other: str, reduce: int, data: int =
     )  # fmt: skip
 
 
-def split_sensors(data: np.ndarray, friction: float) -> tuple[np.ndarray, ...]:
+def split_sensors(data: np.ndarray) -> tuple[np.ndarray, ...]:
     """Columns of sensor data as gripper pose (n, 7), object pose (n, 7), joints (n, k), the pads' normal forces (n, 2),
-    floor force (n,), and the pads' friction (n, 2, 3) and its utilisation (n, 2): see Trajectory."""
+    floor force (n,), and the pads' friction (n, 2, 3): see Trajectory."""
     gripper, obj, joints, pads, floor = np.split(data, [7, 14, -(2 * PAD_POINTS * 12 + 3), -3], axis=1)
     force, place, normal, tangent = np.moveaxis(pads.reshape(len(data), 2, PAD_POINTS, 4, 3), 3, 0)
-    pressing = np.abs(force[..., 0])
-    available = friction * pressing.sum(2)
-    used = np.hypot(force[..., 1], force[..., 2]).sum(2)
-    utilisation = np.divide(used, available, out=np.zeros_like(used), where=available > 0)
     wrench = _in_hand_plane(gripper, place, force[..., 1:2] * tangent + force[..., 2:] * np.cross(normal, tangent))
-    return gripper, obj, joints, pressing.sum(2), np.abs(floor[:, 2]), wrench, rounded(utilisation, UTILISATION_BITS)
+    return gripper, obj, joints, np.abs(force[..., 0]).sum(2), np.abs(floor[:, 2]), wrench
 
 
 def _in_hand_plane(gripper: np.ndarray, place: np.ndarray, force: np.ndarray) -> np.ndarray:

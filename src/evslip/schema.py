@@ -118,7 +118,7 @@ class GripSpec(Section, Generic[N, S]):
     error_y_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
     """... along its depth: the fingers push it into their middle,"""
     error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
-    """... and turned about the vertical: the closing fingers turn it back."""
+    """... and turned about the vertical: the pads give way to it, and turn it straight only where friction is low."""
 
 
 class SurfaceSpec(Section, Generic[N, S]):

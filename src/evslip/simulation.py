@@ -6,9 +6,14 @@ import numpy as np
 
 from evslip import scene
 from evslip.errors import GraspFailed
+from evslip.grip import grasp
+from evslip.limit_surface import LimitSurface
 from evslip.motion import plan
 from evslip.params import Params
 from evslip.trajectory import JOINTS, Trajectory
+
+UTILISATION_BITS = 10
+"""The utilisation is kept to 0.001."""
 
 
 def check_reach(params: Params) -> None:
@@ -34,7 +39,18 @@ def simulate(params: Params) -> Trajectory:
         raise GraspFailed("unstable", "the simulation diverged: the contact forces are too large for the object's mass")
     # Single precision, 30 nanometres at arm's length, is what a record stores: so what is rendered now can be rendered
     # again from the file.
-    gripper, obj, joints, *forces = scene.split_sensors(sensors[0].astype(np.float32), params.grip.friction)
+    gripper, obj, joints, normal, floor, friction = scene.split_sensors(sensors[0].astype(np.float32))
     joints = np.insert(joints, [joints.shape[1] - 2] * (JOINTS - joints.shape[1]), 0, axis=1)
     t_us = np.arange(len(gripper), dtype=np.int64) * round(scene.TIMESTEP_S * 1e6)
-    return Trajectory(params, t_us, gripper, obj, joints, *forces)
+    used = _utilisation(params, normal, friction)
+    return Trajectory(params, t_us, gripper, obj, joints, normal, floor, friction, used)
+
+
+def _utilisation(params: Params, normal_n: np.ndarray, friction: np.ndarray) -> np.ndarray:
+    """Share of each pad's limit surface that is used, from normal forces (n, 2) and friction (n, 2, 3); (n, 2)."""
+    used = np.zeros_like(normal_n)
+    for k, patch in enumerate(grasp(params).pads):
+        surface, touching = LimitSurface.of(patch.points, patch.weights), normal_n[:, k] > 0
+        can = params.grip.friction * normal_n[touching, k]
+        used[touching, k] = surface.utilisation(friction[touching, k], can)
+    return scene.rounded(used, UTILISATION_BITS)

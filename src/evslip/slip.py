@@ -41,23 +41,23 @@ EARLIER = 0.95
 """The first tenth of a degree comes at 0.97 of the onset mass."""
 RECIPES: dict[str, Recipe] = {
     "hold": Recipe((0.3, 0.8)),
-    "rotation": Recipe((1.2, 1.32), settings={"grip.offset": EITHER_SIDE}),
-    # A central grip without tilt carries no torque; the lift's acceleration overloads it for a moment.
+    "rotation": Recipe((1.1, 1.2), settings={"grip.offset": ((-0.8, -0.5), (0.5, 0.8))}),
+    # A central grip without tilt carries no torque; the acceleration of a short lift overloads it for a moment.
     "translation": Recipe(
-        (1.05, 1.075),
+        (1.05, 1.08),
         ("lift",),
         settings={
             "grip.offset": ((0.0, 0.0),),
             "grip.depth_m": ((0.012, 0.016),),
             "motion.tilt_deg": ((0.0, 0.0),),
-            "motion.lift_m": ((0.15, 0.15),),
-            "motion.lift_s": ((0.65, 0.65),),
+            "motion.lift_m": ((0.06, 0.06),),
+            "motion.lift_s": ((0.41, 0.41),),
         },
         motions=UPRIGHT,
     ),
-    "lift": Recipe((1.22, 1.4), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
+    "lift": Recipe((1.12, 1.3), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
     "tilt": Recipe(
-        (1.1, 1.3),
+        (1.08, 1.25),
         ("tilt", "back"),
         ("lift",),
         {"grip.offset": NEARLY_CENTRAL, "motion.tilt_deg": ((-24.0, -18.0), (20.0, 30.0))},
@@ -65,7 +65,7 @@ RECIPES: dict[str, Recipe] = {
     ),
     # The arm brakes as hard as it may, at the end of a long way down after a slow way up.
     "placement": Recipe(
-        (1.18, 1.22),
+        (1.12, 1.2),
         ("placement",),
         ("lift", "tilt", "back"),
         {
@@ -78,15 +78,17 @@ RECIPES: dict[str, Recipe] = {
         },
         ("pick_and_place",),
     ),
+    # The object swings in the hand at most at twice the speed at which the hand tilts.
     "creep": Recipe(
-        (1.2, 1.6),
+        (1.1, 1.2),
         ("tilt", "back"),
         ("lift",),
         {
-            "grip.offset": NEARLY_CENTRAL,
-            "grip.depth_m": ((-0.004, 0.004),),
-            "motion.tilt_deg": ((-18.0, -14.0), (14.0, 20.0)),
-            "motion.tilt_s": ((5.0, 5.0),),
+            "grip.offset": ((-0.04, 0.04),),
+            "grip.depth_m": ((-0.0045, 0.001),),
+            "motion.tilt_deg": ((-14.5, -11.0), (11.0, 14.5)),
+            "motion.lift_s": ((2.0, 2.0),),
+            "motion.tilt_s": ((8.0, 8.0),),
         },
         ("pick_and_place",),
     ),

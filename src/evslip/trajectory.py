@@ -33,8 +33,8 @@ class Trajectory(NamedTuple):
     (at zero tilt along world x and up) in newtons, and its torque about the closing axis through the tool centre, world
     y at zero tilt, in newton metres; of shape (n, 2, 3). None in records made without."""
     pad_utilisation: np.ndarray | None = None
-    """Share of each pad's friction that is in use: the magnitudes of its contact points' friction, over what they can
-    have, mu times their normal forces. 1 where the whole pad slides, 0 where it does not touch; of shape (n, 2)."""
+    """Share of what each pad's friction can carry that is in use: its pad_friction on the limit surface of its patch
+    under its normal force. 1 where it slides, within 0.03; 0 where it does not touch; of shape (n, 2)."""
 
     @property
     def finger_gap_m(self) -> np.ndarray:

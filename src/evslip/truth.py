@@ -20,6 +20,8 @@ SETTLED_S = 0.1
 """... for this long."""
 LOST_S = 0.02
 """The grip is lost when a pad has carried nothing for this long."""
+THETA_BITS, ROTATION_BITS, POSITION_BITS = 16, 22, 23
+"""Angles are kept to about 1e-5 degrees, positions to 0.1 micrometres: finer digits would only make records large."""
 SPEED_S = 0.01
 """Slip speeds are central differences over this time."""
 
@@ -73,9 +75,9 @@ class Truth(NamedTuple):
     @property
     def angular_speed_deg_s(self) -> np.ndarray:
         """How fast the object turns in the hand, about any axis; of shape (n,)."""
-        turns = Rotation.from_quat(self.rotation, scalar_first=True)
         before, after, seconds = self._neighbours()
-        return np.degrees((turns[before].inv() * turns[after]).magnitude()) / seconds
+        first, second = (Rotation.from_quat(self.rotation[k], scalar_first=True) for k in (before, after))
+        return np.degrees((first.inv() * second).magnitude()) / seconds
 
     @property
     def linear_speed_mm_s(self) -> np.ndarray:
@@ -85,7 +87,9 @@ class Truth(NamedTuple):
         return 1e3 * np.linalg.norm(way, axis=1) / seconds
 
     def during(self, *phases: str) -> np.ndarray:
-        """Which samples lie in the named phases; bool of shape (n,)."""
+        """Which samples lie in the named phases; bool of shape (n,). None do where the phase is not known."""
+        if self.phase is None:
+            return np.zeros(len(self.t_us), bool)
         return np.isin(self.phase, [PHASE_NAMES.index(name) for name in phases])
 
     @property
@@ -126,9 +130,9 @@ def measure(trajectory: Trajectory) -> Truth:
     episodes = find_episodes(t_us, relative, position, held, phase, lost)
     return Truth(
         t_us=t_us,
-        theta_deg=angular_difference(trajectory).astype(np.float32),
-        rotation=relative.as_quat(scalar_first=True).astype(np.float32),
-        position_m=position.astype(np.float32),
+        theta_deg=_rounded(angular_difference(trajectory), THETA_BITS),
+        rotation=_rounded(relative.as_quat(scalar_first=True), ROTATION_BITS),
+        position_m=_rounded(position, POSITION_BITS),
         held=held,
         span_us=(int(t_us[closed]), int(t_us[opening])),
         onset_us=episodes[0].start_us if episodes else None,
@@ -217,6 +221,11 @@ def _rotation(pose: np.ndarray) -> Rotation:
 
 def _relative_rotation(trajectory: Trajectory) -> Rotation:
     return _rotation(trajectory.gripper_pose).inv() * _rotation(trajectory.object_pose)
+
+
+def _rounded(values: np.ndarray, bits: int) -> np.ndarray:
+    """Values to the nearest 2**-bits, in single precision."""
+    return (np.round(values * 2.0**bits) / 2.0**bits).astype(np.float32)
 
 
 def _angle_deg(rotation: Rotation) -> np.ndarray:

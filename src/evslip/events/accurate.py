@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from evslip.events import kernel, pixel
-from evslip.events.kernel import Pixels, Watch
+from evslip.events.kernel import TILE, Pixels, Watch
 from evslip.events.optics import WHITE, Intensity, photocurrent
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules
@@ -36,7 +36,10 @@ class AccuratePixels:
         self._intensity: Intensity = intensity
         self._dark = model.dark
         self._columns = shape[1]
-        self._cuts = np.linspace(0, count, min(threads, shape[0]) + 1).astype(int).tolist()
+        # Whole tiles for every thread: then events of equal time keep their order, however many threads there are.
+        tiles = -(-count // TILE)
+        cuts = TILE * np.linspace(0, tiles, min(threads, tiles) + 1).astype(int)
+        self._cuts = np.minimum(cuts, count).tolist()
         self._table = photocurrent(np.arange(256), intensity, model.dark)
 
     def begin(self, image: np.ndarray, time_us: float) -> None:

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import cuda
+from numba import cuda as numba_cuda
 
 from evslip.errors import MissingExtraError
 from evslip.events import glance, kernel, pixel
@@ -14,6 +14,7 @@ from evslip.events.optics import Intensity
 from evslip.events.pixel import Interval, next_noise
 from evslip.events.presets import PixelModel
 
+cuda: Any = numba_cuda
 _STATE, _TRAITS = (1, pixel.STATE), (1, pixel.TRAITS)
 THREADS = 128
 """Threads a block."""
@@ -153,10 +154,10 @@ def _expose(
             filtered_0, filtered_1 = log_0, log_1
             if rules.lowpass:
                 base, gain = rules.base * length_us, rules.gain * length_us
-                filtered_0 = log_0 + lag
+                filtered_0 = log_0 + float(lag)
                 change, exponent, step = glance.whole_step(seen, seen_1, np.float32(base), np.float32(gain), lag)
                 lag, rest = glance.added(lag, rest, step)
-                filtered_1 = log_1 + lag
+                filtered_1 = log_1 + float(lag)
                 if glance.is_wide(change, exponent):
                     filtered_1 = advance_far(log_0, log_1, current_0, current_1, filtered_0, base, gain)
                     lag = np.float32(filtered_1 - log_1)

@@ -17,29 +17,31 @@ import numpy as np
 
 from evslip.compiled import compiled
 
-NARROW, NARROW_PRODUCT = np.float32(0.25), np.float32(0.16)
+F = np.float32
+
+NARROW, NARROW_PRODUCT = F(0.25), F(0.16)
 """Largest |x| and K |x| of a glance."""
-BRIEF = np.float32(0.5)
+BRIEF = F(0.5)
 """Largest K for which the weights are taken from their series."""
 MARGIN = 1.5e-5
 """More than the logarithms of a glance may be wrong by after a chunk of frames, in ln units."""
-FORGOTTEN = np.float32(1e-12)
+FORGOTTEN = F(1e-12)
 """Smaller lags are none: numbers that decay for ever become slow ones."""
 
-_ONE, _TWO, _HALF = np.float32(1), np.float32(2), np.float32(0.5)
-_A3, _A5, _A7 = np.float32(1 / 3), np.float32(1 / 5), np.float32(1 / 7)
-_M2, _M4, _M6 = np.float32(1 / 3), np.float32(4 / 45), np.float32(44 / 945)
-_J1, _J2, _J3, _J4, _J5, _J6 = (np.float32(1 / math.factorial(n)) for n in range(2, 8))
-_C0, _C1, _C2, _C3, _C4, _C5 = (np.float32(1 / n) for n in (6, 12, 40, 180, 1008, 6720))
-_S2, _D2, _G = np.float32(1 / 60), np.float32(1 / 40), np.float32(1 / 120)
-_SHRINK, _MOST = np.float32(1 / 64), np.float32(40)
-_LN_2, _ROOT_HALF = np.float32(math.log(2)), np.float32(math.sqrt(0.5))
+_ONE, _TWO, _HALF = F(1), F(2), F(0.5)
+_A3, _A5, _A7 = F(1 / 3), F(1 / 5), F(1 / 7)
+_M2, _M4, _M6 = F(1 / 3), F(4 / 45), F(44 / 945)
+_J1, _J2, _J3, _J4, _J5, _J6 = (F(1 / math.factorial(n)) for n in range(2, 8))
+_C0, _C1, _C2, _C3, _C4, _C5 = (F(1 / n) for n in (6, 12, 40, 180, 1008, 6720))
+_S2, _D2, _G = F(1 / 60), F(1 / 40), F(1 / 120)
+_SHRINK, _MOST = F(1 / 64), F(40)
+_LN_2, _ROOT_HALF = F(math.log(2)), F(math.sqrt(0.5))
 _ONE_BITS, _ROOT_BITS = np.int32(0x3F800000), np.int32(0x3F3504F3)
 _MANTISSA, _SHIFT = np.int32(0x007FFFFF), np.int32(23)
 
 
 @compiled(error_model="numpy", inline="always")
-def change_and_exponent(current_0: float, current_1: float, base: float, gain: float) -> tuple[float, float]:
+def change_and_exponent(current_0: F, current_1: F, base: F, gain: F) -> tuple[F, F]:
     """x and K of an interval; base and gain already multiplied by its length. All float32."""
     both = current_0 + current_1
     ratio = (current_1 - current_0) / both
@@ -50,7 +52,7 @@ def change_and_exponent(current_0: float, current_1: float, base: float, gain: f
 
 
 @compiled(error_model="numpy", inline="always")
-def _weights_brief(exponent: float) -> tuple[float, float, float]:
+def _weights_brief(exponent: F) -> tuple[F, F, F]:
     """1 - exp(-K), j0 and C of `lowpass`, for K up to BRIEF."""
     k = exponent
     j0 = _ONE - k * (_J1 - k * (_J2 - k * (_J3 - k * (_J4 - k * (_J5 - k * _J6)))))
@@ -59,7 +61,7 @@ def _weights_brief(exponent: float) -> tuple[float, float, float]:
 
 
 @compiled(error_model="numpy", inline="always")
-def _weights_long(exponent: float) -> tuple[float, float, float]:
+def _weights_long(exponent: F) -> tuple[F, F, F]:
     """The same for K from BRIEF."""
     k = max(exponent, BRIEF)
     r = min(k, _MOST) * _SHRINK
@@ -72,7 +74,7 @@ def _weights_long(exponent: float) -> tuple[float, float, float]:
 
 
 @compiled(error_model="numpy", inline="always")
-def lag_step(change: float, rise: float, exponent: float, lag: float, lost: float, j0: float, c: float) -> float:
+def lag_step(change: F, rise: F, exponent: F, lag: F, lost: F, j0: F, c: F) -> F:
     """What an interval adds to the lag; rise = gain dt (Y1 - Y0)."""
     spread = rise * (_ONE - change * change * _S2)
     share = j0 + c * (spread * (spread * _D2 - _HALF) - rise * change * exponent * _G)
@@ -80,15 +82,15 @@ def lag_step(change: float, rise: float, exponent: float, lag: float, lost: floa
 
 
 @compiled(error_model="numpy", inline="always")
-def is_wide(change: float, exponent: float) -> bool:
+def is_wide(change: F, exponent: F) -> bool:
     """Whether an interval is too much for a glance."""
-    return (abs(change) > NARROW) | (abs(change) * exponent > NARROW_PRODUCT)
+    return bool((abs(change) > NARROW) | (abs(change) * exponent > NARROW_PRODUCT))
 
 
 @compiled(error_model="numpy", inline="always")
 def whole_step(
-    current_0: float, current_1: float, base: float, gain: float, lag: float
-) -> tuple[float, float, float]:  # fmt: skip
+    current_0: F, current_1: F, base: F, gain: F, lag: F
+) -> tuple[F, F, F]:  # fmt: skip
     """x, K and what an interval adds to the lag, of one pixel; base and gain already multiplied by its length."""
     change, exponent = change_and_exponent(current_0, current_1, base, gain)
     lost, j0, c = _weights_long(exponent) if exponent > BRIEF else _weights_brief(exponent)
@@ -96,7 +98,7 @@ def whole_step(
 
 
 @compiled(error_model="numpy")
-def currents(image: np.ndarray, table: np.ndarray, scale: float, offset: float, out: np.ndarray) -> None:
+def currents(image: np.ndarray, table: np.ndarray, scale: F, offset: F, out: np.ndarray) -> None:
     """Photocurrents of a tile: of bytes by `table`, of shape (256,), when scale is 0, else scale * value + offset."""
     if scale == 0.0:
         for i in range(len(image)):
@@ -114,15 +116,15 @@ def logarithms(currents: np.ndarray, out: np.ndarray) -> None:
         out_bits[i] = ((bits[i] + (_ONE_BITS - _ROOT_BITS)) & _MANTISSA) + _ROOT_BITS
     for i in range(len(bits)):
         # The mantissa lies in [sqrt(1/2), sqrt(2)).
-        power = np.float32(((bits[i] + (_ONE_BITS - _ROOT_BITS)) >> _SHIFT) - np.int32(127))
+        power = F(((bits[i] + (_ONE_BITS - _ROOT_BITS)) >> _SHIFT) - np.int32(127))
         s = (out[i] - _ONE) / (out[i] + _ONE)
         q = s * s
-        out[i] = power * _LN_2 + (s + s) * (_ONE + q * (_A3 + q * (_A5 + q * (_A7 + q * np.float32(1 / 9)))))
+        out[i] = power * _LN_2 + (s + s) * (_ONE + q * (_A3 + q * (_A5 + q * (_A7 + q * F(1 / 9)))))
 
 
 @compiled(error_model="numpy")
 def changes(
-    current_0: np.ndarray, current_1: np.ndarray, base: float, gain: float, change: np.ndarray, exponent: np.ndarray
+    current_0: np.ndarray, current_1: np.ndarray, base: F, gain: F, change: np.ndarray, exponent: np.ndarray
 ) -> None:
     """`change_and_exponent` of a tile."""
     for i in range(len(change)):
@@ -135,7 +137,7 @@ def lag_steps(
     current_1: np.ndarray,
     change: np.ndarray,
     exponent: np.ndarray,
-    gain: float,
+    gain: F,
     lag: np.ndarray,
     out: np.ndarray,
 ) -> None:
@@ -157,11 +159,11 @@ def lag_steps(
 
 
 @compiled(error_model="numpy", inline="always")
-def added(lag: float, rest: float, step: float) -> tuple[float, float]:
+def added(lag: F, rest: F, step: F) -> tuple[F, F]:
     """Lag and rest, whose sum is the exact lag, after a step."""
     step = step + rest
     total = lag + step
-    total = total if abs(total) > FORGOTTEN else np.float32(0)
+    total = total if abs(total) > FORGOTTEN else F(0)
     return total, step - (total - lag)
 
 
@@ -190,8 +192,8 @@ def might_fire(
     """
     for i in range(len(out)):
         lp_0, lp_1 = log_0[i] + lag_0[i], log_0[i] + change[i] + lag_1[i]
-        turns = lag_0[i] * lag_1[i] < np.float32(0)
-        reach = exponent[i] * abs(lag_0[i]) if turns else np.float32(0)
+        turns = lag_0[i] * lag_1[i] < F(0)
+        reach = exponent[i] * abs(lag_0[i]) if turns else F(0)
         out[i] = 0 if (max(lp_0 + reach, lp_1) < high[i]) & (min(lp_0 - reach, lp_1) > low[i]) else 1
 
 
@@ -210,7 +212,7 @@ def mark_wide(change: np.ndarray, exponent: np.ndarray, out: np.ndarray) -> None
 
 
 @compiled(error_model="numpy")
-def mark_due(due_us: np.ndarray, end_us: float, out: np.ndarray) -> None:
+def mark_due(due_us: np.ndarray, end_us: F, out: np.ndarray) -> None:
     """Add 1 to the mark of each pixel that has something to do by end_us anyway."""
     for i in range(len(out)):
         out[i] |= np.uint8(1) if due_us[i] <= end_us else np.uint8(0)

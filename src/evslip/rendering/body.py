@@ -64,16 +64,14 @@ class Body(Protocol):
         ...
 
 
-BODIES = {
-    "cuboid": "evslip.rendering.cuboid:Cuboid",
-    "cylinder": "evslip.rendering.mesh:Mesh",
-    "mesh": "evslip.rendering.mesh:Mesh",
-}
-"""Shape of the object -> module:class. A body is made from (params, camera, channel)."""
+BODIES = {"cuboid": "evslip.rendering.cuboid:Cuboid"}
+"""Shape of the object -> module:class, for shapes that have formulas of their own. A body is made from (params, camera,
+channel)."""
+ANY_SHAPE = "evslip.rendering.mesh:Mesh"
 
 
 def make_body(params: Params, camera: Camera, channel: int) -> Body:
     """The body of a sample's object in one colour channel. Raises ConfigError for an unreadable texture or mesh."""
-    module, _, attribute = BODIES[params.object.shape].partition(":")
+    module, _, attribute = BODIES.get(params.object.shape, ANY_SHAPE).partition(":")
     kind: Callable[[Params, Camera, int], Body] = getattr(import_module(module), attribute)
     return kind(params, camera, channel)

@@ -1,14 +1,18 @@
 """A watertight mesh from a file."""
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from evslip.errors import ConfigError
 from evslip.shapes.mesh_file import load_mesh
-from evslip.shapes.shape import Filling, Footing, Shape
+from evslip.shapes.shape import Filling, Footing, Shape, in_hull
 from evslip.shapes.surface import Surface, box_uv, corner_normals
 
+WORN_M, WORN_AT_MOST = 0.001, 0.05
+"""What is no higher than this above the table is worn flat; where that is an edge, up to this share of the height."""
+SPOT_CORNERS = 32
 PAIRS = 1 << 20
 """Pairs of triangle and line looked at together: bounds the memory."""
 ROUNDING = 1e-9
@@ -23,6 +27,8 @@ class MeshShape(Shape):
         self._file = load_mesh(spec.mesh)
         low, high = self._file.vertices.min(axis=0), self._file.vertices.max(axis=0)
         self._vertices = (self._file.vertices - (low + high) / 2) * (2 * self.half_m / (high - low))
+        self._corners = self._vertices[self._file.faces]
+        self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
 
     @classmethod
     def sides(cls, spec: Any) -> tuple[float, float, float]:
@@ -43,8 +49,12 @@ class MeshShape(Shape):
         return Surface(self._vertices, faces, uv, corner_normals(self._vertices, faces))
 
     def filling(self) -> Filling:
+        return self._filling
+
+    @cached_property
+    def _filling(self) -> Filling:
         """Sums over the tetrahedra between the triangles and the origin."""
-        corners = self._vertices[self._file.faces]
+        corners = self._corners
         a, b, c = corners.transpose(1, 0, 2)
         volumes = np.sum(a * np.cross(b, c), axis=1) / 6
         volume, total = volumes.sum(), corners.sum(axis=1)
@@ -55,16 +65,34 @@ class MeshShape(Shape):
         return Filling(float(volume), centroid, moments / (20 * volume) - np.outer(centroid, centroid))
 
     def footing(self) -> Footing:
-        return Footing("hull", self.half_m, self.outline())
+        """What is round below stands on a flat spot, as if a little were worn off: it would roll away."""
+        low = self._bottom()
+        around = 2 * np.pi * np.arange(SPOT_CORNERS) / SPOT_CORNERS
+        spot = low[np.unique((low[:, :2] @ [np.cos(around), np.sin(around)]).argmax(axis=0))]
+        spot[:, 2] = -self.half_m[2]
+        return Footing("hull", self.half_m, np.concatenate([self.outline(), spot]))
 
     def outline(self) -> np.ndarray:
-        return self._vertices[self._file.hull]
+        return self._vertices[self._file.corners]
+
+    def _bottom(self) -> np.ndarray:
+        """Vertices (k, 3) of the hull that are worn flat: more of a coarse mesh, so that they are no mere edge."""
+        hull = self._vertices[self._file.hull]
+        for worn_m in (WORN_M, 2 * WORN_AT_MOST * self.half_m[2]):
+            low = hull[hull[:, 2] < worn_m - self.half_m[2]]
+            if np.linalg.matrix_rank(low[:, :2] - low[0, :2], tol=WORN_M) == 2:
+                break
+        return low
+
+    def stands(self, point: np.ndarray) -> bool:
+        spot = self.footing().vertices
+        return in_hull(spot[spot[:, 2] <= -self.half_m[2] + 1e-9, :2], point[:2])
 
     def heights(self, side: int, x: np.ndarray, z: np.ndarray) -> np.ndarray:
         """x and z must rise in even steps, so that each triangle knows which lines may meet it."""
-        corners = self._vertices[self._file.faces]
-        column, columns = _span(corners[..., 0], x)
-        row, rows = _span(corners[..., 2], z)
+        corners = self._corners
+        column, columns = _span(self._low[:, 0], self._high[:, 0], x)
+        row, rows = _span(self._low[:, 2], self._high[:, 2], z)
         out = np.full((len(x), len(z)), -np.inf)
         ends = np.cumsum(columns * rows)
         start = 0
@@ -80,11 +108,11 @@ class MeshShape(Shape):
         return out
 
 
-def _span(corners: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of evenly spaced lines, the first that each triangle (m, 3) may meet, and how many."""
+def _span(low: np.ndarray, high: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of evenly spaced lines, the first that each triangle from low to high (m,) may meet, and how many."""
     step = lines[1] - lines[0]
-    first = np.ceil((corners.min(axis=1) - lines[0]) / step - ROUNDING).clip(0, len(lines)).astype(np.int64)
-    last = np.floor((corners.max(axis=1) - lines[0]) / step + ROUNDING).clip(-1, len(lines) - 1).astype(np.int64)
+    first = np.ceil((low - lines[0]) / step - ROUNDING).clip(0, len(lines)).astype(np.int64)
+    last = np.floor((high - lines[0]) / step + ROUNDING).clip(-1, len(lines) - 1).astype(np.int64)
     return first, np.maximum(0, last + 1 - first)
 
 

@@ -14,6 +14,8 @@ SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".dae")
 """Archives are left out: a small one can hold a mesh of any size."""
 MOST_BYTES = 64 << 20
 MOST_FACES = 200_000
+MOST_CORNERS = 200
+"""Of the hull: as many as are needed to stand on the table and to follow in the image."""
 THINNEST = 1e-3
 """Smallest side of the bounding box against the largest."""
 
@@ -27,6 +29,8 @@ class MeshFile(NamedTuple):
     """The file's own texture coordinates at the corners, v downwards, of shape (m, 3, 2); None: it has none."""
     hull: np.ndarray
     """Indices of the vertices on the convex hull, of shape (k,)."""
+    corners: np.ndarray
+    """Of these, MOST_CORNERS at most: those that reach farthest in as many directions."""
 
 
 @lru_cache(maxsize=8)
@@ -65,10 +69,27 @@ def load_mesh(path: str) -> MeshFile:
     own_uv = None if uv is None or len(uv) != len(corners) else _downwards(np.asarray(uv, np.float64)[faces][solid])
     vertices, merged_faces, own_uv = _checked(path, vertices, merged_faces, own_uv)
     hull = np.sort(ConvexHull(vertices).vertices)
-    for array in (vertices, merged_faces, own_uv, hull):
+    mesh = MeshFile(vertices, merged_faces, own_uv, hull, _farthest(vertices, hull))
+    for array in mesh:
         if array is not None:
             array.flags.writeable = False
-    return MeshFile(vertices, merged_faces, own_uv, hull)
+    return mesh
+
+
+def _farthest(vertices: np.ndarray, hull: np.ndarray) -> np.ndarray:
+    if len(hull) <= MOST_CORNERS:
+        return hull
+    middle, size = vertices.mean(axis=0), np.ptp(vertices, axis=0)
+    directions = np.concatenate([_sphere(MOST_CORNERS - 6), np.eye(3), -np.eye(3)])
+    return hull[np.unique(((vertices[hull] - middle) / size @ directions.T).argmax(axis=0))]
+
+
+def _sphere(count: int) -> np.ndarray:
+    """Directions spread evenly over the sphere (a Fibonacci lattice), of shape (count, 3)."""
+    k = np.arange(count) + 0.5
+    z, angle = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
+    ring = np.sqrt(1 - z**2)
+    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
 
 
 def _used(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -62,7 +62,7 @@ class Shape(ABC):
 
     @abstractmethod
     def outline(self) -> np.ndarray:
-        """Few points (k, 3) whose convex hull contains the body."""
+        """Few points (k, 3) whose convex hull contains the body, all but a hundredth of a finely rounded one."""
 
     @abstractmethod
     def heights(self, side: int, x: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -79,20 +79,15 @@ class Shape(ABC):
 
     def inside(self, point: np.ndarray) -> bool:
         """Whether a point (3,) is in the convex hull, as any centre of mass is."""
-        return _inside(self.outline(), point)
+        return in_hull(self.outline(), point)
 
     def stands(self, point: np.ndarray) -> bool:
-        """Whether the body stands without tipping with its centre of mass at a point (3,)."""
-        corners = self.outline()
-        base = corners[corners[:, 2] < BASE_M - self.half_m[2]]
-        return _inside(base[:, :2], point[:2])
+        """Whether the body stands with its centre of mass at a point (3,); an upright prism always does."""
+        return self.inside(point)
 
 
-BASE_M = 0.001
-"""Points this close to the table count as the base: what is round below rolls no farther."""
-
-
-def _inside(corners: np.ndarray, point: np.ndarray) -> bool:
+def in_hull(corners: np.ndarray, point: np.ndarray) -> bool:
+    """Whether a point (d,) is inside the convex hull of corners (k, d)."""
     try:
         equations = ConvexHull(corners).equations
     except (QhullError, ValueError):
