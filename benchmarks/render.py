@@ -1,4 +1,7 @@
-"""Speed of the fast renderer over whole recorded spans: python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT]"""
+"""Speed of the fast renderer over whole recorded spans.
+
+python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...], such as object.shape=cylinder
+"""
 
 import sys
 import time
@@ -11,9 +14,11 @@ from evslip.rendering import render
 from evslip.simulation import simulate
 
 
-def main(preset: str = "complex", count: str = "5", *size: str) -> None:
+def main(*words: str) -> None:
+    overrides = dict(word.split("=", 1) for word in words if "=" in word)
+    preset, count, *size = [*(plain := [word for word in words if "=" not in word]), *("complex", "5")[len(plain) :]]
     shape = (int(size[0]), int(size[1])) if size else None
-    config = load_config(preset)
+    config = load_config(preset, overrides)
     start = time.perf_counter()
     warm = simulate(draw(config, 0))
     next(render(warm, size=shape))

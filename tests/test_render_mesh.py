@@ -9,6 +9,7 @@ from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.params import draw
+from evslip.rendering import body
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.lanes import LANES, ROOM, SCRATCH, SEEN_NOW, U, V, W
 from evslip.rendering.mesh import Mesh
@@ -29,10 +30,11 @@ def sample(**overrides):
 
 @pytest.fixture(scope="module")
 def ring(tmp_path_factory):
-    """A ring that stands upright: parts of it hide others, and the background shows through."""
+    """A ring that stands upright on a flat base: parts of it hide others, and the background shows through."""
     path = tmp_path_factory.mktemp("mesh") / "ring.stl"
     ring = trimesh.creation.torus(0.03, 0.012, major_sections=24, minor_sections=12)
     ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    ring.vertices[:, 2] = np.maximum(ring.vertices[:, 2], -0.035)
     ring.export(path)
     return {"object__shape": "mesh", "object__mesh": str(path), "object__mesh_fit": "own"}
 
@@ -78,8 +80,8 @@ def test_the_shadow_of_a_standing_cylinder_matches_rays(polar, lamp_radius):
     rng = np.random.default_rng(0)
     points = np.concatenate([rng.uniform((-0.2, -0.2), (0.05, 0.05), (3000, 2)), np.zeros((3000, 1))], 1)
     points = points[np.hypot(points[:, 0], points[:, 1]) > radius + 0.0005]
-    body = [(np.array([0, 0, top]), np.eye(3), partial(cylinder, radius, top))]
-    error = np.abs(seen(points, outline, lamp_radius) - seen_share(points, lamp, lamp_radius, body, 200, rng))
+    casters = [(np.array([0, 0, top]), np.eye(3), partial(cylinder, radius, top))]
+    error = np.abs(seen(points, outline, lamp_radius) - seen_share(points, lamp, lamp_radius, casters, 200, rng))
     assert error.mean() < 0.001
     assert np.quantile(error, 0.99) < 0.04
     assert error.max() < 0.2
@@ -127,18 +129,18 @@ def coverage(params, traj):
 @pytest.mark.parametrize("shape", ["cylinder", "ring"])
 def test_every_pixel_gets_its_share_of_the_mesh(shape, ring):
     params = sample(**(ring if shape == "ring" else {"object__shape": "cylinder"}))
-    body, hit = coverage(params, turning(params))
-    error = body.total - hit
+    drawn, hit = coverage(params, turning(params))
+    error = drawn.total - hit
     assert np.abs(error).max() < 0.2
     assert abs(error.sum()) < 0.002 * hit.sum()
-    shares = np.zeros(body.total.size)
-    count = body._count
-    np.add.at(shares, body._raster.fragment_pixel[:count], body._raster.fragment_share[:count])
-    assert shares.reshape(hit.shape) == pytest.approx(body.total, abs=1e-5)
+    shares = np.zeros(drawn.total.size)
+    count = drawn._count
+    np.add.at(shares, drawn._raster.fragment_pixel[:count], drawn._raster.fragment_share[:count])
+    assert shares.reshape(hit.shape) == pytest.approx(drawn.total, abs=1e-5)
     for row in range(len(hit)):
-        columns = np.flatnonzero(body.total[row])
-        assert not len(columns) or (body.touched[row, 0] <= columns[0] and columns[-1] < body.touched[row, 1])
-        assert np.all(body.total[row, body.full[row, 0] : body.full[row, 1]] == 1)
+        columns = np.flatnonzero(drawn.total[row])
+        assert not len(columns) or (drawn.touched[row, 0] <= columns[0] and columns[-1] < drawn.touched[row, 1])
+        assert np.all(drawn.total[row, drawn.full[row, 0] : drawn.full[row, 1]] == 1)
 
 
 @pytest.mark.parametrize(("polar", "azimuth"), [(20.0, 60.0), (70.0, 200.0)])
@@ -160,8 +162,8 @@ def test_a_ring_matches_brute_force(ring, monkeypatch):
 def check(log_error, error, bodies):
     assert np.percentile(np.abs(log_error), 95) < 0.055
     assert np.sqrt(np.mean(error**2)) < 0.014
-    for body in (BACKGROUND, SURFACE, OBJECT):
-        assert abs(np.mean(log_error[bodies == body])) < 0.012
+    for name in (BACKGROUND, SURFACE, OBJECT):
+        assert abs(np.mean(log_error[bodies == name])) < 0.012
 
 
 def test_the_gripper_stands_before_and_behind_a_cylinder():
@@ -177,3 +179,33 @@ def test_the_gripper_stands_before_and_behind_a_cylinder():
     before, behind = shown & (depth < 0.268 - params.object.depth_m / 2), shown & (depth > 0.27)
     assert before.sum() > 100 and np.all(artist._front[before] == 1)
     assert behind.sum() > 50 and np.all(artist._front[behind] == 0)
+
+
+@pytest.mark.parametrize("place", [turning, on_the_table])
+def test_a_box_looks_the_same_as_cuboid_and_as_mesh(place, monkeypatch):
+    params = sample(light__polar_deg=55.0, light__azimuth_deg=60.0)
+    camera = hand_camera(params)
+    poses = Poses(place(params), camera, np.array([700_000]))
+    cuboid, bodies = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, 0)
+    monkeypatch.setitem(body.BODIES, "cuboid", body.ANY_SHAPE)
+    mesh, mesh_bodies = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, 0)
+    difference = np.abs(np.log(mesh / cuboid))
+    assert np.mean(bodies == mesh_bodies) > 0.998
+    assert np.quantile(difference[bodies == OBJECT], 0.95) < 0.02
+    assert np.quantile(difference, 0.99) < 0.1
+    assert np.quantile(difference, 0.9) < 0.002
+
+
+@pytest.mark.parametrize("shape", ["cylinder", "ring"])
+def test_a_mesh_does_not_depend_on_what_was_drawn_before(shape, ring):
+    params = sample(**(ring if shape == "ring" else {"object__shape": "cylinder"}))
+    camera, traj = hand_camera(params), turning(params)
+    traj.object_pose[:, 2] -= np.linspace(0.1, -0.1, len(traj.t_us))
+    poses = Poses(traj, camera, np.arange(0, 1_000_001, 100_000))
+    artist = Raycaster(params, camera, float(poses.travel_m[0]))
+    every = [artist.draw(poses, index) for index in range(11)]
+    for index in (9, 4, 0, 7):
+        again = artist.draw(poses, index)
+        alone = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, index)
+        for k in range(2):
+            assert again[k].tobytes() == every[index][k].tobytes() == alone[k].tobytes()

@@ -238,6 +238,18 @@ def shade_behind(S, n, middle, reach, turn, move, outline, chosen, lamp_radius, 
     edges, distance = outline.edges, f32(outline.distance)
     u, v, w = f32(middle[0]), f32(middle[1]), f32(middle[2])
     plane = outline.plane.astype(np.float32)
+    if layered and _in_front(u, v, w, f32(reach), turn, move, plane):
+        return
     count = choose_edges(u, v, w, f32(reach), turn, move, edges, distance, lamp_radius, blur, plane, chosen)
     if count > 0:
         hide_behind(S, n, turn, move, edges, chosen, count, distance, lamp_radius, blur, plane, layered)
+
+
+@kernel
+def _in_front(u, v, w, reach, turn, move, plane):
+    """Whether all points within `reach` of (u, v, w) are nearer to the lamp than an outline's plane."""
+    x = turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w + move[0]
+    y = turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w + move[1]
+    z = turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w + move[2]
+    room = reach * (abs(plane[0]) + abs(plane[1]) + ONE) + f32(DEPTH_M)
+    return plane[0] * x + plane[1] * y + plane[2] - z < -room

@@ -94,15 +94,17 @@ def trace(camera, turn, focal, place, axes, facets, raster, total, touched, full
     height, width = total.shape
     _project(camera, turn, focal, place, axes, facets, raster, width, height)
     low, high = _box_of(raster, width, height)
-    raster.area[:] = 0.0
+    # Rows that the mesh does not reach keep what an earlier frame left there; nobody looks at them.
+    first, last = max(0, low - 1), min(height, high + 1)
+    raster.area[first:last] = 0.0
     for row in range(height):
         raster.spans[row, 0], raster.spans[row, 1] = width, 0
         touched[row, 0], touched[row, 1], full[row, 0], full[row, 1] = width, 0, 0, 0
         for column in range(width):
             total[row, column] = f32(0)
-    raster.near[:] = f32(0)
-    raster.owner[:] = -1
-    raster.slot[:] = -1
+    raster.near[first:last] = f32(0)
+    raster.owner[first:last] = -1
+    raster.slot[first:last] = -1
     if high <= low:
         return 0
     slots = _follow_edges(facets, raster, low, high)
