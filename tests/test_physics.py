@@ -1,5 +1,8 @@
 """The robot, its motion and the contacts, against what mechanics says."""
 
+import hashlib
+import multiprocessing
+
 import numpy as np
 import pytest
 
@@ -90,6 +93,26 @@ def test_equal_parameters_give_equal_bits(light):
     for name, value in light._asdict().items():
         if name != "params":
             assert np.array_equal(getattr(again, name), value), name
+
+
+def digest(index: int) -> tuple[int, str]:
+    """Of one draw of `complex`, with any shape of its own, and of its trajectory."""
+    config = evslip.load_config("complex", overrides={"object.shape": ["cuboid", "cylinder"]})
+    params = evslip.draw(config, index)
+    content = hashlib.sha256(params.model_dump_json().encode())
+    for column in simulate(params):
+        if isinstance(column, np.ndarray):
+            content.update(column.tobytes())
+    return index, content.hexdigest()
+
+
+@pytest.mark.slow
+def test_draws_and_trajectories_do_not_depend_on_processes_or_order():
+    alone = dict(map(digest, range(4)))
+    with multiprocessing.get_context("spawn").Pool(4) as pool:
+        together = dict(pool.imap_unordered(digest, [2, 0, 3, 1]))
+    assert together == alone
+    assert len(set(alone.values())) == 4
 
 
 def test_the_contact_patch_is_the_part_of_the_pad_on_the_object():
