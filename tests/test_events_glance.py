@@ -46,7 +46,7 @@ def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
             0,
         )
         look = glance.look_long if glance.changes(work, base, gain) else glance.look
-        look(work, gain, F(1.0), marks)
+        look(work, gain, marks)
         assert (work[glance.LAG], work[glance.REST]) == singles(glance.added(F(lag), F(0.0), step))
         assert (work[glance.LAG_0], work[glance.CURRENT_0]) == (F(lag), current_1)
 
@@ -75,7 +75,7 @@ def test_a_pixel_that_is_let_off_stays_within_its_fences(log, change, lag, corne
         return
     high, low = log + lag + above, log + lag - below
     fences = F(high - glance.MARGIN), F(low + glance.MARGIN)
-    if glance.marked(F(log), x, exponent, F(lag), F(lag) + step, *fences, F(2.0), F(1.0)):
+    if glance.marked(F(log), x, exponent, F(lag), F(lag) + step, *fences):
         return
     for share in np.linspace(0.0, 1.0, 21)[1:]:
         current = math.exp(log + change * share)

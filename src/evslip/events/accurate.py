@@ -14,7 +14,7 @@ from evslip.events.traits import draw_traits, make_rules
 
 CHANGING = ("glance", "current", "state", "noise")
 """What of the pixels changes from frame to frame."""
-WATCH_US = 2.0**15
+WATCH_US = 2.0**14
 """Fences are set for so long: longer is less work, but a fence must hold whatever leaks meanwhile."""
 
 

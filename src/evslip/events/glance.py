@@ -157,34 +157,33 @@ def moved(
 
 
 @compiled(error_model="numpy", inline="always")
-def marked(log_0: F, change: F, exponent: F, lag_0: F, lag_1: F, high: F, low: F, due_us: F, end_us: F) -> int:
-    """1 for a pixel that may leave (low, high) on the way, or has something to do by end_us anyway; 2 for one that is
-    too much for a glance; the sum for both.
+def marked(log_0: F, change: F, exponent: F, lag_0: F, lag_1: F, high: F, low: F) -> int:
+    """1 for a pixel that may leave (low, high) on the way; 2 for one that is too much for a glance; 3 for both.
 
     lp turns only where it meets L, so before that it moves by less than K times its lag.
     """
     lp_0, lp_1 = log_0 + lag_0, log_0 + change + lag_1
     reach = exponent * abs(lag_0) if lag_0 * lag_1 < F(0) else F(0)
-    stays = (max(lp_0 + reach, lp_1) < high) & (min(lp_0 - reach, lp_1) > low) & (due_us > end_us)
+    stays = (max(lp_0 + reach, lp_1) < high) & (min(lp_0 - reach, lp_1) > low)
     wide = (abs(change) > NARROW) | (abs(change) * exponent > NARROW_PRODUCT)
     return (0 if stays else 1) + (2 if wide else 0)
 
 
 @compiled(error_model="numpy")
-def look(work: np.ndarray, gain: F, end_us: F, marks: np.ndarray) -> None:
+def look(work: np.ndarray, gain: F, marks: np.ndarray) -> None:
     """Second half of a glance, where no K is more than BRIEF: moves current, log and lag of a tile, and marks it."""
     for i in range(TILE):
         current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
         log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i], work[LOW + i]
         lost, j0, c = _weights_brief(k)
         lag_1, rest = moved(current_0, current_1, change, k, gain, lag, work[REST + i], lost, j0, c)
-        marks[i] = marked(log, change, k, lag, lag_1, high, low, work[DUE + i], end_us)
+        marks[i] = marked(log, change, k, lag, lag_1, high, low)
         work[LAG_0 + i], work[LAG + i], work[REST + i] = lag, lag_1, rest
         work[LOG + i], work[CURRENT_0 + i] = log + change, current_1
 
 
 @compiled(error_model="numpy")
-def look_long(work: np.ndarray, gain: F, end_us: F, marks: np.ndarray) -> None:
+def look_long(work: np.ndarray, gain: F, marks: np.ndarray) -> None:
     """`look` for any K: both weights are computed, which is vector code, and one of them is taken."""
     for i in range(TILE):
         current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
@@ -193,7 +192,7 @@ def look_long(work: np.ndarray, gain: F, end_us: F, marks: np.ndarray) -> None:
         lost_long, j0_long, c_long = _weights_long(k)
         lost, j0, c = lost_long if k > BRIEF else lost, j0_long if k > BRIEF else j0, c_long if k > BRIEF else c
         lag_1, rest = moved(current_0, current_1, change, k, gain, lag, work[REST + i], lost, j0, c)
-        marks[i] = marked(log, change, k, lag, lag_1, high, low, work[DUE + i], end_us)
+        marks[i] = marked(log, change, k, lag, lag_1, high, low)
         work[LAG_0 + i], work[LAG + i], work[REST + i] = lag, lag_1, rest
         work[LOG + i], work[CURRENT_0 + i] = log + change, current_1
 

@@ -381,7 +381,6 @@ def expose(
                 end_us = times_us[frame + 1]
                 if still and watched:
                     marks[:] = alert
-                    glance.mark_due(due, np.float32(end_us - watch.since_us), marks)
                 else:
                     glance.currents(image, table, factor, offset, current_1)
                     if rules.noise > 0.0:
@@ -390,21 +389,20 @@ def expose(
                         )  # fmt: skip
                         _narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
                         _narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
-                    since_end_us = np.float32(end_us - watch.since_us)
                     if rules.lowpass:
                         base = np.float32(rules.base * (end_us - start_us))
                         gain = np.float32(rules.gain * (end_us - start_us))
                         if glance.changes(work, base, gain):
-                            glance.look_long(work, gain, since_end_us, marks)
+                            glance.look_long(work, gain, marks)
                         else:
-                            glance.look(work, gain, since_end_us, marks)
+                            glance.look(work, gain, marks)
                     else:
                         glance.logarithms(current_1, log)
                         glance.leaves(log, high, low, marks)
-                        glance.mark_due(due, since_end_us, marks)
                         current_0[:] = current_1
                     alert[:] = marks
                 watched = still and rules.noise == 0.0
+                glance.mark_due(due, np.float32(end_us - watch.since_us), marks)
                 if _any(marks[:n]):
                     events, count = _fire_marked(
                         marks[:n], first, images, frame, bodies, columns, scale, times_us, start_us, end_us, noise,
