@@ -33,11 +33,11 @@ def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
     current_0, current_1 = F(math.exp(log)), F(math.exp(log + change))
     x, exponent, step = singles(glance.whole_step(current_0, current_1, base, gain, F(lag)))
     log_0, log_1 = math.log(current_0), math.log(current_1)
-    assert abs(x - (log_1 - log_0)) <= 3e-7 * abs(log_1 - log_0) + 1e-12
+    assert abs(float(x) - (log_1 - log_0)) <= 3e-7 * abs(log_1 - log_0) + 1e-12
     if not glance.is_wide(x, exponent):
         exact = advance_far(log_0, log_1, float(current_0), float(current_1), log_0 + float(F(lag)), base, gain)
         moved = abs(float(F(lag))) * -math.expm1(-exponent) + abs(log_1 - log_0)
-        assert abs((log_1 + float(F(lag)) + step) - exact) <= 2e-6 * moved + 3e-7
+        assert abs((log_1 + float(F(lag)) + float(step)) - exact) <= 2e-6 * moved + 3e-7
         work, marks = np.ones(glance.WORK, F), np.empty(glance.TILE, np.uint8)
         work[glance.CURRENT_0], work[glance.CURRENT_1], work[glance.LAG], work[glance.REST] = (
             current_0,

@@ -57,7 +57,7 @@ class AccuratePixels:
 
         def band(pixels: tuple[int, int]) -> np.ndarray:
             if over:
-                kernel.watch_over_all(*pixels, self.pixels, self._watch)
+                kernel.watch_over(*pixels, self.pixels, self._watch)
             return kernel.expose(
                 images, times_us, masks, self._columns, *pixels, scale, self._watch, self.pixels, self.rules
             )

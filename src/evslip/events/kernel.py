@@ -39,8 +39,7 @@ SEEN, LAG, REST, HIGH, LOW, DUE = range(GLANCE)
 """What a glance needs of a pixel: the photocurrent at the last frame; lp - L, which is the sum of two numbers; lp below
 and above which the pixel cannot fire within the `Watch`; microseconds after its beginning before which the noise
 process has no candidate."""
-KEPT, KEPT_AT = (SEEN, LAG, REST), (glance.CURRENT_0, glance.LAG, glance.REST)
-WATCHED, WATCHED_AT = (HIGH, LOW, DUE), (glance.HIGH, glance.LOW, glance.DUE)
+AT = (glance.CURRENT_0, glance.LAG, glance.REST, glance.HIGH, glance.LOW, glance.DUE)
 """Where these lie in the work array of a tile."""
 INSIDE = 1.0 - 1e-6
 """Rounds a time in single precision down."""
@@ -109,24 +108,23 @@ def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules
 
 
 @compiled(error_model="numpy", forceinline=True)
-def watch_over(pixel: int, pixels: Pixels, watch: Watch) -> None:
-    """Set a pixel's fences. They are NaN, which nothing stays within, while it is held in reset."""
+def fences(pixel: int, pixels: Pixels, watch: Watch) -> tuple[float, float, float]:
+    """HIGH, LOW and DUE of a pixel. The first two are NaN, which nothing stays within, while it is held in reset."""
     state, traits = pixels.state, pixels.traits
     reference, leak, reset_us = state[pixel, REFERENCE], state[pixel, LEAK_SLOPE], state[pixel, RESET_US]
-    on, off = traits[pixel, ON], traits[pixel, OFF]
-    since_us = max(watch.since_us, reset_us)
+    high = reference + traits[pixel, ON] - leak * (watch.until_us - reset_us) - glance.MARGIN
+    low = reference - traits[pixel, OFF] - leak * (max(watch.since_us, reset_us) - reset_us) + glance.MARGIN
     candidate_us = state[pixel, CANDIDATE_US]
-    pixels.glance[HIGH, pixel] = reference + on - leak * (watch.until_us - reset_us) - glance.MARGIN
-    pixels.glance[LOW, pixel] = reference - off - leak * (since_us - reset_us) + glance.MARGIN
     due_us = INSIDE * (candidate_us - watch.since_us) - 1.0
-    pixels.glance[DUE, pixel] = due_us if candidate_us <= watch.until_us else np.inf
+    return high, low, due_us if candidate_us <= watch.until_us else np.inf
 
 
 @compiled(error_model="numpy")
-def watch_over_all(first: int, last: int, pixels: Pixels, watch: Watch) -> None:
+def watch_over(first: int, last: int, pixels: Pixels, watch: Watch) -> None:
     """Set the fences of a band of pixels."""
+    memory = pixels.glance
     for pixel in range(first, last):
-        watch_over(pixel, pixels, watch)
+        memory[HIGH, pixel], memory[LOW, pixel], memory[DUE, pixel] = fences(pixel, pixels, watch)
 
 
 @compiled(error_model="numpy")
@@ -321,9 +319,13 @@ def _fire_marked(
         )
         label = ((pixel % columns) << 16) | ((pixel // columns) << 32) | (frame << 48)
         events, count = _fire(interval, pixels, rules, pixel, label, body_0, body_1, events, count)
-        watch_over(pixel, pixels, watch)
-        for row in range(len(WATCHED)):
-            work[WATCHED_AT[row] + i] = pixels.glance[WATCHED[row], pixel]
+        high, low, due_us = fences(pixel, pixels, watch)
+        work[glance.DUE + i] = due_us
+        if rules.noise == 0.0:
+            work[glance.HIGH + i], work[glance.LOW + i] = high, low
+        else:
+            # The work array's are narrowed by the noise of this very interval.
+            pixels.glance[HIGH, pixel], pixels.glance[LOW, pixel] = high, low
     return events, count
 
 
@@ -364,9 +366,8 @@ def expose(
         high, low = work[glance.HIGH : glance.HIGH + n], work[glance.LOW : glance.LOW + n]
         due = work[glance.DUE : glance.DUE + n]
         memory = pixels.glance
-        for row in range(3):
-            work[KEPT_AT[row] : KEPT_AT[row] + n] = memory[KEPT[row], first:last]
-            work[WATCHED_AT[row] : WATCHED_AT[row] + n] = memory[WATCHED[row], first:last]
+        for row in range(GLANCE):
+            work[AT[row] : AT[row] + n] = memory[row, first:last]
         if rules.lowpass:
             glance.logarithms(current_0, log)
         else:
@@ -409,8 +410,9 @@ def expose(
                         work, watch, pixels, rules, events, count,
                     )  # fmt: skip
                 start_us = end_us
-        for row in range(3):
-            memory[KEPT[row], first:last] = work[KEPT_AT[row] : KEPT_AT[row] + n]
+        for row in range(GLANCE):
+            if rules.noise == 0.0 or (row != HIGH and row != LOW):
+                memory[row, first:last] = work[AT[row] : AT[row] + n]
         if scale.factor == 0.0:
             for p in range(first, last):
                 pixels.current[p] = scale.table[np.uint8(images[-1, p])]
