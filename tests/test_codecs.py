@@ -21,6 +21,11 @@ from shared_data import shared
 
 WRITABLE = [suffix for suffix, name in codecs.FORMATS.items() if name not in codecs.READ_ONLY]
 LABELS_KEPT = {".h5", ".hdf5", ".npz"}
+SIZE_LOST = {".csv"}
+LATEST_US = {".raw": 2**40, ".dat": 2**32, ".es": 2**34}
+"""Formats whose times are from 0 to just below."""
+CUT_BETWEEN_EVENTS = {".csv", ".raw", ".dat", ".es"}
+"""Formats that do not say how many events there are."""
 
 
 def aedat4(events: Events, size: tuple[int, int] = (40, 30), compression: int = 1, packets: int = 3) -> bytes:
@@ -86,12 +91,14 @@ def test_what_is_read_is_what_was_written(
     tmp_path: Path, suffix: str, seed: int, count: int, start: int, labelled: bool
 ):
     events = random_events(np.random.default_rng(seed), count, labelled=labelled)
+    if suffix in LATEST_US:  # not too late: some have words that only let the time pass
+        start = start % min(LATEST_US[suffix] - 50_000, 2**30)
     events = events._replace(t_us=events.t_us + start)
     path = tmp_path / f"a{suffix.upper()}"
     write_events(path, events, (40, 30))
     expected = events if suffix in LABELS_KEPT else events._replace(body=None, cause=None)
     assert_equal(read_events(path), expected)
-    if suffix in LABELS_KEPT:
+    if suffix not in SIZE_LOST:
         assert read_recording(path).size == (40, 30)
 
 
@@ -196,11 +203,11 @@ def test_every_truncation_is_refused_or_a_part_of_the_whole(tmp_path: Path, suff
         except DataError as error:
             assert str(path) in str(error)
             assert "\n" not in str(error)
-        else:  # a table of text cut between two lines, or the table at the end of an AEDAT4 file
+        else:  # cut between two events, or in the table at the end of an AEDAT4 file
             accepted += 1
             assert_equal(read, events.select(slice(read.count)))
-            assert suffix == ".csv" or read.count == events.count
-    assert accepted == 0 or suffix in (".csv", ".aedat4")
+            assert suffix in CUT_BETWEEN_EVENTS or read.count == events.count
+    assert accepted == 0 or suffix in {".aedat4"} | CUT_BETWEEN_EVENTS
 
 
 def test_mutated_files_raise_data_errors_or_give_valid_events(tmp_path: Path):
@@ -291,7 +298,7 @@ def test_an_unknown_suffix_lists_the_known_ones(tmp_path: Path, name: str, event
     (tmp_path / name).write_text("x")
     with pytest.raises(DataError, match=r"read; known are .*\.aedat4"):
         read_events(tmp_path / name)
-    with pytest.raises(DataError, match=r"written; known are \.h5, \.hdf5, \.npz, \.csv$"):
+    with pytest.raises(DataError, match=r"written; known are \.h5, \.hdf5, \.raw, \.dat, \.es, .*\.csv$"):
         write_events(tmp_path / name, events)
 
 

@@ -14,7 +14,16 @@ from evslip.events.stream import Events
 if TYPE_CHECKING:
     from evslip.record import Record
 
-FORMATS = {".h5": "hdf5", ".hdf5": "hdf5", ".aedat4": "aedat4", ".npz": "npz", ".csv": "csv"}
+FORMATS = {
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".aedat4": "aedat4",
+    ".raw": "raw",
+    ".dat": "dat",
+    ".es": "es",
+    ".npz": "npz",
+    ".csv": "csv",
+}
 """Module of each suffix."""
 READ_ONLY = {"aedat4"}
 
