@@ -21,10 +21,10 @@ from shared_data import shared
 
 WRITABLE = [suffix for suffix, name in codecs.FORMATS.items() if name not in codecs.READ_ONLY]
 LABELS_KEPT = {".h5", ".hdf5", ".npz"}
-SIZE_LOST = {".csv"}
-LATEST_US = {".raw": 2**40, ".dat": 2**32, ".es": 2**34}
+SIZE_LOST = {".csv", ".txt"}
+LATEST_US = {".raw": 2**40, ".dat": 2**32, ".es": 2**34, ".txt": 2**52}
 """Formats whose times are from 0 to just below."""
-CUT_BETWEEN_EVENTS = {".csv", ".raw", ".dat", ".es"}
+CUT_BETWEEN_EVENTS = {".csv", ".txt", ".raw", ".dat", ".es"}
 """Formats that do not say how many events there are."""
 
 
@@ -276,6 +276,36 @@ def test_text_that_is_no_table_of_events_is_refused(tmp_path: Path, text: str, m
         read_events(tmp_path / "a.csv")
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0.1 2 3\n", "3 columns, expected four"),
+        ("0.1 2 3 1\n0.2 2 3 2\n", "event 1 is 0.2 2 3 2, expected"),
+        ("0.1 2 3.5 1\n", "event 0 is 0.1 2 3.5 1"),
+        ("0.1 -2 3 1\n", "event 0"),
+        ("0.1 70000 3 1\n", "event 0"),
+        ("nan 2 3 1\n", "event 0"),
+        ("1e300 2 3 1\n", "event 0"),
+        ("0.1 2 3 up\n", "not a table"),
+        ("0.5 2 3 1\n0.4 2 3 1\n", "never decrease"),
+    ],
+)
+def test_text_that_v2e_would_not_write_is_refused(tmp_path: Path, text: str, message: str):
+    (tmp_path / "a.txt").write_text(text)
+    with pytest.raises(DataError, match=message):
+        read_events(tmp_path / "a.txt")
+
+
+def test_text_of_v2e_is_read(tmp_path: Path):
+    header = "#!events.txt\n# This is a text DVS created by v2e\n# timestamp x y polarity\n"
+    (tmp_path / "a.txt").write_text(header + "0.0000015 7 3 1\n1e-3 2 5 0\n3.5 1 1 -1\n")
+    t_us, x, y = [2, 1000, 3_500_000], [7, 2, 1], [3, 5, 1]
+    expected = Events(np.array(t_us), np.array(x, np.uint16), np.array(y, np.uint16), np.array([True, False, False]))
+    assert_equal(read_events(tmp_path / "a.txt"), expected)
+    write_events(tmp_path / "b.txt", expected)
+    assert (tmp_path / "b.txt").read_text() == "# t[s] x y p\n0.000002 7 3 1\n0.001000 2 5 0\n3.500000 1 1 0\n"
+
+
 def test_arrays_that_are_missing_or_pickled_are_refused(tmp_path: Path, events: Events):
     columns = {name: column for name, column in events._asdict().items() if name != "p"}
     np.savez(tmp_path / "a.npz", size=[40, 30], **columns)
@@ -298,7 +328,7 @@ def test_an_unknown_suffix_lists_the_known_ones(tmp_path: Path, name: str, event
     (tmp_path / name).write_text("x")
     with pytest.raises(DataError, match=r"read; known are .*\.aedat4"):
         read_events(tmp_path / name)
-    with pytest.raises(DataError, match=r"written; known are \.h5, \.hdf5, \.raw, \.dat, \.es, .*\.csv$"):
+    with pytest.raises(DataError, match=r"written; known are \.h5, \.hdf5, \.raw, \.dat, \.es, .*\.csv, \.txt$"):
         write_events(tmp_path / name, events)
 
 

@@ -23,9 +23,13 @@ FORMATS = {
     ".es": "es",
     ".npz": "npz",
     ".csv": "csv",
+    ".txt": "txt",
 }
 """Module of each suffix."""
 READ_ONLY = {"aedat4"}
+LABELS_KEPT = {"hdf5", "npz"}
+SIZE_LOST = {"csv", "txt"}
+"""What a format cannot hold, by module."""
 
 
 def read_events(path: str | Path) -> Events:
