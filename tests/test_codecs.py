@@ -8,6 +8,7 @@ import h5py
 import lz4.frame
 import numpy as np
 import pytest
+import scipy.io
 import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -21,7 +22,7 @@ from shared_data import shared
 
 WRITABLE = [suffix for suffix, name in codecs.FORMATS.items() if name not in codecs.READ_ONLY]
 LABELS_KEPT = {".h5", ".hdf5", ".npz"}
-SIZE_LOST = {".csv", ".txt"}
+SIZE_LOST = {".csv", ".txt", ".mat"}
 LATEST_US = {".raw": 2**40, ".dat": 2**32, ".es": 2**34, ".txt": 2**52}
 """Formats whose times are from 0 to just below."""
 CUT_BETWEEN_EVENTS = {".csv", ".txt", ".raw", ".dat", ".es"}
@@ -328,7 +329,7 @@ def test_an_unknown_suffix_lists_the_known_ones(tmp_path: Path, name: str, event
     (tmp_path / name).write_text("x")
     with pytest.raises(DataError, match=r"read; known are .*\.aedat4"):
         read_events(tmp_path / name)
-    with pytest.raises(DataError, match=r"written; known are \.h5, \.hdf5, \.raw, \.dat, \.es, .*\.csv, \.txt$"):
+    with pytest.raises(DataError, match=r"written; known are \.h5, \.hdf5, \.raw, \.dat, \.es, .*\.csv, \.txt, \.mat$"):
         write_events(tmp_path / name, events)
 
 
@@ -348,3 +349,40 @@ def test_every_format_has_its_functions():
         module = importlib.import_module(f"evslip.codecs.{name}")
         assert callable(module.read)
         assert hasattr(module, "write") == (name not in codecs.READ_ONLY)
+
+
+def test_mat_files_of_vt_snn_are_read(tmp_path: Path):
+    # As MATLAB writes it: doubles; rows or columns.
+    table = {"x": [[7.0, 2.0]], "y": [[3.0], [5.0]], "p": [[1.0, -1.0]], "ts": [[10.0, 20.0]]}
+    scipy.io.savemat(tmp_path / "a_td.mat", {"td_data": table, "other": "text"})
+    expected = Events(np.array([10, 20]), np.array([7, 2], "u2"), np.array([3, 5], "u2"), np.array([True, False]))
+    assert_equal(read_events(tmp_path / "a_td.mat"), expected)
+    write_events(tmp_path / "b.mat", expected)
+    written = scipy.io.loadmat(tmp_path / "b.mat")["td_data"]
+    assert {name: written[name][0][0].ravel().tolist() for name in table} == {
+        "x": [7, 2],
+        "y": [3, 5],
+        "p": [1, -1],
+        "ts": [10, 20],
+    }
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"ts": [0.1, 0.2]}, "td_data.ts: expected whole numbers .* microseconds"),
+        ({"x": [1.0, np.nan]}, "td_data.x: expected whole"),
+        ({"x": [1, 70000]}, "td_data.x: expected whole"),
+        ({"y": [1]}, "td_data.y: 1 numbers for 2 times"),
+        ({"p": "ab"}, "td_data.p are no real numbers"),
+        ({"ts": [2, 1]}, "never decrease"),
+    ],
+)
+def test_mat_files_that_hold_no_events_are_refused(tmp_path: Path, change: dict, message: str):
+    table = {"x": [1, 2], "y": [1, 2], "p": [1, -1], "ts": [1, 2]}
+    scipy.io.savemat(tmp_path / "a.mat", {"td_data": table | change})
+    with pytest.raises(DataError, match=message):
+        read_events(tmp_path / "a.mat")
+    scipy.io.savemat(tmp_path / "a.mat", {"data": table})
+    with pytest.raises(DataError, match="td_data of x, y, p and ts"):
+        read_events(tmp_path / "a.mat")

@@ -24,11 +24,12 @@ FORMATS = {
     ".npz": "npz",
     ".csv": "csv",
     ".txt": "txt",
+    ".mat": "mat",
 }
 """Module of each suffix."""
 READ_ONLY = {"aedat4"}
 LABELS_KEPT = {"hdf5", "npz"}
-SIZE_LOST = {"csv", "txt"}
+SIZE_LOST = {"csv", "txt", "mat"}
 """What a format cannot hold, by module."""
 
 
