@@ -9,6 +9,7 @@ from PIL import Image
 
 from evslip.codecs import read_events, write_events
 from evslip.events import Events, load_noise_map
+from sample_records import random_events
 
 
 def evslip(*arguments: object) -> subprocess.CompletedProcess:
@@ -105,6 +106,10 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["calibrate-noise", "OUT/r.h5", "OUT/noise.npz"], ["r.h5"]),
         (["calibrate-noise", "OUT/r.h5", "OUT/noise.txt"], ["noise.txt", ".npz"]),
         (["import", "OUT/r.aedat4", "OUT/r.h5"], ["r.aedat4"]),
+        (["convert", "OUT/r.raw", "OUT/r.dat"], ["r.raw", "no such file"]),
+        (["convert", "OUT/r.raw", "OUT/r.aedat4"], ["r.aedat4", "written", ".raw"]),
+        (["convert", "OUT/r.raw", "OUT/r.dat", "--crop", 1, 2, 3], ["--crop", "'3' is not INT INT INT INT"]),
+        (["convert", "OUT/r.mp4", "OUT/r.dat"], ["r.mp4", "read", ".aedat4"]),
         (["detect", "OUT/model", "OUT/r.h5"], ["OUT"]),
     ],
 )
@@ -156,3 +161,14 @@ def test_doctor_names_packages_and_disk():
     assert result.returncode == 0
     assert "mujoco" in result.stdout
     assert "GB" in result.stdout
+
+
+def test_a_recording_is_converted(tmp_path):
+    rng = np.random.default_rng(0)
+    write_events(tmp_path / "a.npz", random_events(rng, 300), (40, 30))
+    result = evslip("convert", tmp_path / "a.npz", tmp_path / "a.raw", "--crop", 8, 6, 20, 10, "--polarity", "on")
+    assert result.returncode == 0, result.stderr
+    assert "100% ON, 20x10" in result.stdout
+    assert "note: a.raw does not hold the labels" in result.stdout
+    assert evslip("import", tmp_path / "a.raw", tmp_path / "a.h5").returncode == 0
+    assert read_events(tmp_path / "a.h5").count == read_events(tmp_path / "a.raw").count > 0

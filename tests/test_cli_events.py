@@ -94,7 +94,7 @@ def evslip(monkeypatch, text: str) -> int:
         ("clip.npz OUT --preview p.mp4 --preview-ms 0", ["preview-ms"]),
         ("clip.npz OUT --plot p.mp4", ["p.mp4", ".png"]),
         ("clip.npz clip.npz", ["clip.npz", "itself"]),
-        ("clip.npz out/e.txt", ["e.txt", ".h5"]),
+        ("clip.npz out/e.bin", ["e.bin", ".h5"]),
         ("clip.npz five.csv/e.h5", ["five.csv/e.h5"]),
         ("clip.npz OUT --thetta 1", ["--thetta"]),
         ("clip.npz", ["Missing"]),

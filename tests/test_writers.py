@@ -142,5 +142,5 @@ def test_a_full_disk_is_one_clear_line_and_leaves_nothing(room, tmp_path, monkey
 
 
 def test_unknown_suffixes_are_refused(tmp_path):
-    with pytest.raises(DataError, match=r"e\.txt"), writing(tmp_path / "e.txt", SIZE):
+    with pytest.raises(DataError, match=r"e\.mp4"), writing(tmp_path / "e.mp4", SIZE):
         pass

@@ -24,6 +24,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "report": detecting.report,
     "events": sensing.events,
     "calibrate-noise": sensing.calibrate_noise,
+    "convert": sensing.convert,
     "import": sensing.import_,
     "detect": detecting.detect,
     "doctor": first_steps.doctor,

@@ -1,7 +1,7 @@
 """Verbs about event cameras and their recordings."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -121,11 +121,41 @@ def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
         console.print(f"{silent:.0%} of the pixels never fired: record for longer to measure them")
 
 
+def convert(
+    source: Positional[Path],
+    out: Positional[Path],
+    *,
+    crop: Annotated[tuple[int, int, int, int] | None, arg(metavar="X Y WIDTH HEIGHT")] = None,
+    slice: Annotated[tuple[float, float] | None, arg(metavar="START END")] = None,
+    polarity: Annotated[Literal["on", "off"] | None, arg(metavar="on|off")] = None,
+    from_zero: bool = False,
+) -> None:
+    """Write the events of a file in another format, or a part of them.
+
+    Args:
+        source: File of events: HDF5, AEDAT4, Prophesee RAW or DAT, Event Stream (.es), .npz, .csv, v2e's .txt,
+            VT-SNN's .mat.
+        out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw.
+        crop: Pixels to keep; the corner X Y becomes 0 0.
+        slice: Time to keep, seconds after the first event.
+        polarity: Keep the ON or the OFF events alone.
+        from_zero: Shift the times so that the first event is at 0; for formats that hold only short times.
+    """
+    from evslip.codecs.translate import STEPS, Part, translate
+
+    with progress_bar("read, write", STEPS) as advance:
+        done = translate(source, out, Part(crop, slice, polarity, from_zero), advance)
+    console.print(f"{out}: {describe(done.events, done.size)}")
+    if done.lost:
+        console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
+
+
 def import_(recording: Positional[Path], out: Positional[Path]) -> None:
     """Bring a real recording into evslip's own format.
 
     Args:
-        recording: File of an event camera, such as AEDAT4.
+        recording: File of an event camera: AEDAT4, Prophesee RAW or DAT, Event Stream (.es), or any other that
+            `evslip convert` reads.
         out: HDF5 file to write.
     """
     from evslip.codecs import import_recording

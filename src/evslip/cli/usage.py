@@ -46,5 +46,6 @@ def _in_one_line(box: str) -> str:
             continue
         message.append(line)
     text = " ".join(message).split(" Got errors:")[0] or title
+    text = re.sub(r"no type matching \S*{(\w+(?: \w+)+)} could be instantiated from \[(.*)\]", r"\2 is not \1", text)
     text = re.sub(r"no type matching \S+ could be instantiated from \[(.*)\]", r"\1 is not a number", text)
     return f"{text.removesuffix('.')}; `evslip VERB --help` explains"

@@ -14,9 +14,23 @@ from evslip.events.stream import Events
 if TYPE_CHECKING:
     from evslip.record import Record
 
-FORMATS = {".h5": "hdf5", ".hdf5": "hdf5", ".aedat4": "aedat4", ".npz": "npz", ".csv": "csv"}
+FORMATS = {
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".aedat4": "aedat4",
+    ".raw": "raw",
+    ".dat": "dat",
+    ".es": "es",
+    ".npz": "npz",
+    ".csv": "csv",
+    ".txt": "txt",
+    ".mat": "mat",
+}
 """Module of each suffix."""
 READ_ONLY = {"aedat4"}
+LABELS_KEPT = {"hdf5", "npz"}
+SIZE_LOST = {"csv", "txt", "mat"}
+"""What a format cannot hold, by module."""
 
 
 def read_events(path: str | Path) -> Events:

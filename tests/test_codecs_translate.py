@@ -1,0 +1,90 @@
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evslip import codecs, record
+from evslip.codecs import read_events, read_recording, write_events
+from evslip.codecs.translate import Part, select, translate
+from evslip.errors import ConfigError, DataError
+from sample_records import assert_equal, random_events, simulated
+
+WRITABLE = [suffix for suffix, name in codecs.FORMATS.items() if name not in codecs.READ_ONLY]
+
+
+@pytest.mark.parametrize("suffix", WRITABLE)
+def test_any_format_becomes_any_other_and_comes_back(tmp_path: Path, suffix: str):
+    events = random_events(np.random.default_rng(0), 200, labelled=False)
+    write_events(tmp_path / "a.h5", events, (40, 30))
+    for target in WRITABLE:
+        translate(tmp_path / "a.h5", tmp_path / f"b{suffix}")
+        translate(tmp_path / f"b{suffix}", tmp_path / f"c{target}")
+        assert_equal(read_events(tmp_path / f"c{target}"), events)
+
+
+@given(st.integers(0, 2**32), st.integers(0, 39), st.integers(0, 29), st.data())
+def test_a_part_is_what_a_loop_would_keep(seed: int, x: int, y: int, data: st.DataObject):
+    events = random_events(np.random.default_rng(seed), 60)
+    width, height = data.draw(st.integers(1, 40 - x)), data.draw(st.integers(1, 30 - y))
+    start, end = sorted(data.draw(st.tuples(st.integers(0, 30), st.integers(31, 60))))
+    polarity: Any = data.draw(st.sampled_from(["on", "off", None]))
+    from_zero = data.draw(st.booleans())
+    kept, size = select(events, (40, 30), Part((x, y, width, height), (start / 1e3, end / 1e3), polarity, from_zero))
+    first = int(events.t_us[0])
+    expected = [
+        (int(t), int(column) - x, int(row) - y, bool(on), int(body), int(cause))
+        for t, column, row, on, body, cause in zip(*events, strict=True)  # pyright: ignore[reportArgumentType]
+        if x <= column < x + width and y <= row < y + height and start * 1000 <= t - first < end * 1000
+        if polarity is None or on == (polarity == "on")
+    ]
+    shift = expected[0][0] if from_zero and expected else 0
+    assert [tuple(row) for row in zip(*(column.tolist() for column in kept), strict=True)] == [  # pyright: ignore
+        (t - shift, *rest) for t, *rest in expected
+    ]
+    assert size == (width, height)
+
+
+def test_what_is_lost_is_said(tmp_path: Path):
+    record.write(tmp_path / "a.h5", simulated())
+    sample = "all of the sample but its events"
+    assert translate(tmp_path / "a.h5", tmp_path / "a.npz").lost == (sample,)
+    assert translate(tmp_path / "a.h5", tmp_path / "a.csv").lost == ("the labels", "the sensor's size", sample)
+    assert translate(tmp_path / "a.h5", tmp_path / "a.es").lost == ("the labels", sample)
+    assert translate(tmp_path / "a.es", tmp_path / "a.dat").lost == ()
+
+
+def test_times_of_a_clock_are_shifted_on_demand(tmp_path: Path):
+    events = random_events(np.random.default_rng(0), 50, labelled=False)
+    write_events(tmp_path / "a.npz", events._replace(t_us=events.t_us + 1_605_537_493_718_345), (40, 30))
+    with pytest.raises(DataError, match=r"a\.raw: times from .* the format holds 0 to .*--from-zero"):
+        translate(tmp_path / "a.npz", tmp_path / "a.raw")
+    translate(tmp_path / "a.npz", tmp_path / "a.raw", Part(from_zero=True))
+    assert_equal(read_events(tmp_path / "a.raw"), events._replace(t_us=events.t_us - events.t_us[0]))
+
+
+@pytest.mark.parametrize(
+    "part",
+    [Part(slice_s=(1, 1)), Part(slice_s=(-1, 1)), Part(slice_s=(0, float("nan")))]
+    + [Part(crop=crop) for crop in ((0, 0, 0, 5), (-1, 0, 5, 5), (36, 0, 5, 5), (0, 26, 5, 5))],
+)
+def test_parts_that_cannot_be_are_refused(tmp_path: Path, part: Part):
+    write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 5), (40, 30))
+    with pytest.raises(ConfigError, match=r"(slice|crop): .* expected"):
+        translate(tmp_path / "a.npz", tmp_path / "b.npz", part)
+    assert not (tmp_path / "b.npz").exists()
+
+
+def test_no_events_are_converted_too(tmp_path: Path):
+    write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 0), (40, 30))
+    translate(tmp_path / "a.npz", tmp_path / "b.raw", Part((1, 1, 5, 5), (0, 1), "on", from_zero=True))
+    recording = read_recording(tmp_path / "b.raw")
+    assert (recording.events.count, recording.size) == (0, (5, 5))
+
+
+def test_a_file_is_not_converted_onto_itself(tmp_path: Path):
+    write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 5), (40, 30))
+    with pytest.raises(DataError, match="another name"):
+        translate(tmp_path / "a.npz", tmp_path / "a.npz")
