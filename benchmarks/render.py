@@ -1,6 +1,8 @@
 """Speed of the fast renderer over whole recorded spans.
 
-python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...], such as object.shape=cylinder
+python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...] [outputs]
+
+KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motion.
 """
 
 import sys
@@ -8,14 +10,16 @@ import time
 
 import numpy as np
 
-from evslip.config import load_config
+from evslip.config import load_config, parse_override
 from evslip.params import draw
-from evslip.rendering import render
+from evslip.rendering import OUTPUTS, render
 from evslip.simulation import simulate
 
 
 def main(*words: str) -> None:
-    overrides = dict(word.split("=", 1) for word in words if "=" in word)
+    outputs = OUTPUTS if "outputs" in words else ()
+    words = tuple(word for word in words if word != "outputs")
+    overrides = dict(parse_override(word) for word in words if "=" in word)
     preset, count, *size = [*(plain := [word for word in words if "=" not in word]), *("complex", "5")[len(plain) :]]
     shape = (int(size[0]), int(size[1])) if size else None
     config = load_config(preset, overrides)
@@ -27,7 +31,7 @@ def main(*words: str) -> None:
     for index in range(int(count)):
         traj = simulate(draw(config, index))
         start = time.process_time()
-        number = sum(1 for _ in render(traj, size=shape))
+        number = sum(1 for _ in render(traj, size=shape, outputs=outputs))
         spent = (time.process_time() - start) * 1e3
         milliseconds.append(spent / number)
         frames.append(number)

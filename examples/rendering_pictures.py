@@ -1,6 +1,7 @@
 """The figures of docs/rendering.md: python examples/rendering_pictures.py [FOLDER]
 
-Every shape on the table under a small and a large lamp, then held and turned, each with an enlarged piece.
+Every shape on the table under a small and a large lamp, then held and turned, each with an enlarged piece; and what
+the lens does, with what a frame holds besides light.
 """
 
 import sys
@@ -14,6 +15,7 @@ from PIL import Image
 from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.params import Params, draw
+from evslip.rendering.outputs import OUTPUTS, Outputs
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster
 from evslip.textures import linear_to_srgb
@@ -23,6 +25,14 @@ SMALL_LAMP, LARGE_LAMP = 0.3, 3.0
 ZOOM = 4
 PIECE = (80, 65)
 """Width and height in pixels of the piece that is enlarged."""
+
+LENSES = {
+    "distortion": {"camera.k1": -0.4},
+    "vignetting": {"camera.vignetting": 2.0},
+    "defocus": {"camera.defocus_px": 2.0},
+}
+FASTEST_PX_S = 100.0
+"""Speed that is drawn in full colour."""
 
 
 def pose(params: Params, held: bool) -> Trajectory:
@@ -59,6 +69,42 @@ def enlarged(image: np.ndarray, traj: Trajectory, params: Params) -> np.ndarray:
     return piece.repeat(ZOOM, 0).repeat(ZOOM, 1)
 
 
+def moving(traj: Trajectory) -> Trajectory:
+    """The hand moves sideways and up, and the object turns in the grip, over the millisecond."""
+    hand, body = traj.gripper_pose.copy(), traj.object_pose.copy()
+    for poses in (hand, body):
+        poses[1, :3] += (-0.00005, 0.0, 0.00005)
+    half = np.arctan2(body[1, 5], body[1, 3]) + 0.0007
+    body[1, 3:] = np.cos(half), 0.0, np.sin(half), 0.0
+    return traj._replace(gripper_pose=hand, object_pose=body)
+
+
+def coloured(outputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Pictures of depth (nearer is brighter), normal (right, up, backward as red, green, blue), and motion: its
+    direction as hue, red to the right and green-blue to the left, its speed as colour on white."""
+    depth = np.clip(0.15 / outputs["depth"], 0, 1)[..., None].repeat(3, 2)
+    x, y = np.moveaxis(outputs["motion"], -1, 0)
+    angle, speed = np.arctan2(y, x), np.clip(np.hypot(x, y) / FASTEST_PX_S, 0, 1)
+    hue = 0.5 + 0.5 * np.cos(angle[..., None] - np.radians([0, 120, 240]))
+    motion = 1 - speed[..., None] * (1 - hue)
+    return [np.round(image * 255).astype(np.uint8) for image in (depth, outputs["normal"] / 2 + 0.5, motion)]
+
+
+def lens_figure() -> np.ndarray:
+    """Above: the same instant through four lenses. Below: the first one's bodies, depth, normals and motion."""
+    scene = {"background.texture": "room-0", "object.texture": "cardboard-0", "surface.texture": "tile-0"}
+    above = []
+    for lens in ({}, *LENSES.values()):
+        params = draw(load_config("simple", {**scene, **lens}), 0)
+        above.append(picture(params, pose(params, held=True)))
+    params = draw(load_config("simple", scene), 0)
+    traj, camera = moving(pose(params, held=True)), hand_camera(params)
+    _, bodies = Raycaster(params, camera, float(traj.joints[0, 7])).draw(Poses(traj, camera, traj.t_us[:1]), 0)
+    shades = np.array([[40, 40, 40], [110, 90, 60], [220, 60, 50], [70, 120, 210]], np.uint8)
+    below = [shades[bodies], *coloured(Outputs(traj, camera, OUTPUTS).at(500))]
+    return np.concatenate([np.concatenate(above, 1), np.concatenate(below, 1)])
+
+
 def main(folder: str = "docs/figures") -> None:
     with tempfile.TemporaryDirectory() as scratch:
         ring = trimesh.creation.torus(0.027, 0.011, major_sections=64, minor_sections=32)
@@ -86,6 +132,9 @@ def main(folder: str = "docs/figures") -> None:
     strip = [np.concatenate(rows[k : k + 3], 1) for k in range(0, len(rows), 3)]
     path = Path(folder) / "rendering_shapes.png"
     Image.fromarray(np.concatenate(strip)).save(path, optimize=True)
+    print(path)
+    path = Path(folder) / "rendering_lens.png"
+    Image.fromarray(lens_figure()).save(path, optimize=True)
     print(path)
 
 

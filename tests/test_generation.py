@@ -106,6 +106,12 @@ def test_an_unreachable_object_stops_the_run_and_names_sample_and_key(tmp_path):
     assert not (tmp_path / "new").exists()
 
 
+def test_a_lens_that_folds_the_image_stops_the_run_and_names_sample_and_key(tmp_path):
+    with pytest.raises(ConfigError, match=r"sample train/0: camera\.k1 -0\.9.*folds the image"):
+        evslip.generate(small_config(**{"camera.k1": -0.9}), tmp_path / "new", 1, workers=1)
+    assert not (tmp_path / "new").exists()
+
+
 def test_an_object_out_of_reach_at_some_index_is_a_rejection_there(tmp_path):
     config = small_config(**{"sampling": "grid", "object.mass_kg": 0.012, "object.x_m": [0.9, 0.461], "test_share": 0})
     summary = evslip.generate(config, tmp_path, 2, workers=1)

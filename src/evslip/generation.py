@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from evslip import dataset
+from evslip.camera import hand_camera
 from evslip.config import Config, config_from_text, dump_config, load_config
 from evslip.errors import ConfigError, GraspFailed, PlanRejected
 from evslip.events import camera_for
@@ -99,7 +100,9 @@ def _check(config: Config, count: int, split: str) -> None:
     rejected = []
     for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):
         try:
-            return check_reach(draw(config, index, split))
+            params = draw(config, index, split)
+            hand_camera(params)
+            return check_reach(params)
         except PlanRejected as error:
             rejected.append(f"sample {split}/{index}: {error}")
         except ConfigError as error:

@@ -292,7 +292,20 @@ class CameraSpec(Section, Generic[N, S]):
     height: Annotated[int, Strict(), Within(16, 4096)] = 260
     """Rows."""
     fov_deg: Annotated[N, Within(5.0, 120.0)]
-    """Horizontal field of view."""
+    """Horizontal field of view, of the undistorted image."""
+    k1: Annotated[N, Within(-1.0, 1.0)] = usual(0.0)
+    """Radial distortion, as OpenCV's: the term in r^2, negative for a barrel,"""
+    k2: Annotated[N, Within(-1.0, 1.0)] = usual(0.0)
+    """... and in r^4."""
+    p1: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """Tangential distortion, as OpenCV's: mostly along the columns,"""
+    p2: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """... and along the rows."""
+    vignetting: Annotated[N, Within(0.0, 4.0)] = usual(0.0)
+    """How much darker the image's edge is: light at an angle to the axis counts cos(angle)^(4 vignetting). 0 is not at
+    all, 1 the natural law."""
+    defocus_px: Annotated[N, Within(0.0, 20.0)] = usual(0.0)
+    """Standard deviation of a Gaussian blur over all of the image, in pixels of an image of this width."""
     exposure: Literal["sample", "absolute"] = "sample"
     """Sample: the median luminance of the first held frame becomes 0.25 of white, as an aperture set once would.
     Absolute: white is white_cd_m2."""

@@ -1,6 +1,6 @@
 """From a trajectory to luminance: frames for the event camera, pictures for the eye."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from importlib import import_module
 from typing import Any
 
@@ -9,12 +9,13 @@ import numpy as np
 from evslip.camera import Camera, hand_camera
 from evslip.errors import ConfigError
 from evslip.frame import Frame
+from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
 from evslip.rendering.poses import Poses
 from evslip.rendering.schedule import check_span, frame_times
 from evslip.textures import linear_to_srgb
 from evslip.trajectory import Trajectory
 
-__all__ = ["RENDERERS", "frame_times", "render", "render_color"]
+__all__ = ["OUTPUTS", "RENDERERS", "frame_times", "render", "render_color"]
 
 RENDERERS = {"raycast": "evslip.rendering.raycast:Raycaster"}
 """Name -> module:class. A renderer is made from (params, camera, held finger travel, channel) and draws poses."""
@@ -30,12 +31,15 @@ def render(
     size: tuple[int, int] | None = None,
     times_us: np.ndarray | None = None,
     renderer: str = "raycast",
+    outputs: Collection[str] = (),
 ) -> Iterator[Frame]:
     """Frames of a trajectory from the hand camera, luminance relative to white.
 
     By default the recorded span (`evslip.truth.measure(traj).span_us`) at times from `frame_times`; `times_us` (sorted
-    integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its own. Raises ConfigError.
+    integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its own.
+    `outputs`, of OUTPUTS: what else the frames shall hold, see `Frame`. Raises ConfigError.
     """
+    check_outputs(outputs)
     camera = hand_camera(traj.params, size)
     span = recorded_span(traj)
     if times_us is None:
@@ -44,7 +48,8 @@ def render(
     times_us = np.asarray(times_us, np.int64)
     check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
     artist = _make(renderer, traj, camera, span)
-    return _draw(artist, traj, camera, times_us, exposure_scale(artist, traj, camera, span[0]))
+    scale = exposure_scale(artist, traj, camera, span[0])
+    return _draw(artist, traj, camera, times_us, scale, Outputs(traj, camera, outputs) if outputs else None)
 
 
 def render_color(
@@ -95,8 +100,10 @@ def _make(name: str, traj: Trajectory, camera: Camera, span: tuple[int, int], *c
     return kind(traj.params, camera, float(np.median(traj.joints[inside, 7:9].mean(1))), *channel)
 
 
-def _draw(artist: Any, traj: Trajectory, camera: Camera, times_us: np.ndarray, scale: float) -> Iterator[Frame]:
+def _draw(
+    artist: Any, traj: Trajectory, camera: Camera, times_us: np.ndarray, scale: float, outputs: Outputs | None
+) -> Iterator[Frame]:
     poses = Poses(traj, camera, times_us)
     for index, t_us in enumerate(times_us):
         luminance, bodies = artist.draw(poses, index, scale)
-        yield Frame(int(t_us), luminance, bodies)
+        yield Frame(int(t_us), luminance, bodies, **(outputs.at(int(t_us)) if outputs else {}))

@@ -10,7 +10,7 @@ from evslip.rendering.gripper import make_room, merge_gripper, put_over, shade_g
 from evslip.rendering.hand import PALM
 from evslip.rendering.lanes import LANES, SCRATCH
 from evslip.rendering.layers import RED
-from evslip.rendering.lens import SPREAD, expose
+from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.openings import Opening, Openings
 from evslip.rendering.poses import Poses
 from evslip.rendering.setting import LUMA, prepare
@@ -25,6 +25,8 @@ class Raycaster:
 
     def __init__(self, params: Params, camera: Camera, held_travel_m: float, channel: int = LUMA):
         """held_travel_m: finger travel while the object is held, as in `Openings`."""
+        self._lens = Lens(params, camera)
+        camera = self._lens.pinhole
         height, width = camera.height, camera.width
         self.camera, self.setting = camera, prepare(params, channel)
         self.params = params
@@ -33,7 +35,6 @@ class Raycaster:
         self._openings = Openings(camera, held_travel_m)
         self._current: Opening | None = None
         self._scratch = (np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64))
-        self._row_blur = np.zeros((height, width), np.float32)
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
 
     def draw(self, poses: Poses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -70,9 +71,7 @@ class Raycaster:
         make_room(out, body.total, body.touched)
         body.draw(out, self._keep, self._scratch, view, self.setting, boxes)
         put_over(out, bodies, self._keep, body.total, body.touched, self._over, *fragments)
-        luminance = np.empty(out.shape, np.float32)
-        expose(out, np.float32(scale), SPREAD, self._row_blur, luminance)
-        return luminance, bodies
+        return self._lens.form(out, scale, SPREAD), self._lens.bend_mask(bodies)
 
     def _opening(self, travel_m: float) -> Opening:
         opening = self._openings.at(travel_m)

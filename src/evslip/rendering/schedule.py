@@ -46,8 +46,12 @@ def check_span(traj: Trajectory, start_us: int, end_us: int) -> None:
 
 
 def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
-    """Farthest movement in pixels of any visible point between consecutive poses; of shape (m - 1,)."""
-    return np.maximum(_object_motion(poses, camera, params), _scene_motion(poses, camera, params.background.radius_m))
+    """Farthest movement in pixels of any visible point between consecutive poses; of shape (m - 1,).
+
+    Under a lens with distortion: an upper bound.
+    """
+    plain, radius_m = camera.pinhole(), params.background.radius_m
+    return camera.stretch() * np.maximum(_object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
 
 
 def _object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:

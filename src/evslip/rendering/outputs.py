@@ -1,0 +1,162 @@
+"""What each pixel sees besides light: depth, normal and motion, by one exact ray through its middle."""
+
+from collections.abc import Collection
+
+import numpy as np
+
+from evslip.camera import Camera
+from evslip.compiled import compiled
+from evslip.errors import ConfigError
+from evslip.rendering.hand import LEFT, RIGHT, assemble
+from evslip.rendering.layers import NEAR_M
+from evslip.rendering.poses import Poses
+from evslip.shapes import surface_of
+from evslip.trajectory import Trajectory
+
+OUTPUTS = ("depth", "normal", "motion")
+"""Names of the arrays of `evslip.frame.Frame` that are made on request."""
+HALF_STEP_US = 500
+"""Motion is measured between poses this long before and after: together one step of the simulation's record."""
+OBJECT, SURFACE, SKY = RIGHT + 1, RIGHT + 2, RIGHT + 3
+"""Parts of the scene, after those of the gripper in `hand`."""
+
+
+def check_outputs(names: Collection[str]) -> None:
+    """Raise ConfigError for a name that is no output."""
+    for name in (names,) if isinstance(names, str) else names:
+        if name not in OUTPUTS or isinstance(names, str):
+            raise ConfigError(f"outputs: {name!r} is unknown; expected any of {', '.join(OUTPUTS)}, as a tuple")
+
+
+class Outputs:
+    """Depth, normals and motion of a trajectory's instants, independent of one another and of the frame times."""
+
+    def __init__(self, traj: Trajectory, camera: Camera, names: Collection[str]):
+        """names: of OUTPUTS."""
+        self._traj, self._camera, self._names = traj, camera, names
+        self._rays = camera.rays()
+        self._object = surface_of(traj.params)
+        # How far from its place in a pinhole's image any pixel looks: triangles are sought that much farther around.
+        x = self._rays[..., 0] * camera.focal_px + camera.width / 2 - (np.arange(camera.width) + 0.5)
+        y = camera.height / 2 - self._rays[..., 1] * camera.focal_px - (np.arange(camera.height) + 0.5)[:, None]
+        self._reach = np.array([np.abs(x).max(), np.abs(y).max()])
+        self._travel_m: float | None = None
+
+    def at(self, t_us: int) -> dict[str, np.ndarray]:
+        """The arrays of one instant by name, with shapes and units as in `Frame`."""
+        first, last = int(self._traj.t_us[0]), int(self._traj.t_us[-1])
+        around = (t_us, max(first, t_us - HALF_STEP_US), min(last, t_us + HALF_STEP_US))
+        poses = Poses(self._traj, self._camera, np.array(around))
+        depth, normal, part = self._cast(poses)
+        made = {}
+        if "depth" in self._names:
+            made["depth"] = np.where(part == SKY, np.inf, depth).astype(np.float32)
+        if "normal" in self._names:
+            made["normal"] = normal.astype(np.float32)
+        if "motion" in self._names:
+            points = self._rays * depth[..., None]
+            before, after = (self._camera.project(self._carried(points, part, poses, k))[..., :2] for k in (1, 2))
+            made["motion"] = ((after - before) / ((around[2] - around[1]) * 1e-6)).astype(np.float32)
+        return made
+
+    def _cast(self, poses: Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Depth, normal and part of what each ray meets at the first of the poses."""
+        depth, normal, part = (array.copy() for array in self._gripper(float(poses.travel_m[0])))
+        origin, turn = poses.camera_position[0], poses.camera_rotation[0]
+        body, axes = self._object, turn.T @ poses.object_rotation[0]
+        corners = (body.vertices @ axes.T + turn.T @ (poses.object_position[0] - origin))[body.faces]
+        self._meet(corners, body.normals @ axes.T, np.full(len(corners), OBJECT), depth, normal, part)
+
+        rays = self._rays @ turn.T
+        with np.errstate(divide="ignore"):
+            table = np.where(rays[..., 2] < 0, -origin[2] / rays[..., 2], np.inf)
+        a, b, c = np.sum(rays * rays, -1), rays @ origin, origin @ origin - self._traj.params.background.radius_m**2
+        sky = (np.sqrt(b * b - a * c) - b) / a
+        for distance, kind, direction in ((table, SURFACE, turn.T @ [0.0, 0.0, 1.0]), (sky, SKY, np.zeros(3))):
+            nearer = (distance < depth) & (distance > 0) & (distance <= sky)
+            depth[nearer], normal[nearer], part[nearer] = distance[nearer], direction, kind
+        return depth, normal, part
+
+    def _gripper(self, travel_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As `_cast`, of the gripper alone, which stands still in the image while its opening stays the same."""
+        if travel_m != self._travel_m:
+            shape = self._rays.shape[:2]
+            self._seen = np.full(shape, np.inf), np.zeros((*shape, 3)), np.full(shape, SKY, np.uint8)
+            mesh, parts = assemble(travel_m)
+            corners = (mesh.corners - self._camera.position) @ self._camera.rotation
+            self._meet(corners, mesh.normals @ self._camera.rotation, parts.astype(np.int64), *self._seen)
+            self._travel_m = travel_m
+        return self._seen
+
+    def _meet(
+        self, corners: np.ndarray, normals: np.ndarray, parts: np.ndarray,
+        depth: np.ndarray, normal: np.ndarray, part: np.ndarray,
+    ) -> None:  # fmt: skip
+        camera = self._camera
+        meet(
+            self._rays, np.ascontiguousarray(corners), np.ascontiguousarray(normals), parts, camera.focal_px,
+            self._reach, depth, normal, part,
+        )  # fmt: skip
+
+    def _carried(self, points: np.ndarray, part: np.ndarray, poses: Poses, k: int) -> np.ndarray:
+        """Points (height, width, 3) of the first pose's camera axes, moved with their parts into those of pose k."""
+        there, turn = poses.camera_position[k], poses.camera_rotation[k]
+        world = points @ poses.camera_rotation[0].T + poses.camera_position[0]
+        body = (world - poses.object_position[0]) @ poses.object_rotation[0] @ poses.object_rotation[k].T
+        world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
+        moved = (world - there) @ turn
+        opening = (poses.travel_m[k] - poses.travel_m[0]) * self._camera.rotation[1]
+        sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0
+        return np.where((part <= RIGHT)[..., None], points + sign[..., None] * opening, moved)
+
+
+@compiled(error_model="numpy")
+def meet(rays, corners, normals, parts, focal, reach, depth, normal, part):
+    """Put the triangles nearer than `depth` into depth, normal and part.
+
+    rays (height, width, 3): from the origin, with z = -1, so that the way along them is the depth. corners, normals
+    (n, 3, 3): in camera axes. reach (2,): farthest that a ray is from its place in a pinhole's image, in pixels. A ray
+    passes a triangle on the inside of its three edges, each taken from its two corners alone: neighbours leave no gap.
+    """
+    height, width = depth.shape
+    edge = np.empty((3, 3))
+    for f in range(corners.shape[0]):
+        left, right, top, bottom, ahead = 1e9, -1e9, 1e9, -1e9, True
+        for k in range(3):
+            away = -corners[f, k, 2]
+            ahead = ahead and away > NEAR_M
+            x, y = width * 0.5 + focal * corners[f, k, 0] / away, height * 0.5 - focal * corners[f, k, 1] / away
+            left, right, top, bottom = min(left, x), max(right, x), min(top, y), max(bottom, y)
+        if not ahead:
+            if corners[f, 0, 2] > 0 and corners[f, 1, 2] > 0 and corners[f, 2, 2] > 0:
+                continue
+            left, right, top, bottom = 0.0, float(width), 0.0, float(height)
+        left, right = max(left - reach[0] - 1.0, 0.0), min(right + reach[0] + 1.0, float(width))
+        top, bottom = max(top - reach[1] - 1.0, 0.0), min(bottom + reach[1] + 1.0, float(height))
+        for k in range(3):
+            a, b = corners[f, (k + 1) % 3], corners[f, (k + 2) % 3]
+            for i in range(3):
+                edge[k, i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3]
+        volume = corners[f, 0, 0] * edge[0, 0] + corners[f, 0, 1] * edge[0, 1] + corners[f, 0, 2] * edge[0, 2]
+        for row in range(int(top), int(bottom)):
+            for column in range(int(left), int(right)):
+                x, y = rays[row, column, 0], rays[row, column, 1]
+                a = x * edge[0, 0] + y * edge[0, 1] - edge[0, 2]
+                b = x * edge[1, 0] + y * edge[1, 1] - edge[1, 2]
+                c = x * edge[2, 0] + y * edge[2, 1] - edge[2, 2]
+                if not ((a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0)):
+                    continue
+                total = a + b + c
+                if total == 0:
+                    continue
+                distance = volume / total
+                if 0 < distance < depth[row, column]:
+                    depth[row, column] = distance
+                    part[row, column] = parts[f]
+                    length = 0.0
+                    for i in range(3):
+                        value = (a * normals[f, 0, i] + b * normals[f, 1, i] + c * normals[f, 2, i]) / total
+                        normal[row, column, i] = value
+                        length += value * value
+                    for i in range(3):
+                        normal[row, column, i] /= np.sqrt(length) + 1e-300
