@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip.learn.metrics import auroc, confusion, measure
+from evslip.learn.metrics import auroc, best_threshold, confusion, measure
 from slip_records import slip_windows
 
 answers = st.lists(st.tuples(st.booleans(), st.integers(0, 10)), min_size=1, max_size=60).map(
@@ -49,3 +49,13 @@ def test_scores_of_known_answers(tmp_path) -> None:
     stored = json.loads((tmp_path / "evaluation.json").read_text())
     assert stored["labels"] == windows.label.tolist() and stored["names"] == windows.name.tolist()
     assert str(len(windows)) in perfect.table()
+
+
+def test_a_few_trajectories_do_not_move_the_threshold_far():
+    # Told right by a threshold of 0.96, and all but one by 0.5: four trajectories are no reason to prefer the former.
+    labels = np.array([0] * 10 + [1] * 10)
+    scores = np.array([0.01] * 9 + [0.95] + [0.97] * 10)
+    assert best_threshold(labels, scores, np.repeat(["a", "b", "c", "d"], 5)) == 0.5
+    # Many trajectories are; and where 0.5 tells nothing, any number of them.
+    assert best_threshold(labels.repeat(50), scores.repeat(50), np.arange(1000)) > 0.9
+    assert best_threshold(labels, 0.4 * scores, np.repeat(["a", "b", "c", "d"], 5)) < 0.4

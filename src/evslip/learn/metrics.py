@@ -81,12 +81,15 @@ def best_threshold(labels: np.ndarray, scores: np.ndarray, names: np.ndarray) ->
     """The threshold nearest to 0.5 whose balanced accuracy is within one standard error of the best.
 
     The one-standard-error rule (Breiman et al. 1984): few trajectories, which are what the error is counted by since
-    windows of one are alike, say little about where the threshold should lie.
+    windows of one are alike, say little about where the threshold should lie. Least of all when all are told right: so
+    the error is that of Agresti & Coull (1998), with two right and two wrong ones added.
     """
     edges = np.unique(np.concatenate([scores, [0.5]]))
     candidates = np.unique(np.concatenate([[0.5], (edges[1:] + edges[:-1]) / 2]))
     gains = np.array([balanced_accuracy(labels, scores >= c) for c in candidates])
-    error = np.sqrt(gains.max() * (1 - gains.max()) / len(np.unique(names)))
+    count = len(np.unique(names)) + 4
+    share = (gains.max() * (count - 4) + 2) / count
+    error = np.sqrt(share * (1 - share) / count)
     good = candidates[gains >= gains.max() - error]
     return float(good[np.abs(good - 0.5).argmin()])
 
