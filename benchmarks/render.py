@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from evslip.config import load_config, parse_override
-from evslip.params import draw
+from evslip.draws import draw
 from evslip.rendering import OUTPUTS, render
 from evslip.simulation import simulate
 

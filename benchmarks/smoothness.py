@@ -16,7 +16,8 @@ from scipy.ndimage import maximum_filter
 
 from evslip.camera import hand_camera
 from evslip.config import load_config
-from evslip.params import Params, draw
+from evslip.draws import draw
+from evslip.params import Params
 from evslip.rendering import raycast
 from evslip.rendering.lens import SPREAD, expose
 from evslip.rendering.poses import Poses

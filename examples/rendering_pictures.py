@@ -14,7 +14,8 @@ from PIL import Image
 
 from evslip.camera import hand_camera
 from evslip.config import load_config
-from evslip.params import Params, draw
+from evslip.draws import draw
+from evslip.params import Params
 from evslip.rendering.outputs import OUTPUTS, Outputs
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster

@@ -3,9 +3,10 @@
 import numpy as np
 
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.episodes import Episode
 from evslip.events.stream import Events
-from evslip.params import Params, draw
+from evslip.params import Params
 from evslip.phases import PHASE_NAMES
 from evslip.record import Record
 from evslip.trajectory import Trajectory

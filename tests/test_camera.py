@@ -3,8 +3,8 @@ import pytest
 
 from evslip.camera import MOUNTS, hand_camera
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.errors import ConfigError
-from evslip.params import draw
 
 
 @pytest.fixture(params=MOUNTS)

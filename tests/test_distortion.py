@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from evslip.camera import Camera, hand_camera
 from evslip.config import load_config
 from evslip.distortion import Distortion
+from evslip.draws import draw
 from evslip.errors import ConfigError
-from evslip.params import draw
 from evslip.rendering import frame_times
 from evslip.rendering.poses import Poses
 from made_up import still

@@ -7,11 +7,12 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 import evslip
+from evslip.draws import draw
 from evslip.errors import ConfigError
 from evslip.grip import PAD_HALF_M, contact_elements, contact_patch, contact_points
 from evslip.limit_surface import LimitSurface
 from evslip.onset import load_per_kg, onset_mass, pad_surface
-from evslip.params import Params, draw
+from evslip.params import Params
 from evslip.scene import GRAVITY_M_S2
 
 AT_REST = {"motion.lift_m": 0.0, "motion.move_y_m": 0.0, "motion.tilt_deg": 0.0, "motion.duration_s": 60.0}

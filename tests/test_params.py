@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy.stats import kstest
 
 from evslip.config import load_config
+from evslip.draws import draw, grid_size
 from evslip.errors import ConfigError
-from evslip.params import Params, draw, grid_size
+from evslip.params import Params
 from evslip.schema import SampleSpec
 from evslip.values import Range, extremes
 

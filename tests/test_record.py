@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip import record
+from evslip.draws import draw
 from evslip.errors import DataError
 from evslip.events.stream import Events, empty_events
-from evslip.params import draw
 from evslip.record import Record
 from sample_records import CONFIG, assert_equal, random_events, simulated
 

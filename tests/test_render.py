@@ -6,9 +6,9 @@ import pytest
 from brute_force import compare
 from evslip.camera import hand_camera
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.errors import ConfigError
 from evslip.frame import BACKGROUND, GRIPPER, OBJECT, SURFACE
-from evslip.params import draw
 from evslip.rendering import RENDERERS, render, render_color
 from evslip.rendering.setting import make_lamp
 from made_up import still, turning

@@ -3,7 +3,7 @@ import pytest
 
 from evslip.camera import hand_camera
 from evslip.config import load_config
-from evslip.params import draw
+from evslip.draws import draw
 from evslip.rendering.hand import LEFT, RIGHT, assemble, shadow_boxes
 from evslip.rendering.layers import FINGER, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
 from evslip.rendering.openings import Openings

@@ -4,8 +4,8 @@ from scipy.ndimage import gaussian_filter
 
 from evslip.camera import hand_camera
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.frame import OBJECT, SURFACE
-from evslip.params import draw
 from evslip.rendering.lens import SPREAD, Lens, gaussian
 from evslip.rendering.outputs import Outputs
 from evslip.rendering.poses import Poses

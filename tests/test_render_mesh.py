@@ -7,8 +7,8 @@ import trimesh
 from brute_force import compare, cylinder, seen_share, triangles
 from evslip.camera import hand_camera
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.frame import BACKGROUND, OBJECT, SURFACE
-from evslip.params import draw
 from evslip.rendering import body
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.lanes import LANES, ROOM, SCRATCH, SEEN_NOW, U, V, W

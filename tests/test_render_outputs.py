@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation, Slerp
 import brute_force
 from evslip.camera import hand_camera
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.errors import ConfigError
 from evslip.frame import Frame
-from evslip.params import draw
 from evslip.rendering import OUTPUTS, render
 from evslip.rendering.hand import assemble
 from evslip.rendering.poses import Poses

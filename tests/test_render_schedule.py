@@ -5,8 +5,8 @@ import pytest
 
 from evslip.camera import hand_camera
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.errors import ConfigError
-from evslip.params import draw
 from evslip.rendering import frame_times
 from evslip.rendering.poses import Poses, interpolate, matrices
 from made_up import still, turning

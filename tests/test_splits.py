@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evslip.config import load_config
+from evslip.draws import draw
 from evslip.errors import ConfigError
-from evslip.params import draw
 from evslip.plan import make_plan
 from evslip.separation import separate
 from evslip.splits import Dimension, divide

@@ -4,10 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evslip.config import load_config
+from evslip.draws import draw, grid_size, sure_masses
 from evslip.errors import ConfigError
 from evslip.onset import onset_mass
-from evslip.params import draw, grid_size
-from evslip.stratification import BLOCK, SURE_HOLD, SURE_SLIP, shall_slip, sure_masses
+from evslip.stratification import BLOCK, SURE_HOLD, SURE_SLIP, shall_slip
 from evslip.values import extremes
 
 

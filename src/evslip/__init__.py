@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from evslip.codecs import read_events, write_events
     from evslip.config import Config, load_config
     from evslip.dataset import Dataset, open_dataset
+    from evslip.draws import draw
     from evslip.errors import EvslipError
     from evslip.events import EventCamera
     from evslip.events.stream import Events
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from evslip.generation import generate
     from evslip.learn import Detector
     from evslip.onset import onset_mass
-    from evslip.params import Params, draw
+    from evslip.params import Params
     from evslip.record import Record
     from evslip.rendering import render
     from evslip.simulation import simulate
@@ -37,7 +38,7 @@ _HOME = {
     "Trajectory": "trajectory",
     "Truth": "truth",
     "angular_difference": "truth",
-    "draw": "params",
+    "draw": "draws",
     "generate": "generation",
     "load_config": "config",
     "measure": "truth",

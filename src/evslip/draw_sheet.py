@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from evslip.config import Config
-from evslip.params import Params, draw
+from evslip.draws import draw
+from evslip.params import Params
 from evslip.phases import hanging_phases
 from evslip.schema import SampleSpec
 from evslip.stratification import SURE_HOLD, SURE_SLIP

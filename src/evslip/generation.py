@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 from evslip import dataset
 from evslip.camera import hand_camera
 from evslip.config import Config, config_from_text, dump_config, load_config
+from evslip.draws import draw
 from evslip.errors import ConfigError, GraspFailed, PlanRejected
 from evslip.events import camera_for
 from evslip.events.stream import empty_events
 from evslip.frame import Frame
 from evslip.journal import Entry
-from evslip.params import Params, draw
+from evslip.params import Params
 from evslip.record import Record, encode, provenance
 from evslip.rendering import render
 from evslip.runners import runner

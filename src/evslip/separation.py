@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from evslip import slip
 from evslip.config import Config
-from evslip.params import draw
+from evslip.draws import draw
 from evslip.plan import make_plan
 from evslip.splits import TEXTURE, domain, is_divided
 

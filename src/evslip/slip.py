@@ -7,7 +7,9 @@ from evslip import stratification
 from evslip.config import Config
 from evslip.errors import ConfigError
 from evslip.motions import KINDS as MOTIONS
+from evslip.onset import onset_mass
 from evslip.params import Params
+from evslip.phases import hanging_phases
 from evslip.schema import NATURAL
 from evslip.seeds import generator
 from evslip.truth import Truth
@@ -131,9 +133,6 @@ def weigh(params: Params, by_default: bool) -> Params:
 
     `by_default`: slip.multiple is the recipe's own, which yields where the object would slip too early.
     """
-    from evslip.onset import onset_mass
-    from evslip.phases import hanging_phases
-
     slip = params.slip
     if slip.kind == NATURAL or slip.multiple is None:
         return params

@@ -1,15 +1,12 @@
 """A wanted share of samples that slip, each by its own onset mass."""
 
-from typing import TYPE_CHECKING
-
 from evslip.config import Config
 from evslip.errors import ConfigError
+from evslip.onset import onset_mass
+from evslip.params import Params
 from evslip.schema import HOLD, NATURAL, ObjectSpec, Within
 from evslip.seeds import generator
 from evslip.values import extremes
-
-if TYPE_CHECKING:
-    from evslip.params import Params
 
 BLOCK = 20
 """Samples among which the share is met, in an order of their own."""
@@ -40,7 +37,7 @@ def kinds(config: Config, index: int, split: str) -> str | tuple[str, ...]:
     return fitting[0] if len(fitting) == 1 else fitting
 
 
-def weigh(config: Config, params: "Params") -> "Params":
+def weigh(config: Config, params: Params) -> Params:
     """Of a natural sample: the parameters with a mass that surely slips or surely holds, as slip_fraction wants it.
 
     The range that the configuration gives is cut at its guaranteed end, 1.25 or 0.85 of the sample's own onset mass,
@@ -50,8 +47,6 @@ def weigh(config: Config, params: "Params") -> "Params":
     slips = shall_slip(config, params.index, params.split)
     if slips is None or params.slip.kind != NATURAL:
         return params
-    from evslip.onset import onset_mass
-
     onset_kg = onset_mass(params)
     low, high = extremes(config.object.mass_kg)
     share = (params.object.mass_kg - low) / (high - low) if low < high else 0.5
@@ -62,7 +57,7 @@ def weigh(config: Config, params: "Params") -> "Params":
     return with_mass(params, low + share * (high - low), f"slip_fraction: {config.slip_fraction:g}")
 
 
-def with_mass(params: "Params", mass_kg: float, wish: str) -> "Params":
+def with_mass(params: Params, mass_kg: float, wish: str) -> Params:
     """The parameters with another mass. Raises ConfigError, which begins with `wish`, where it is beyond the limits."""
     limits = next(m for m in ObjectSpec.model_fields["mass_kg"].metadata if isinstance(m, Within))
     if not limits.low <= mass_kg <= limits.high:
@@ -71,13 +66,3 @@ def with_mass(params: "Params", mass_kg: float, wish: str) -> "Params":
             "change grip.force_n or grip.friction"
         )
     return params.model_copy(update={"object": params.object.model_copy(update={"mass_kg": mass_kg})})
-
-
-def sure_masses(config: Config, count: int) -> tuple[float, float, float, float]:
-    """Over the first `count` training samples: least and largest onset mass, and from these the ends of a range of
-    masses: the mass that holds in every sample, and the one that slips in every sample; all in kilograms."""
-    from evslip.onset import onset_mass
-    from evslip.params import draw
-
-    onsets = [onset_mass(draw(config, index)) for index in range(count)]
-    return min(onsets), max(onsets), SURE_HOLD * min(onsets), SURE_SLIP * max(onsets)

@@ -94,13 +94,13 @@ def _textures(name: str | None, out: Path) -> None:
 
 def _draw(config: Config, index: int, split: str, json: bool) -> None:
     from evslip.draw_sheet import draw_sheet
-    from evslip.params import draw
+    from evslip.draws import draw
 
     print(draw(config, index, split).model_dump_json(indent=2) if json else draw_sheet(config, index, split).rstrip())
 
 
 def _counts(config: Config, count: int | None, test_count: int) -> dict[str, int]:
-    from evslip.params import grid_size
+    from evslip.draws import grid_size
 
     if count is None:
         count = grid_size(config) if config.sampling == "grid" and grid_size(config) > 1 else 1000
@@ -132,7 +132,7 @@ def _check_split(config: Config, source: str, count: int | None, test_count: int
 
 
 def _masses(config: Config, count: int | None) -> None:
-    from evslip.stratification import sure_masses
+    from evslip.draws import sure_masses
     from evslip.units import tell
 
     number = _counts(config, count, 1)["train"]

@@ -11,9 +11,10 @@ import numpy as np
 
 from evslip.atomic import write_bytes
 from evslip.config import Config
+from evslip.draws import draw
 from evslip.errors import ConfigError
 from evslip.onset import onset_mass
-from evslip.params import Params, draw
+from evslip.params import Params
 from evslip.schema import keys
 from evslip.stratification import SURE_HOLD, SURE_SLIP
 from evslip.units import SMALL, unit_of
