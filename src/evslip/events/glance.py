@@ -41,7 +41,7 @@ _J1, _J2, _J3, _J4, _J5, _J6 = (F(1 / math.factorial(n)) for n in range(2, 8))
 _C0, _C1, _C2, _C3, _C4, _C5 = (F(1 / n) for n in (6, 12, 40, 180, 1008, 6720))
 _S2, _D2, _G = F(1 / 60), F(1 / 40), F(1 / 120)
 _SHRINK, _MOST = F(1 / 64), F(40)
-_LN_2, _ROOT_HALF = F(math.log(2)), F(math.sqrt(0.5))
+_LN_2 = F(math.log(2))
 _ONE_BITS, _ROOT_BITS = np.int32(0x3F800000), np.int32(0x3F3504F3)
 _MANTISSA, _SHIFT = np.int32(0x007FFFFF), np.int32(23)
 
@@ -165,8 +165,7 @@ def marked(log_0: F, change: F, exponent: F, lag_0: F, lag_1: F, high: F, low: F
     lp_0, lp_1 = log_0 + lag_0, log_0 + change + lag_1
     reach = exponent * abs(lag_0) if lag_0 * lag_1 < F(0) else F(0)
     stays = (max(lp_0 + reach, lp_1) < high) & (min(lp_0 - reach, lp_1) > low)
-    wide = (abs(change) > NARROW) | (abs(change) * exponent > NARROW_PRODUCT)
-    return (0 if stays else 1) + (2 if wide else 0)
+    return (0 if stays else 1) + (2 if is_wide(change, exponent) else 0)
 
 
 @compiled(error_model="numpy")

@@ -14,6 +14,7 @@ from evslip.events import glance
 from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far
 from evslip.events.noise import PHOTO, normals, uniforms
+from evslip.events.photoreceptor import cut_by_noise, narrow_by_noise
 from evslip.events.pixel import (
     CANDIDATE_US,
     CANDIDATES,
@@ -150,56 +151,6 @@ def _any(marks: np.ndarray) -> bool:
     for i in range(len(marks)):
         found = np.uint8(found | marks[i])
     return found != 0
-
-
-@compiled(error_model="numpy")
-def _narrow_by_noise(fence: np.ndarray, noise: np.ndarray, sign: float, out: np.ndarray) -> None:
-    """Fences for lp where the noise, of shape (2, n), comes on top of it; sign: 1 for ON, -1 for OFF."""
-    for i in range(len(out)):
-        out[i] = fence[i] - np.float32(sign * max(sign * noise[0, i], sign * noise[1, i]))
-
-
-@compiled(error_model="numpy")
-def _noise_at(memory: np.ndarray, first: int, time_us: float, step_us: float, out: np.ndarray) -> None:
-    """The photoreceptor's noise of a tile at a time between the grid points that its memory holds."""
-    share = time_us / step_us - math.floor(time_us / step_us)
-    for i in range(len(out)):
-        a, b = memory[0, first + i], memory[1, first + i]
-        out[i] = a + share * (b - a)
-
-
-@compiled(error_model="numpy")
-def _cut_by_noise(
-    memory: np.ndarray,
-    first: int,
-    start_us: float,
-    end_us: float,
-    current_0: np.ndarray,
-    current_1: np.ndarray,
-    rules: Rules,
-    noise: np.ndarray,
-) -> float:
-    """End an interval of a tile where the photoreceptor's noise is drawn anew, if that comes first.
-
-    Moves current_1 to the new end and fills noise, of shape (2, n), at both ends. Returns the new end.
-    """
-    step_us = rules.noise_step_us
-    point = int(np.floor(start_us / step_us)) + 1
-    cut_us = min(point * step_us, end_us)
-    share = (cut_us - start_us) / (end_us - start_us)
-    if cut_us < end_us:
-        for i in range(len(current_1)):
-            log_0, log_1 = math.log(current_0[i]), math.log(current_1[i])
-            current_1[i] = np.float32(math.exp(log_0 + (log_1 - log_0) * share))
-    _noise_at(memory, first, start_us, step_us, noise[0])
-    if cut_us < point * step_us:
-        _noise_at(memory, first, cut_us, step_us, noise[1])
-        return cut_us
-    for i in range(len(current_1)):
-        pixel = first + i
-        noise[1, i] = memory[0, pixel] = memory[1, pixel]
-        memory[1, pixel] = next_noise(rules, noise[1, i], current_1[i], pixel, point + 1)
-    return cut_us
 
 
 @compiled(error_model="numpy", inline="always")
@@ -385,11 +336,11 @@ def expose(
                 else:
                     glance.currents(image, table, factor, offset, current_1)
                     if rules.noise > 0.0:
-                        end_us = _cut_by_noise(
+                        end_us = cut_by_noise(
                             pixels.noise, first, start_us, end_us, current_0, current_1, rules, noise
                         )  # fmt: skip
-                        _narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
-                        _narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
+                        narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
+                        narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
                     if rules.lowpass:
                         base = np.float32(rules.base * (end_us - start_us))
                         gain = np.float32(rules.gain * (end_us - start_us))

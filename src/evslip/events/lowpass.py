@@ -67,23 +67,16 @@ def weights(exponent: float) -> tuple[float, float, float]:
 
 
 @compiled(error_model="numpy", inline="always")
-def weighed(
-    x: float, rise: float, filtered_lag: float, log_1: float, exponent: float, lost: float, j0: float, c: float
-) -> float:
-    """lp at the end of an interval; rise = gain dt (Y1 - Y0), filtered_lag = lp0 - L0, then K and its weights."""
-    x2 = x * x
-    spread = rise * (1.0 - x2 * (1 / 60 - x2 / 2520))
-    share = j0 + c * (spread * (spread * 0.025 - 0.5) - rise * x * exponent * (1 / 120))
-    return log_1 + (1.0 - lost) * filtered_lag - x * share
-
-
-@compiled(error_model="numpy", inline="always")
 def advance(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, gain: float, exponent: float
 ) -> float:
     """lp at the end of an interval, from the `exponent` K of that interval; gain already multiplied by its length."""
     lost, j0, c = weights(exponent)
-    return weighed(log_1 - log_0, gain * (current_1 - current_0), filtered - log_0, log_1, exponent, lost, j0, c)
+    x, rise = log_1 - log_0, gain * (current_1 - current_0)
+    x2 = x * x
+    spread = rise * (1.0 - x2 * (1 / 60 - x2 / 2520))
+    share = j0 + c * (spread * (spread * 0.025 - 0.5) - rise * x * exponent * (1 / 120))
+    return log_1 + (1.0 - lost) * (filtered - log_0) - x * share
 
 
 @compiled(error_model="numpy")
