@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 
 from evslip import __version__
-from evslip.cli import detecting, first_steps, making, sensing, showing
+from evslip.cli import detecting, first_steps, making, seeing, sensing, showing
 from evslip.cli.usage import chosen
 from evslip.errors import EvslipError
 
@@ -27,6 +27,9 @@ VERBS: dict[str, Callable[..., None]] = {
     "convert": sensing.convert,
     "import": sensing.import_,
     "detect": detecting.detect,
+    "view": seeing.view,
+    "label": seeing.label,
+    "label-agreement": seeing.label_agreement,
     "doctor": first_steps.doctor,
 }
 

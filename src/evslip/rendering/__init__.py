@@ -47,7 +47,7 @@ def render(
         times_us = frame_times(traj, start, end, camera=camera)
     times_us = np.asarray(times_us, np.int64)
     check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
-    artist = _make(renderer, traj, camera, span)
+    artist = make_artist(renderer, traj, camera, span)
     scale = exposure_scale(artist, traj, camera, span[0])
     return _draw(artist, traj, camera, times_us, scale, Outputs(traj, camera, outputs) if outputs else None)
 
@@ -64,9 +64,9 @@ def render_color(
     camera = hand_camera(traj.params, size)
     span = recorded_span(traj)
     check_span(traj, t_us, t_us + 1) if t_us < int(traj.t_us[-1]) else check_span(traj, t_us - 1, t_us)
-    scale = exposure_scale(_make(renderer, traj, camera, span), traj, camera, span[0])
+    scale = exposure_scale(make_artist(renderer, traj, camera, span), traj, camera, span[0])
     poses = Poses(traj, camera, np.array([t_us]))
-    channels = [_make(renderer, traj, camera, span, channel).draw(poses, 0, scale)[0] for channel in range(3)]
+    channels = [make_artist(renderer, traj, camera, span, channel).draw(poses, 0, scale)[0] for channel in range(3)]
     return np.round(linear_to_srgb(np.stack(channels, -1)) * 255).astype(np.uint8)
 
 
@@ -91,7 +91,8 @@ def exposure_scale(artist: Any, traj: Trajectory, camera: Camera, first_us: int)
     return MIDDLE_GREY / median
 
 
-def _make(name: str, traj: Trajectory, camera: Camera, span: tuple[int, int], *channel: int) -> Any:
+def make_artist(name: str, traj: Trajectory, camera: Camera, span: tuple[int, int], *channel: int) -> Any:
+    """A renderer by its name, for a trajectory whose recorded span is known. Raises ConfigError."""
     if name not in RENDERERS:
         raise ConfigError(f"renderer: {name!r} is unknown; expected one of {', '.join(RENDERERS)}")
     module, _, attribute = RENDERERS[name].partition(":")

@@ -1,0 +1,58 @@
+"""Verbs that open pages on this machine: looking at data, and labelling it by hand."""
+
+from pathlib import Path
+
+from tyro.conf import Positional
+
+from evslip.console import console
+
+
+def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 8899, browser: bool = True) -> None:
+    """Look at a data set or a recording in the browser: frames, events, curves, labels. Ctrl-C ends it.
+
+    Args:
+        dataset: Folder of a data set, or a file of events of any known format.
+        model: Folder of a detector, whose slip probability is drawn over time.
+        port: Port on this machine, which alone can reach it; 0 takes a free one.
+        browser: Open the page.
+    """
+    from evslip.explorer.serve import explore
+    from evslip.explorer.shelf import open_shelf
+
+    explore(open_shelf(dataset), model=model, port=port, browser=browser, show=_say)
+
+
+def label(recording: Positional[Path], *, out: Path | None = None, port: int = 8899, browser: bool = True) -> None:
+    """Mark slip and hold on a recording's time line in the browser. Every change is saved at once. Ctrl-C ends it.
+
+    Args:
+        recording: File of events of any known format.
+        out: CSV file of the intervals (start_s, end_s, label), which is continued if it is there; default: beside the
+            recording, with -labels.csv at its end.
+        port: Port on this machine, which alone can reach it; 0 takes a free one.
+        browser: Open the page.
+    """
+    from evslip.explorer.labels import Labels
+    from evslip.explorer.serve import explore
+    from evslip.explorer.shelf import open_recording
+
+    shelf = open_recording(recording)
+    labels = Labels(out or recording.with_name(f"{recording.stem}-labels.csv"))
+    explore(shelf, labels=labels, port=port, browser=browser, show=_say)
+
+
+def label_agreement(a: Positional[Path], b: Positional[Path]) -> None:
+    """Compare two people's labels of one recording: Cohen's kappa over time, and intersection over union.
+
+    Args:
+        a: CSV file of one (start_s, end_s, label).
+        b: CSV file of the other.
+    """
+    from evslip.explorer.agreement import agreement
+    from evslip.explorer.labels import read_intervals
+
+    print(agreement(read_intervals(a), read_intervals(b)).table())
+
+
+def _say(address: str) -> None:
+    console.print(f"{address}  (Ctrl-C ends it)", soft_wrap=True)
