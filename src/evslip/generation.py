@@ -20,6 +20,7 @@ from evslip.journal import Entry
 from evslip.params import Params
 from evslip.record import Record, encode, provenance
 from evslip.rendering import render
+from evslip.rendering.pathtrace import variant
 from evslip.runners import runner
 from evslip.simulation import check_reach, simulate
 from evslip.truth import measure
@@ -95,8 +96,10 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
 
 
 def _check(config: Config, count: int, split: str) -> None:
-    """Raise ConfigError for what can be known to fail, before a folder is made: also a motion that the robot can do in
-    none of a few samples."""
+    """Raise ConfigError or MissingExtraError for what can be known to fail, before a folder is made: also a motion that
+    the robot can do in none of a few samples."""
+    if config.render.renderer == "pathtrace":
+        variant.check_installed()
     camera_for(draw(config, count - 1, split))
     rejected = []
     for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):
@@ -114,7 +117,11 @@ def _check(config: Config, count: int, split: str) -> None:
 def _record(params: Params, **parts: Any) -> Record:
     name = f"{params.split}/{params.index:07d}"
     size = (params.camera.width, params.camera.height)
-    versions = provenance("mujoco", "numba", "scipy", "example-robot-data")
+    packages = ["mujoco", "numba", "scipy", "example-robot-data"]
+    traced = params.render.renderer == "pathtrace" and parts["kind"] == "simulated"
+    versions = provenance(*packages, *(("mitsuba", "drjit") if traced else ()))
+    if traced:
+        versions["mitsuba_variant"] = variant.mitsuba().variant()
     return Record(
         name=name, split=params.split, index=params.index, size=size, params=params, provenance=versions, **parts
     )

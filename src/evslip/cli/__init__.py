@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 
 from evslip import __version__
-from evslip.cli import detecting, first_steps, making, seeing, sensing, showing
+from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing
 from evslip.cli.usage import chosen
 from evslip.errors import EvslipError
 
@@ -18,6 +18,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "generate": making.generate,
     "status": making.status,
     "verify": making.verify,
+    "render": drawing.render,
     "windows": detecting.windows,
     "train": detecting.train,
     "evaluate": detecting.evaluate,

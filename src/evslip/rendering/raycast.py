@@ -3,6 +3,7 @@
 import numpy as np
 
 from evslip.camera import Camera
+from evslip.errors import ConfigError
 from evslip.params import Params
 from evslip.rendering.backdrop import backdrop
 from evslip.rendering.body import View, make_body
@@ -25,7 +26,11 @@ class Raycaster:
 
     def __init__(self, params: Params, camera: Camera, held_travel_m: float, channel: int = LUMA):
         """held_travel_m: finger travel while the object is held, as in `Openings`."""
-        self._lens = Lens(params, camera)
+        if not camera.is_mounted:
+            raise ConfigError(
+                "renderer: raycast draws what the camera on the hand sees; use pathtrace for any other camera"
+            )
+        self._lens, self._sensor, self._held_m = Lens(params, camera), camera, held_travel_m
         camera = self._lens.pinhole
         height, width = camera.height, camera.width
         self.camera, self.setting = camera, prepare(params, channel)
@@ -34,6 +39,7 @@ class Raycaster:
         self._body = make_body(params, camera, channel)
         self._openings = Openings(camera, held_travel_m)
         self._current: Opening | None = None
+        self._channels: list[Raycaster] = []
         self._scratch = (np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64))
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
 
@@ -72,6 +78,12 @@ class Raycaster:
         body.draw(out, self._keep, self._scratch, view, self.setting, boxes)
         put_over(out, bodies, self._keep, body.total, body.touched, self._over, *fragments)
         return self._lens.form(out, scale, SPREAD), self._lens.bend_mask(bodies)
+
+    def color(self, poses: Poses, index: int, scale: float = 1.0) -> np.ndarray:
+        """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""
+        if not self._channels:
+            self._channels = [Raycaster(self.params, self._sensor, self._held_m, channel) for channel in range(3)]
+        return np.stack([one.draw(poses, index, scale)[0] for one in self._channels], -1)
 
     def _opening(self, travel_m: float) -> Opening:
         opening = self._openings.at(travel_m)

@@ -16,7 +16,7 @@ class Shots:
     One at a time: not for several threads at once.
     """
 
-    def __init__(self, traj: Trajectory, *, size: tuple[int, int] | None = None, renderer: str = "raycast"):
+    def __init__(self, traj: Trajectory, *, size: tuple[int, int] | None = None, renderer: str | None = None):
         self._traj, self._camera = traj, hand_camera(traj.params, size)
         span = recorded_span(traj)
         self._artist = make_artist(renderer, traj, self._camera, span)

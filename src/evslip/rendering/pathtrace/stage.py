@@ -1,0 +1,102 @@
+"""The scene inside Mitsuba: built once, moved for each frame."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from evslip import textures
+from evslip.camera import Camera
+from evslip.params import Params
+from evslip.rendering.hand import LEFT, RIGHT, finger_place, finger_turn
+from evslip.rendering.pathtrace.links import LINKS, link_poses
+from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
+from evslip.rendering.pathtrace.parts import FINGERS, HAND, OBJECT, Part, parts_of
+from evslip.rendering.pathtrace.variant import mitsuba
+from evslip.rendering.poses import Poses
+
+BOUNCES = 8
+"""Longest path of light, from the lamp to the camera, in segments."""
+NEAR_M, FAR_M = 0.01, 1e5
+
+
+class Stage:
+    """Meshes, lights and camera of one sample, and the instant that they show."""
+
+    def __init__(self, params: Params, camera: Camera, *, arm: bool = True, bounces: int = BOUNCES):
+        """camera: a pinhole; arm: whether the arm's links are there; bounces: longest path. Raises ConfigError,
+        MissingExtraError."""
+        self._mi = mi = mitsuba()
+        self._parts = {f"{part.frame}_{k}": part for k, part in enumerate(parts_of(params, arm))}
+        background = textures.load(params.background.texture, is_background=True)
+        meshes = {name: _mesh(mi, name, part) for name, part in self._parts.items()}
+        fov = math.degrees(2 * math.atan(camera.width / 2 / camera.focal_px))
+        film = {
+            "type": "hdrfilm", "width": camera.width, "height": camera.height, "pixel_format": "rgb",
+            "component_format": "float32", "rfilter": {"type": "box"},
+        }  # fmt: skip
+        sensor = {
+            "type": "perspective", "fov": fov, "fov_axis": "x", "near_clip": NEAR_M, "far_clip": FAR_M, "film": film,
+            "sampler": {"type": "multijitter"},
+        }  # fmt: skip
+        self.integrator = mi.load_dict({"type": "path", "max_depth": bounces})
+        self.scene = mi.load_dict(
+            {"type": "scene", "sensor": sensor, "sky": sky(mi, params, background), "lamp": lamp(params), **meshes}
+        )
+        self._handles = mi.traverse(self.scene)
+        self._has_arm = any(part.frame in LINKS for part in self._parts.values())
+        self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+
+    def show(self, poses: Poses, index: int) -> None:
+        """Move everything to one instant."""
+        handles, frames = self._handles, frames_of(poses, index, self._has_arm)
+        for name, part in self._parts.items():
+            if part.frame not in frames:
+                continue
+            turn, place = frames[part.frame]
+            shown = self._shown.get(name)
+            if shown is not None and np.array_equal(shown[0], turn) and np.array_equal(shown[1], place):
+                continue
+            self._shown[name] = turn, place
+            handles[f"{name}.vertex_positions"] = _flat(part.corners @ turn.T + place)
+            handles[f"{name}.vertex_normals"] = _flat(part.normals @ turn.T)
+        right, up, backward = poses.camera_rotation[index].T
+        matrix = np.eye(4)
+        matrix[:3] = np.column_stack([-right, up, -backward, poses.camera_position[index]])
+        handles["sensor.to_world"] = self._mi.Transform4f(matrix)
+        handles.update()
+
+
+def frames_of(poses: Poses, index: int, arm: bool) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Axes as columns and origin of every frame that moves, by the names that parts have."""
+    hand, place = poses.hand_rotation[index], poses.hand_position[index]
+    frames = {HAND: (hand, place), OBJECT: (poses.object_rotation[index], poses.object_position[index])}
+    for name, part in zip(FINGERS, (LEFT, RIGHT), strict=True):
+        own = finger_place(part, float(poses.travel_m[index]))
+        frames[name] = hand @ finger_turn(part), place + hand @ own
+    if arm:
+        places, turns = link_poses(poses.angles_rad[index])
+        frames |= {link: (turns[k], places[k]) for k, link in enumerate(LINKS)}
+    return frames
+
+
+def _mesh(mi: Any, name: str, part: Part) -> Any:
+    props = mi.Properties()
+    props["mesh_bsdf"] = mi.load_dict(bsdf(mi, part.paint))
+    count = len(part.corners)
+    mesh = mi.Mesh(
+        name, vertex_count=3 * count, face_count=count, has_vertex_normals=True,
+        has_vertex_texcoords=part.uv is not None, props=props,
+    )  # fmt: skip
+    handles = mi.traverse(mesh)
+    handles["faces"] = np.arange(3 * count, dtype=np.uint32)
+    handles["vertex_positions"] = _flat(part.corners)
+    handles["vertex_normals"] = _flat(part.normals)
+    if part.uv is not None:
+        handles["vertex_texcoords"] = _flat(part.uv)
+    handles.update()
+    return mesh
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(values, np.float32).ravel()
