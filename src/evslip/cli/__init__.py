@@ -29,6 +29,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "import": sensing.import_,
     "detect": detecting.detect,
     "view": seeing.view,
+    "video": seeing.video,
     "label": seeing.label,
     "label-agreement": seeing.label_agreement,
     "doctor": first_steps.doctor,

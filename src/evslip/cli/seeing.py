@@ -1,10 +1,11 @@
 """Verbs that open pages on this machine: looking at data, and labelling it by hand."""
 
 from pathlib import Path
+from typing import Literal
 
 from tyro.conf import Positional
 
-from evslip.console import console
+from evslip.console import console, progress_bar
 
 
 def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 8899, browser: bool = True) -> None:
@@ -52,6 +53,42 @@ def label_agreement(a: Positional[Path], b: Positional[Path]) -> None:
     from evslip.explorer.labels import read_intervals
 
     print(agreement(read_intervals(a), read_intervals(b)).table())
+
+
+def video(
+    records: Positional[tuple[Path, ...]],
+    *,
+    out: Path,
+    what: Literal["both", "frames", "events"] = "both",
+    speed: float = 0.1,
+    window_ms: float = 10.0,
+    start_s: float | None = None,
+    end_s: float | None = None,
+) -> None:
+    """Write a slow-motion video of a sample or a recording, of several side by side: frames, events, angle.
+
+    Args:
+        records: Files of events of any known format; only samples of evslip have frames and angles.
+        out: Video to write (.mp4, .mkv, .mov, .avi).
+        what: Events over frames, frames alone, or events alone.
+        speed: Of playing, against true time.
+        window_ms: Each picture shows the events of this time before it.
+        start_s: First time; default: the beginning of what is recorded.
+        end_s: Last time; default: its end.
+    """
+    from evslip.codecs import read_recording
+    from evslip.errors import ConfigError
+    from evslip.view.film import Film, FilmSettings
+    from evslip.view.video import check_video
+
+    check_video("out", out)
+    if not records:
+        raise ConfigError("records: expected one or more files")
+    settings = FilmSettings(what, speed, window_ms, start_s, end_s)
+    film = Film([read_recording(path) for path in records], settings)
+    with progress_bar("video", len(film)) as advance:
+        film.write(out, advance)
+    console.print(f"{out}: {len(film)} pictures")
 
 
 def _say(address: str) -> None:
