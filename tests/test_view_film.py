@@ -41,7 +41,7 @@ def test_pictures_show_the_events_of_their_window():
 
 
 def test_the_playhead_runs_from_side_to_side():
-    film = Film([recording(random_events(np.random.default_rng(0), 200))])
+    film = Film([recording(random_events(np.random.default_rng(0), 200))], FilmSettings(speed=0.01))
     first, last = (film.picture(int(t))[-STRIP:] for t in film.times_us[[0, -1]])
     red = [np.flatnonzero((strip[STRIP // 2] == (200, 30, 30)).all(-1)) for strip in (first, last)]
     assert red[0].max() < red[1].min()

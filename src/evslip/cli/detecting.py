@@ -6,7 +6,7 @@ from typing import Literal
 from tyro.conf import Positional
 
 from evslip.cli.options import Split
-from evslip.console import console
+from evslip.console import console, progress_bar
 
 
 def windows(
@@ -23,6 +23,7 @@ def windows(
     hold_mm: float = 0.1,
     balance: bool = True,
     seed: int = 0,
+    visualize: Path | None = None,
 ) -> None:
     """Cut a data set into labelled windows.
 
@@ -40,6 +41,8 @@ def windows(
         hold_mm: By motion, a window is hold only below this slide.
         balance: Remove windows of the commoner label at random until both are equally many.
         seed: Seed of that removal.
+        visualize: Folder for a video and single pictures of every window, named by label and change of angle; 17 files
+            and about 4 s a window.
     """
     from evslip.dataset import open_dataset
     from evslip.window_set import WindowSettings
@@ -49,9 +52,15 @@ def windows(
         hold_mm=hold_mm, balance=balance, seed=seed,
     )  # fmt: skip
     samples = open_dataset(dataset)
-    cut = (samples.split(split) if split else samples).windows(settings)
+    samples = samples.split(split) if split else samples
+    cut = samples.windows(settings)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")
+    if visualize is not None:
+        from evslip.view.window_pictures import write_windows
+
+        with progress_bar("windows", len(cut)) as advance:
+            write_windows(visualize, cut, samples, advance)
 
 
 def train(
