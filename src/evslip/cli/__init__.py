@@ -30,6 +30,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "detect": detecting.detect,
     "view": seeing.view,
     "video": seeing.video,
+    "rerun": seeing.rerun,
     "label": seeing.label,
     "label-agreement": seeing.label_agreement,
     "doctor": first_steps.doctor,

@@ -91,5 +91,26 @@ def video(
     console.print(f"{out}: {len(film)} pictures")
 
 
+def rerun(source: Positional[Path], out: Positional[Path], *, count: int = 4) -> None:
+    """Write a file for the Rerun viewer: robot, poses, camera, frames, events and curves on one time line.
+
+    Args:
+        source: Folder of a data set, or a file of events of any known format.
+        out: File to write (.rrd); `rerun FILE` opens it.
+        count: Samples of a data set, from the first on.
+    """
+    from evslip.errors import ConfigError
+    from evslip.explorer.shelf import open_shelf
+    from evslip.view.rerun_log import write_rerun
+
+    if count < 1:
+        raise ConfigError(f"count: {count} is out of range, expected 1 or more")
+    shelf = open_shelf(source)
+    number = min(count, len(shelf))
+    with progress_bar("rerun", number) as advance:
+        write_rerun(out, (shelf.read(position) for position in range(number)), advance)
+    console.print(f"{out}: {number} samples")
+
+
 def _say(address: str) -> None:
     console.print(f"{address}  (Ctrl-C ends it)", soft_wrap=True)

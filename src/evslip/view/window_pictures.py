@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +53,7 @@ def write_windows(
 def _write(stem: Path, record: Record, shots: Shots, windows: Windows, start_us: int) -> None:
     end_us = start_us + round(1e6 * windows.settings.length_s)
     times = np.linspace(start_us, end_us, PICTURES + 1).astype(np.int64)
-    for number, (before, t_us) in enumerate(zip(times, times[1:], strict=False)):
+    for number, (before, t_us) in enumerate(pairwise(times)):
         luminance = shots.at(int(t_us)).luminance
         frame = np.round(linear_to_srgb(np.clip(luminance, 0, 1)) * 255).astype(np.uint8)[..., None].repeat(3, -1)
         _save(stem.with_name(f"{stem.name}_{number}.png"), frame)
