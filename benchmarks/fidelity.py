@@ -97,7 +97,7 @@ def offset(found: np.ndarray, true: np.ndarray) -> tuple[float, float]:
 
 
 def true_cover(stage: Stage, poses: Poses, camera: Camera) -> np.ndarray:
-    """Share of each pixel that object, hand or fingers cover, by GRID x GRID rays; the arm's links count as not there."""
+    """Share of each pixel in which object, hand or fingers are in front, by GRID x GRID rays."""
     mi: Any = mitsuba()
     stage.show(poses, 0)
     steps = (np.arange(GRID) + 0.5) / GRID

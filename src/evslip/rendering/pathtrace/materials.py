@@ -1,6 +1,5 @@
 """How surfaces reflect, rough plastic and rough metal whose matt part is the fast renderer's, and what shines."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -52,6 +52,7 @@ class Stage:
         )
         self._handles = mi.traverse(self.scene)
         self._has_arm = any(part.frame in LINKS for part in self._parts.values())
+        self._eye = np.zeros(3)
         self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
 
     def show(self, poses: Poses, index: int) -> None:
@@ -67,9 +68,10 @@ class Stage:
             self._shown[name] = turn, place
             handles[f"{name}.vertex_positions"] = _flat(part.corners @ turn.T + place)
             handles[f"{name}.vertex_normals"] = _flat(part.normals @ turn.T)
+        self._eye = poses.camera_position[index]
         right, up, backward = poses.camera_rotation[index].T
         matrix = np.eye(4)
-        matrix[:3] = np.column_stack([-right, up, -backward, poses.camera_position[index]])
+        matrix[:3] = np.column_stack([-right, up, -backward, self._eye])
         handles["sensor.to_world"] = self._mi.Transform4f(matrix)
         handles.update()
 
@@ -86,6 +88,24 @@ class Stage:
             image = self._mi.render(self.scene, integrator=self.integrator, spp=count, seed=seed)
             total += count * np.array(image, np.float64)
         return (total / spp).astype(np.float32)
+
+    def render_pixels(self, rays: np.ndarray, spp: int) -> np.ndarray:
+        """As `render`, of single pixels, of shape (n, 3), from the rays (n, spp, 3) in the world through them."""
+        mi, place = self._mi, self._eye
+        rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+        sampler = mi.load_dict({"type": "independent"})
+        if mi.variant().startswith("scalar"):
+            sampler.seed(0)
+            light = [
+                np.array(self.integrator.sample(self.scene, sampler, mi.RayDifferential3f(mi.Ray3f(place, ray)))[0])
+                for ray in rays.reshape(-1, 3)
+            ]
+            return np.reshape(light, (len(rays), spp, 3)).mean(1)
+        sampler.seed(0, rays.shape[0] * spp)
+        origins = np.repeat(place[:, None], rays.shape[0] * spp, 1)
+        bundle = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origins), mi.Vector3f(rays.reshape(-1, 3).T)))
+        light = np.array(self.integrator.sample(self.scene, sampler, bundle)[0])
+        return light.T.reshape(len(rays), spp, 3).mean(1)
 
 
 def frames_of(poses: Poses, index: int, arm: bool) -> dict[str, tuple[np.ndarray, np.ndarray]]:
