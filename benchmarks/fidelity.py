@@ -4,7 +4,8 @@ python benchmarks/fidelity.py [--count 20] [--width 173] [--spp 128] [--picture 
 
 Random scenes of the preset complex, each at one instant of its recorded span. Needs Mitsuba with LLVM or a GPU.
 
-correlation   Pearson's, of ln(luminance + 0.01) over all pixels; then without the gripper's pixels
+correlation   Pearson's, of ln(luminance + 0.01) over all pixels; then without the gripper's pixels, and against a
+              path-traced scene without the arm's links
 SSIM          Wang et al. 2004 (Gaussian of 1.5 px), of the sRGB-coded pictures
 silhouette    mean distance between the outlines of object and gripper: the area between them over their length, px
 shadow        the same for the share of the lamp that table pixels see, 0 to 1: soft edges count by their shift; -, if
@@ -157,7 +158,8 @@ def shadow_error(traj: Trajectory, camera: Camera, poses: Poses, bodies: np.ndar
     unshadowed = _direct(bare, poses, lens, 2 * params.render.spp)
     fast = Raycaster(params, camera, travel).draw(poses, 0)[0]
     open_to_lamp = open_lamp(params, camera, poses)
-    table = binary_erosion(bodies == SURFACE, iterations=3) & (unshadowed > 0) & (open_to_lamp > 0)
+    lit = (unshadowed > 0) & (open_to_lamp > 0)
+    table = np.logical_and(binary_erosion(bodies == SURFACE, iterations=3), lit)
     found, true = (np.divide(a, b, where=table, out=np.zeros(b.shape)) for a, b in
                    ((fast, open_to_lamp), (shadowed, unshadowed)))  # fmt: skip
     error, length = apart(found, true, binary_erosion(table, iterations=2))
@@ -218,7 +220,8 @@ def main() -> None:
     size = options.width, round(options.width * 260 / 346)
     config = load_config("complex", {"render.spp": options.spp})
     print(
-        "scene   correlation   no grip    no arm   SSIM  silhouette  shadow  offset x      y  bias: backgr. table object gripper"
+        " scene  correlation   no grip    no arm   SSIM  silhouette  shadow  offset x     y   "
+        "bias: background, table, object, gripper"
     )
     rows, pictures, index = [], [], 0
     with tempfile.TemporaryDirectory() as folder:
@@ -240,7 +243,7 @@ def main() -> None:
             index += 1
     table = np.array([[*row[:-1], *row.bias] for row in rows])
     for name, values in (("mean", np.nanmean(table, 0)), ("median", np.nanmedian(table, 0))):
-        print(tell(name, Row(*values[:8], tuple(values[8:]))))
+        print(tell(name, Row(*(float(value) for value in values[:8]), bias=tuple(values[8:].tolist()))))
     worst = np.nanmin(table, 0), np.nanmax(table, 0)
     print(f"worst: correlation {worst[0][0]:.4f}, SSIM {worst[0][3]:.3f}, silhouette {worst[1][4]:.3f} px, "
           f"shadow {worst[1][5]:.2f} px")  # fmt: skip

@@ -1,6 +1,7 @@
 """Frames between traced ones: light is carried along with the points that send it, whose motion is known exactly."""
 
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import map_coordinates, spline_filter
@@ -70,7 +71,8 @@ class Keyframes:
             self._stage.show(poses, index)
             image = self._stage.render(self._spp)
             depth, _, part = self._sight.cast(poses, index)
-            splines = [spline_filter(np.ascontiguousarray(image[..., k]), ORDER, np.float32) for k in range(3)]
+            single: Any = np.float32
+            splines = [spline_filter(np.ascontiguousarray(image[..., k]), ORDER, single) for k in range(3)]
             self._keys[index] = Key(image, splines, depth, part)
         return self._keys[index]
 
@@ -124,7 +126,7 @@ def plan(motion_px: np.ndarray, most_px: float) -> Plan:
         reach = int(np.searchsorted(along, along[keys[-1]] + most_px, side="right")) - 1
         keys.append(min(max(reach, keys[-1] + 1), len(along) - 1))
     places = np.zeros(len(along))
-    for number, (first, last) in enumerate(zip(keys[:-1], keys[1:], strict=True)):
+    for number, (first, last) in enumerate(pairwise(keys)):
         way = along[first : last + 1] - along[first]
         places[first : last + 1] = number + (way / way[-1] if way[-1] > 0 else np.linspace(0, 1, len(way)))
     return Plan(places, np.array(keys))

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evslip import textures
 from evslip.params import Params
 from evslip.rendering.setting import make_lamp
 from evslip.textures import is_panorama
@@ -20,6 +21,11 @@ METALLIC = 0.5
 """Share of the light that a metal's texture mirrors, blurred; the rest is matt, as of worn or brushed metal."""
 
 
+GLOSSY = ("metal", "plastic", "tile", "wood")
+"""Families of textures that shine. The others, and photographs, are matt: earth or cloth that mirrors the sky at low
+angles would look wet."""
+
+
 class Picture(NamedTuple):
     texture: np.ndarray
     """Linear RGB of shape (rows, columns, 3)."""
@@ -33,8 +39,15 @@ class Paint(NamedTuple):
     albedo: Picture | np.ndarray
     """A texture, or linear RGB of shape (3,)."""
     gloss: float
-    """Strength of the highlights, as of the fast renderer."""
+    """Strength of the highlights, as of the fast renderer; 0 for matt."""
     is_metal: bool = False
+
+
+def textured(name: str, wrap: str, gloss: float) -> Paint:
+    """The paint of a texture; `gloss`: of those that shine. Raises ConfigError for an unreadable one."""
+    family = name.rpartition("-")[0]
+    picture = Picture(textures.load(name), wrap)
+    return Paint(picture, gloss if family in GLOSSY else 0.0, is_metal=family == "metal")
 
 
 def bsdf(mi: Any, paint: Paint) -> dict[str, Any]:
@@ -75,17 +88,25 @@ def sky(mi: Any, params: Params, texture: np.ndarray) -> dict[str, Any]:
         place = mi.ScalarTransform3f(np.array([[count, 0, 0], [0, count * aspect / 2, -count * aspect / 4], [0, 0, 1]]))
     light = np.ascontiguousarray(texture * np.float32(background.luminance_cd_m2))
     radiance = {"type": "bitmap", "bitmap": mi.Bitmap(light), "raw": True, "to_uv": place}
-    emitter = {"type": "area", "radiance": radiance}
+    emitter = {"type": "area", "radiance": radiance, "sampling_weight": 1 - lamp_share(params, texture)}
     return {"type": "sphere", "radius": background.radius_m, "flip_normals": True, "emitter": emitter}
 
 
-def lamp(params: Params) -> dict[str, Any]:
-    """The light sphere. Raises ConfigError as `make_lamp` does. One that
+def lamp_share(params: Params, texture: np.ndarray) -> float:
+    """Share of the paths that are aimed at the lamp: about its share of the light on the table, so that noise is least."""
+    light = params.light
+    direct = light.luminance_cd_m2 * (light.radius_m / light.distance_m) ** 2
+    ambient = params.background.luminance_cd_m2 * float(texture.mean())
+    return min(max(direct / max(direct + ambient, 1e-30), 0.2), 0.8)
+
+
+def lamp(params: Params, texture: np.ndarray) -> dict[str, Any]:
+    """The light sphere; `texture`: the background's. Raises ConfigError as `make_lamp` does. One that
     reaches beyond the background is drawn nearer and smaller, under the same angle."""
     found, light = make_lamp(params), params.light
     nearer = min(1.0, 0.98 * params.background.radius_m / (light.distance_m + light.radius_m))
     radiance = {"type": "rgb", "value": [found.luminance] * 3}
     return {
         "type": "sphere", "center": [float(x) * nearer for x in found.position], "radius": found.radius_m * nearer,
-        "emitter": {"type": "area", "radiance": radiance},
+        "emitter": {"type": "area", "radiance": radiance, "sampling_weight": lamp_share(params, texture)},
     }  # fmt: skip

@@ -48,7 +48,13 @@ class Stage:
         }  # fmt: skip
         self.integrator = mi.load_dict({"type": "path", "max_depth": bounces})
         self.scene = mi.load_dict(
-            {"type": "scene", "sensor": sensor, "sky": sky(mi, params, background), "lamp": lamp(params), **meshes}
+            {
+                "type": "scene",
+                "sensor": sensor,
+                "sky": sky(mi, params, background),
+                "lamp": lamp(params, background),
+                **meshes,
+            }
         )
         self._handles = mi.traverse(self.scene)
         self._has_arm = any(part.frame in LINKS for part in self._parts.values())
