@@ -93,7 +93,7 @@ def sky(mi: Any, params: Params, texture: np.ndarray) -> dict[str, Any]:
 
 
 def lamp_share(params: Params, texture: np.ndarray) -> float:
-    """Share of the paths that are aimed at the lamp: about its share of the light on the table, so that noise is least."""
+    """Share of the paths that are aimed at the lamp: about its share of the light on the table, for least noise."""
     light = params.light
     direct = light.luminance_cd_m2 * (light.radius_m / light.distance_m) ** 2
     ambient = params.background.luminance_cd_m2 * float(texture.mean())
