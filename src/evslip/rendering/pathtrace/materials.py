@@ -1,23 +1,29 @@
-"""How surfaces reflect: rough plastic whose matt part is that of the fast renderer, and rough metal."""
+"""How surfaces reflect, rough plastic and rough metal whose matt part is the fast renderer's, and what shines."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from evslip import textures
 from evslip.params import Params
 from evslip.rendering.setting import make_lamp
 from evslip.textures import is_panorama
 
 EXPONENT = 32
 """Of the fast renderer's highlights (Blinn-Phong)."""
-ROUGHNESS = math.sqrt(2 / (EXPONENT + 2))
-"""Width of the microfacet distribution that has highlights of this exponent (B. Walter et al., Microfacet models for
-refraction through rough surfaces, EGSR 2007)."""
-GLOSS_PER_FRESNEL = 5.0
-"""A smooth dielectric of reflectance 0.04 has the fast renderer's gloss 0.2."""
-METAL_SHARE = 0.5
-"""Of a metal's light that it mirrors, blurred; the rest is matt, as worn or brushed metal is."""
+ROUGHNESS = (2 / (EXPONENT + 2)) ** 0.25
+"""Its square is the width of the microfacet distribution that has highlights of this exponent (B. Walter et al.,
+Microfacet models for refraction through rough surfaces, EGSR 2007)."""
+SPECULAR_PER_GLOSS = 2.5
+"""A smooth dielectric of reflectance 0.04, half of what the principled model counts as specular = 1, has the fast
+renderer's gloss 0.2."""
+METALLIC = 0.5
+"""Share of the light that a metal's texture mirrors, blurred; the rest is matt, as of worn or brushed metal."""
+
+
+GLOSSY = ("metal", "plastic", "tile", "wood")
+"""Families of textures that shine. The others, and photographs, are matt: earth or cloth that mirrors the sky at low
+angles would look wet."""
 
 
 class Picture(NamedTuple):
@@ -33,28 +39,34 @@ class Paint(NamedTuple):
     albedo: Picture | np.ndarray
     """A texture, or linear RGB of shape (3,)."""
     gloss: float
-    """Strength of the highlights, as of the fast renderer."""
+    """Strength of the highlights, as of the fast renderer; 0 for matt."""
     is_metal: bool = False
 
 
-def bsdf(mi: Any, paint: Paint) -> dict[str, Any]:
-    """Mitsuba's description of a paint, the same on both sides.
+def textured(name: str, wrap: str, gloss: float) -> Paint:
+    """The paint of a texture; `gloss`: of those that shine. Raises ConfigError for an unreadable one."""
+    family = name.rpartition("-")[0]
+    picture = Picture(textures.load(name), wrap)
+    return Paint(picture, gloss if family in GLOSSY else 0.0, is_metal=family == "metal")
 
-    Rough plastic without colour shifts inside: seen and lit from above, its matt part is the albedo within 2 %. Towards
-    grazing angles it gives light to the mirror, which the fast renderer's sum of both does not.
+
+def bsdf(mi: Any, paint: Paint) -> dict[str, Any]:
+    """Mitsuba's description of a paint, the same on both sides: rough plastic, or in part rough metal.
+
+    Disney's principled model (B. Burley, Physically-based shading at Disney, SIGGRAPH 2012) adds highlights to a matt
+    part, as the fast renderer does; its matt part is the albedo within 10 % (2 % on average) up to 75 degrees from the
+    normal. Mitsuba's roughplastic would lose a quarter of it between the layers.
     """
-    fresnel = math.sqrt(paint.gloss / GLOSS_PER_FRESNEL)
-    plastic = {
-        "type": "roughplastic", "distribution": "ggx", "alpha": ROUGHNESS, "nonlinear": False,
-        "int_ior": (1 + fresnel) / (1 - fresnel), "ext_ior": 1.0, "diffuse_reflectance": _texture(mi, paint.albedo),
-    }  # fmt: skip
-    if not paint.is_metal:
-        return {"type": "twosided", "bsdf": plastic}
-    metal = {
-        "type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": ROUGHNESS,
-        "specular_reflectance": _texture(mi, paint.albedo),
-    }  # fmt: skip
-    return {"type": "blendbsdf", "weight": METAL_SHARE, "matt": {"type": "twosided", "bsdf": plastic}, "metal": metal}
+    return {
+        "type": "twosided",
+        "bsdf": {
+            "type": "principled",
+            "base_color": _texture(mi, paint.albedo),
+            "roughness": ROUGHNESS,
+            "specular": SPECULAR_PER_GLOSS * paint.gloss,
+            "metallic": METALLIC if paint.is_metal else 0.0,
+        },
+    }
 
 
 def _texture(mi: Any, albedo: Picture | np.ndarray) -> dict[str, Any]:
@@ -76,17 +88,25 @@ def sky(mi: Any, params: Params, texture: np.ndarray) -> dict[str, Any]:
         place = mi.ScalarTransform3f(np.array([[count, 0, 0], [0, count * aspect / 2, -count * aspect / 4], [0, 0, 1]]))
     light = np.ascontiguousarray(texture * np.float32(background.luminance_cd_m2))
     radiance = {"type": "bitmap", "bitmap": mi.Bitmap(light), "raw": True, "to_uv": place}
-    emitter = {"type": "area", "radiance": radiance}
+    emitter = {"type": "area", "radiance": radiance, "sampling_weight": 1 - lamp_share(params, texture)}
     return {"type": "sphere", "radius": background.radius_m, "flip_normals": True, "emitter": emitter}
 
 
-def lamp(params: Params) -> dict[str, Any]:
-    """The light sphere. Raises ConfigError as `make_lamp` does. One that
+def lamp_share(params: Params, texture: np.ndarray) -> float:
+    """Share of the paths that are aimed at the lamp: about its share of the light on the table, for least noise."""
+    light = params.light
+    direct = light.luminance_cd_m2 * (light.radius_m / light.distance_m) ** 2
+    ambient = params.background.luminance_cd_m2 * float(texture.mean())
+    return min(max(direct / max(direct + ambient, 1e-30), 0.2), 0.8)
+
+
+def lamp(params: Params, texture: np.ndarray) -> dict[str, Any]:
+    """The light sphere; `texture`: the background's. Raises ConfigError as `make_lamp` does. One that
     reaches beyond the background is drawn nearer and smaller, under the same angle."""
     found, light = make_lamp(params), params.light
     nearer = min(1.0, 0.98 * params.background.radius_m / (light.distance_m + light.radius_m))
     radiance = {"type": "rgb", "value": [found.luminance] * 3}
     return {
         "type": "sphere", "center": [float(x) * nearer for x in found.position], "radius": found.radius_m * nearer,
-        "emitter": {"type": "area", "radiance": radiance},
+        "emitter": {"type": "area", "radiance": radiance, "sampling_weight": lamp_share(params, texture)},
     }  # fmt: skip

@@ -4,13 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip import textures
 from evslip.params import Params
 from evslip.rendering.body import GLOSS
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.hand import Mesh, load_mesh
 from evslip.rendering.pathtrace.links import LINKS
-from evslip.rendering.pathtrace.materials import Paint, Picture
+from evslip.rendering.pathtrace.materials import Paint, textured
 from evslip.rendering.raycast import GRIPPER_GLOSS, SURFACE_GLOSS
 from evslip.shapes import surface_of
 
@@ -64,8 +63,7 @@ def _object(params: Params) -> Part:
     surface = surface_of(params)
     facets = prepare_facets(*surface)
     wrap = "repeat" if any(facets.repeats) else "clamp"
-    name = params.object.texture
-    paint = Paint(Picture(textures.load(name), wrap), GLOSS, is_metal=name.startswith("metal-"))
+    paint = textured(params.object.texture, wrap, GLOSS)
     return Part(OBJECT, facets.vertices[facets.faces], facets.normals, facets.uv, paint)
 
 
@@ -81,5 +79,5 @@ def _table(params: Params) -> Part:
     normals = np.zeros_like(corners)
     normals[..., 2] = 1.0
     uv = corners[..., :2] / params.surface.tile_m * (1, -1)
-    paint = Paint(Picture(textures.load(params.surface.texture), "repeat"), SURFACE_GLOSS)
+    paint = textured(params.surface.texture, "repeat", SURFACE_GLOSS)
     return Part(TABLE, corners, normals, uv, paint)

@@ -1,6 +1,7 @@
 """The scene inside Mitsuba: built once, moved for each frame."""
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -17,17 +18,23 @@ from evslip.rendering.poses import Poses
 
 BOUNCES = 8
 """Longest path of light, from the lamp to the camera, in segments."""
+MOST_PATHS = 1 << 24
+"""Traced at a time: bounds the memory."""
 NEAR_M, FAR_M = 0.01, 1e5
 
 
 class Stage:
     """Meshes, lights and camera of one sample, and the instant that they show."""
 
-    def __init__(self, params: Params, camera: Camera, *, arm: bool = True, bounces: int = BOUNCES):
-        """camera: a pinhole; arm: whether the arm's links are there; bounces: longest path. Raises ConfigError,
-        MissingExtraError."""
+    def __init__(
+        self, params: Params, camera: Camera, *, arm: bool = True, bounces: int = BOUNCES,
+        frames: Collection[str] | None = None,
+    ):  # fmt: skip
+        """camera: a pinhole; arm: whether the arm's links are there; bounces: longest path; frames: of all parts, only
+        those that move with these (see `parts.Part`). Raises ConfigError, MissingExtraError."""
         self._mi = mi = mitsuba()
-        self._parts = {f"{part.frame}_{k}": part for k, part in enumerate(parts_of(params, arm))}
+        parts = [part for part in parts_of(params, arm) if frames is None or part.frame in frames]
+        self._parts = {f"{part.frame}_{k}": part for k, part in enumerate(parts)}
         background = textures.load(params.background.texture, is_background=True)
         meshes = {name: _mesh(mi, name, part) for name, part in self._parts.items()}
         fov = math.degrees(2 * math.atan(camera.width / 2 / camera.focal_px))
@@ -41,10 +48,17 @@ class Stage:
         }  # fmt: skip
         self.integrator = mi.load_dict({"type": "path", "max_depth": bounces})
         self.scene = mi.load_dict(
-            {"type": "scene", "sensor": sensor, "sky": sky(mi, params, background), "lamp": lamp(params), **meshes}
+            {
+                "type": "scene",
+                "sensor": sensor,
+                "sky": sky(mi, params, background),
+                "lamp": lamp(params, background),
+                **meshes,
+            }
         )
         self._handles = mi.traverse(self.scene)
         self._has_arm = any(part.frame in LINKS for part in self._parts.values())
+        self._eye = np.zeros(3)
         self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
 
     def show(self, poses: Poses, index: int) -> None:
@@ -60,11 +74,44 @@ class Stage:
             self._shown[name] = turn, place
             handles[f"{name}.vertex_positions"] = _flat(part.corners @ turn.T + place)
             handles[f"{name}.vertex_normals"] = _flat(part.normals @ turn.T)
+        self._eye = poses.camera_position[index]
         right, up, backward = poses.camera_rotation[index].T
         matrix = np.eye(4)
-        matrix[:3] = np.column_stack([-right, up, -backward, poses.camera_position[index]])
+        matrix[:3] = np.column_stack([-right, up, -backward, self._eye])
         handles["sensor.to_world"] = self._mi.Transform4f(matrix)
         handles.update()
+
+    def render(self, spp: int) -> np.ndarray:
+        """Linear RGB in cd/m2, float32 of shape (height, width, 3), from `spp` paths a pixel.
+
+        Every frame has the same random numbers: noise that stands still makes no events.
+        """
+        height, width = (int(side) for side in self.scene.sensors()[0].film().size()[::-1])
+        most = max(1, MOST_PATHS // (height * width))
+        total = np.zeros((height, width, 3))
+        for seed, done in enumerate(range(0, spp, most)):
+            count = min(most, spp - done)
+            image = self._mi.render(self.scene, integrator=self.integrator, spp=count, seed=seed)
+            total += count * np.array(image, np.float64)
+        return (total / spp).astype(np.float32)
+
+    def render_pixels(self, rays: np.ndarray, spp: int) -> np.ndarray:
+        """As `render`, of single pixels, of shape (n, 3), from the rays (n, spp, 3) in the world through them."""
+        mi, place = self._mi, self._eye
+        rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+        sampler = mi.load_dict({"type": "independent"})
+        if mi.variant().startswith("scalar"):
+            sampler.seed(0)
+            light = [
+                np.array(self.integrator.sample(self.scene, sampler, mi.RayDifferential3f(mi.Ray3f(place, ray)))[0])
+                for ray in rays.reshape(-1, 3)
+            ]
+            return np.reshape(light, (len(rays), spp, 3)).mean(1)
+        sampler.seed(0, rays.shape[0] * spp)
+        origins = np.repeat(place[:, None], rays.shape[0] * spp, 1)
+        bundle = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origins), mi.Vector3f(rays.reshape(-1, 3).T)))
+        light = np.array(self.integrator.sample(self.scene, sampler, bundle)[0])
+        return light.T.reshape(len(rays), spp, 3).mean(1)
 
 
 def frames_of(poses: Poses, index: int, arm: bool) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -5,13 +5,11 @@ import numpy as np
 from evslip.camera import Camera
 from evslip.params import Params
 from evslip.rendering.lens import SPREAD, Lens
+from evslip.rendering.pathtrace.keyframes import Keyframes
 from evslip.rendering.pathtrace.stage import BOUNCES, Stage
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster
 from evslip.rendering.setting import LUMA, channel_of
-
-SEED = 0
-"""The same in every frame: noise that stands still makes no events."""
 
 
 class Pathtracer:
@@ -23,7 +21,9 @@ class Pathtracer:
     ):  # fmt: skip
         """held_travel_m: as of Raycaster; arm, bounces: as of `stage.Stage`. Raises ConfigError, MissingExtraError."""
         self._lens, self._channel, self._spp = Lens(params, camera), channel, params.render.spp
-        self._stage = Stage(params, self._lens.pinhole, arm=arm, bounces=bounces)
+        self.stage = Stage(params, self._lens.pinhole, arm=arm, bounces=bounces)
+        sparse = camera.is_mounted and params.render.key_motion_px > 0
+        self._keyframes = Keyframes(params, self._lens.pinhole, self.stage) if sparse else None
         self._masks = Raycaster(params, camera, held_travel_m, channel) if camera.is_mounted else None
 
     def draw(self, poses: Poses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -42,8 +42,7 @@ class Pathtracer:
 
     def _trace(self, poses: Poses, index: int) -> np.ndarray:
         """What the pinhole sees, linear RGB in cd/m2."""
-        import mitsuba as mi
-
-        stage = self._stage
-        stage.show(poses, index)
-        return np.array(mi.render(stage.scene, integrator=stage.integrator, spp=self._spp, seed=SEED), np.float32)
+        if self._keyframes is not None:
+            return self._keyframes.draw(poses, index)
+        self.stage.show(poses, index)
+        return self.stage.render(self._spp)
