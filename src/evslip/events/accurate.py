@@ -15,8 +15,8 @@ from evslip.events.traits import draw_traits, make_rules
 CHANGING = ("glance", "current", "awake", "state", "noise")
 """What of the pixels changes from frame to frame."""
 WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
-"""Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but a fence
-must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
+"""Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the lower
+fence must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
 
 
 class AccuratePixels:
@@ -52,7 +52,7 @@ class AccuratePixels:
         image, scale = self.scaled(image)
         memory.begin(image.reshape(-1), scale, time_us, self.pixels, self.rules)
         self._watch = Watch(time_us, time_us + self._watch_us)
-        memory.watch_over(0, len(self.pixels.current), self.pixels, self._watch)
+        memory.watch_over(0, len(self.pixels.current), self.pixels, time_us)
 
     def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
         images, scale = self.scaled(images)
@@ -63,9 +63,9 @@ class AccuratePixels:
 
         def band(pixels: tuple[int, int]) -> np.ndarray:
             if over:
-                memory.watch_over(*pixels, self.pixels, self._watch)
+                memory.watch_over(*pixels, self.pixels, self._watch.since_us)
             return kernel.expose(
-                images, times_us, masks, self._columns, *pixels, scale, self._watch, self.pixels, self.rules
+                images, times_us, masks, self._columns, *pixels, scale, self._watch.since_us, self.pixels, self.rules
             )
 
         if len(self._cuts) == 2:

@@ -21,8 +21,8 @@ F = np.float32
 
 TILE = 2048
 """Pixels a tile. Of most tiles few pixels have anything to do, and their numbers fit into the nearest cache."""
-CURRENT_0, CURRENT_1, CHANGE, EXPONENT, LOG, LAG_0, LAG, REST, HIGH, LOW, DUE = range(0, 11 * TILE, TILE)
-WORK = 11 * TILE
+CURRENT_0, CURRENT_1, CHANGE, EXPONENT, LOG, LAG_0, LAG, REST, HIGH, LOW, SLOPE, DUE = range(0, 12 * TILE, TILE)
+WORK = 12 * TILE
 """Where the numbers of a tile lie in its work array, float32 of shape (WORK,). In one array at fixed distances, so that
 the compiler knows that what a loop writes is not what it reads."""
 NARROW, NARROW_PRODUCT = F(0.25), F(0.16)
@@ -177,11 +177,14 @@ def marked(log_0: F, change: F, exponent: F, lag_0: F, lag_1: F, high: F, low: F
 
 
 @compiled(error_model="numpy")
-def look(work: np.ndarray, count: int, gain: F, marks: np.ndarray) -> None:
-    """Second half of a glance, where no K is more than BRIEF: moves current, log and lag, and marks."""
+def look(work: np.ndarray, count: int, gain: F, end_us: F, marks: np.ndarray) -> None:
+    """Second half of a glance, where no K is more than BRIEF: moves current, log and lag, and marks.
+
+    end_us: microseconds after the beginning of the watch.
+    """
     for i in range(count):
         current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
-        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i], work[LOW + i]
+        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i] - work[SLOPE + i] * end_us, work[LOW + i]
         lost, j0, c = _weights_brief(k)
         lag_1, rest = moved(current_0, current_1, change, k, gain, lag, work[REST + i], lost, j0, c)
         marks[i] = marked(log, change, k, lag, lag_1, high, low)
@@ -190,11 +193,11 @@ def look(work: np.ndarray, count: int, gain: F, marks: np.ndarray) -> None:
 
 
 @compiled(error_model="numpy")
-def look_long(work: np.ndarray, count: int, gain: F, marks: np.ndarray) -> None:
+def look_long(work: np.ndarray, count: int, gain: F, end_us: F, marks: np.ndarray) -> None:
     """`look` for any K: both weights are computed, which is vector code, and one of them is taken."""
     for i in range(count):
         current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
-        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i], work[LOW + i]
+        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i] - work[SLOPE + i] * end_us, work[LOW + i]
         lost, j0, c = _weights_brief(k)
         lost_long, j0_long, c_long = _weights_long(k)
         lost, j0, c = lost_long if k > BRIEF else lost, j0_long if k > BRIEF else j0, c_long if k > BRIEF else c
@@ -205,11 +208,11 @@ def look_long(work: np.ndarray, count: int, gain: F, marks: np.ndarray) -> None:
 
 
 @compiled(error_model="numpy")
-def leaves(work: np.ndarray, count: int, marks: np.ndarray) -> None:
+def leaves(work: np.ndarray, count: int, end_us: F, marks: np.ndarray) -> None:
     """The same without low-pass, where lp is L, known to lie within (low, high) at the start."""
     for i in range(count):
-        log = work[LOG + i]
-        marks[i] = 0 if (log < work[HIGH + i]) & (log > work[LOW + i]) else 1
+        log, high = work[LOG + i], work[HIGH + i] - work[SLOPE + i] * end_us
+        marks[i] = 0 if (log < high) & (log > work[LOW + i]) else 1
         work[CURRENT_0 + i] = work[CURRENT_1 + i]
 
 

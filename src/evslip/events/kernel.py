@@ -16,7 +16,7 @@ from evslip.compiled import compiled
 from evslip.events import glance, lanes
 from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far
-from evslip.events.memory import DUE, GLANCE, HIGH, LOW, Pixels, Scale, Watch, fences
+from evslip.events.memory import GLANCE, HIGH, LOW, Pixels, Scale, fences
 from evslip.events.photoreceptor import cut_by_noise, narrow_by_noise
 from evslip.events.pixel import (
     CANDIDATE_US,
@@ -81,7 +81,7 @@ def _fire_marked(
     currents: np.ndarray,
     state: np.ndarray,
     traits: np.ndarray,
-    watch: Watch,
+    since_us: float,
     rules: Rules,
     events: np.ndarray,
     count: int,
@@ -94,7 +94,7 @@ def _fire_marked(
     frame_us, length_us = times_us[frame + 1] - times_us[frame], end_us - start_us
     share_0, share_1 = (start_us - times_us[frame]) / frame_us, (end_us - times_us[frame]) / frame_us
     middle_us = 0.5 * (times_us[frame] + times_us[frame + 1])
-    since_end_us = end_us - watch.since_us
+    since_end_us = end_us - since_us
     base, gain = rules.base * length_us, rules.gain * length_us
     body_0, body_1 = 255, 255
     room = len(events)
@@ -128,7 +128,8 @@ def _fire_marked(
             work[glance.LAG + lane], work[glance.REST + lane] = lag, filtered_1 - log_1 - lag
             work[glance.LOG + lane] = log_1
             if rules.noise == 0.0 and work[glance.DUE + lane] > since_end_us:
-                high, low = work[glance.HIGH + lane], work[glance.LOW + lane]
+                high = work[glance.HIGH + lane] - work[glance.SLOPE + lane] * since_end_us
+                low = work[glance.LOW + lane]
                 if stays(log_0, log_1, filtered_0, filtered_1, high, low):
                     lane += 1
                     continue
@@ -159,8 +160,8 @@ def _fire_marked(
             ) = before
             break
         count = filled
-        high, low, due_us = fences(pixel, state, traits, watch.since_us, watch.until_us)
-        work[glance.DUE + lane] = due_us
+        high, low, slope, due_us = fences(pixel, state, traits, since_us)
+        work[glance.SLOPE + lane], work[glance.DUE + lane] = slope, due_us
         if rules.noise == 0.0:
             work[glance.HIGH + lane], work[glance.LOW + lane] = high, low
         else:
@@ -179,14 +180,14 @@ def expose(
     first_pixel: int,
     last_pixel: int,
     scale: Scale,
-    watch: Watch,
+    since_us: float,
     pixels: Pixels,
     rules: Rules,
 ) -> np.ndarray:
     """Run a band of pixels through some frames.
 
     images: (frames, pixels), of rows of `columns` pixels; times_us: (frames + 1,), the first is the time of the state;
-    bodies: uint8 of shape (frames + 1, pixels), or (0, pixels). All must lie within the watch. Returns unsorted events
+    bodies: uint8 of shape (frames + 1, pixels), or (0, pixels); since_us: when the watch began. Returns unsorted events
     of shape (n, 2), int64: time in microseconds and word (bits 0-15 as from `pixel.fire`, column in 16-31, row in
     32-47, frame in 48-62).
     """
@@ -203,11 +204,11 @@ def expose(
     if not rules.lowpass:
         work[glance.LAG : glance.LAG + TILE] = np.float32(0)
         work[glance.LAG_0 : glance.LAG_0 + TILE] = np.float32(0)
-    until_us = np.float32(times_us[-1] - watch.since_us)
+    last_us = np.float32(times_us[-1] - since_us)
     for first in range(first_pixel, last_pixel, TILE):
         last = min(first + TILE, last_pixel)
         found = lanes.choose(
-            images, first, last, table, factor, offset, until_us, noisy, memory, current, awake, busy, due, runs, who
+            images, first, last, table, factor, offset, last_us, noisy, memory, current, awake, busy, due, runs, who
         )  # fmt: skip
         width = int(runs[found, 1])
         if width == 0:
@@ -232,30 +233,31 @@ def expose(
                     high, low = work[glance.HIGH : glance.HIGH + width], work[glance.LOW : glance.LOW + width]
                     narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
                     narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
+                since_end_us = np.float32(end_us - since_us)
                 if rules.lowpass:
                     base = np.float32(rules.base * (end_us - start_us))
                     gain = np.float32(rules.gain * (end_us - start_us))
                     if glance.changes(work, full, base, gain):
-                        glance.look_long(work, full, gain, marks)
+                        glance.look_long(work, full, gain, since_end_us, marks)
                     else:
-                        glance.look(work, full, gain, marks)
+                        glance.look(work, full, gain, since_end_us, marks)
                 else:
                     glance.logarithms(work[glance.CURRENT_1 : glance.CURRENT_1 + full], log[:full])
-                    glance.leaves(work, full, marks)
-                glance.mark_due(work, full, np.float32(end_us - watch.since_us), marks)
+                    glance.leaves(work, full, since_end_us, marks)
+                glance.mark_due(work, full, since_end_us, marks)
                 marks[width:full] = 0
                 if _any(mark_words, full // 8):
                     lane = 0
                     while True:
                         lane, count = _fire_marked(
                             lane, width, marks, who, images, frame, bodies, columns, table, logs, factor, offset,
-                            times_us, start_us, end_us, noise, work, memory, current, state, traits, watch, rules,
+                            times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us, rules,
                             events, count,
                         )  # fmt: skip
                         if lane == width:
                             break
                         events = _longer(events)
                 start_us = end_us
+        lanes.settle(images[-1], table, factor, offset, marks, who, width, work, current, awake)
         lanes.store(work, runs, found, _ROWS_WITHOUT_FENCES if noisy else _ALL_ROWS, memory)
-        lanes.rest(images, table, factor, offset, marks, who, width, work, current, awake)
     return events[:count]

@@ -5,9 +5,9 @@ import numpy as np
 
 from evslip.compiled import compiled
 from evslip.events import glance
-from evslip.events.memory import DUE, GLANCE, photocurrent_of
+from evslip.events.memory import DUE, GLANCE, due_at_rest, photocurrent_of
 
-AT = tuple(np.uint64(at) for at in (glance.CURRENT_0, glance.LAG, glance.REST, glance.HIGH, glance.LOW, glance.DUE))
+AT = tuple(np.uint64(at) for at in (glance.CURRENT_0, glance.LAG, glance.REST, glance.HIGH, glance.LOW, glance.SLOPE, glance.DUE))
 """Where the rows of `Pixels.glance` lie in the work array."""
 GROUP = 16
 """Neighbours that are looked at together when one of them changes: what a vector holds."""
@@ -121,22 +121,24 @@ def store(work: np.ndarray, runs: np.ndarray, found: int, rows: int, memory: np.
 
 
 @compiled(error_model="numpy")
-def rest(
-    images: np.ndarray,
+def settle(
+    image: np.ndarray,
     table: np.ndarray,
     factor: float,
     offset: float,
     marks: np.ndarray,
     who: np.ndarray,
-    lanes: int,
+    width: int,
     work: np.ndarray,
     current: np.ndarray,
     awake: np.ndarray,
 ) -> None:
-    """Remember the last frame of a tile's lanes, and which of them have settled on it within their fences."""
-    last = len(images) - 1
-    for lane in range(lanes):
+    """Remember the last frame of the lanes, and which of them have come to rest on it within their fences."""
+    for lane in range(width):
         p = who[lane]
-        current[p] = photocurrent_of(images[last, p], table, factor, offset)
-        settled = (work[glance.LAG + lane] == 0.0) & (work[glance.REST + lane] == 0.0) & (marks[lane] == 0)
-        awake[p] = 0 if settled else 1
+        current[p] = photocurrent_of(image[p], table, factor, offset)
+        rests = (work[glance.LAG + lane] == 0.0) & (work[glance.REST + lane] == 0.0) & (marks[lane] == 0)
+        if rests:
+            log, high, slope = work[glance.LOG + lane], work[glance.HIGH + lane], work[glance.SLOPE + lane]
+            work[glance.DUE + lane] = due_at_rest(log, high, slope, work[glance.DUE + lane])
+        awake[p] = 0 if rests else 1

@@ -24,11 +24,12 @@ from evslip.events.pixel import (
     next_noise,
 )
 
-GLANCE = 6
-SEEN, LAG, REST, HIGH, LOW, DUE = range(GLANCE)
+GLANCE = 7
+SEEN, LAG, REST, HIGH, LOW, SLOPE, DUE = range(GLANCE)
 """What a glance needs of a pixel: the photocurrent at the last frame; lp - L, which is the sum of two numbers; lp below
-and above which the pixel cannot fire within the `Watch`; microseconds after its beginning before which the noise
-process has no candidate."""
+and above which the pixel cannot fire, the first at the beginning of the `Watch`, the second at any time of it; how fast
+the first falls; microseconds after the beginning before which a pixel at rest has nothing to do: neither does noise have
+a candidate, nor does the leak reach the threshold."""
 INSIDE = 1.0 - 1e-6
 """Rounds a time in single precision down."""
 
@@ -111,23 +112,34 @@ def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules
 
 
 @compiled(error_model="numpy", forceinline=True)
-def fences(pixel: int, state: np.ndarray, traits: np.ndarray, since_us: float, until_us: float) -> tuple[float, float, float]:
-    """HIGH, LOW and DUE of a pixel. The first two are NaN, which nothing stays within, while it is held in reset."""
+def fences(
+    pixel: int, state: np.ndarray, traits: np.ndarray, since_us: float
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """HIGH, LOW, SLOPE and, for the noise alone, DUE of a pixel.
+
+    The first two are NaN, which nothing stays within, while it is held in reset.
+    """
     reference, leak, reset_us = state[pixel, REFERENCE], state[pixel, LEAK_SLOPE], state[pixel, RESET_US]
-    high = reference + traits[pixel, ON] - leak * (until_us - reset_us) - MARGIN
+    high = reference + traits[pixel, ON] - leak * (since_us - reset_us) - MARGIN
     low = reference - traits[pixel, OFF] - leak * (max(since_us, reset_us) - reset_us) + MARGIN
-    candidate_us = state[pixel, CANDIDATE_US]
-    due_us = INSIDE * (candidate_us - since_us) - 1.0
-    return high, low, due_us if candidate_us <= until_us else np.inf
+    return high, low, leak, INSIDE * (state[pixel, CANDIDATE_US] - since_us) - 1.0
+
+
+@compiled(error_model="numpy", inline="always")
+def due_at_rest(log: float, high: float, slope: float, due_us: float) -> float:
+    """DUE of a pixel whose lp has settled at `log`, from its DUE for the noise alone."""
+    leaks_us = INSIDE * ((high - log) / slope)
+    return leaks_us if leaks_us < due_us else due_us
 
 
 @compiled(error_model="numpy")
-def watch_over(first: int, last: int, pixels: Pixels, watch: Watch) -> None:
+def watch_over(first: int, last: int, pixels: Pixels, since_us: float) -> None:
     """Set the fences of a band of pixels, and wake those that are not at rest within them."""
     memory, current, awake, state, traits = pixels.glance, pixels.current, pixels.awake, pixels.state, pixels.traits
     for pixel in range(first, last):
-        high, low, due_us = fences(pixel, state, traits, watch.since_us, watch.until_us)
-        memory[HIGH, pixel], memory[LOW, pixel], memory[DUE, pixel] = high, low, due_us
+        high, low, slope, due_us = fences(pixel, state, traits, since_us)
         log = math.log(current[pixel])
         rests = (low < log) & (log < high) & (memory[LAG, pixel] == 0.0)
+        memory[HIGH, pixel], memory[LOW, pixel], memory[SLOPE, pixel] = high, low, slope
+        memory[DUE, pixel] = due_at_rest(log, high, slope, due_us) if rests else due_us
         awake[pixel] = 0 if rests else 1
