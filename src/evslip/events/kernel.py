@@ -172,6 +172,14 @@ def _fire_marked(
 
 
 @compiled(error_model="numpy")
+def _touch(who: np.ndarray, width: int, state: np.ndarray, traits: np.ndarray) -> float:
+    touched = 0.0
+    for lane in range(width):
+        touched += state[who[lane], REFERENCE] + traits[who[lane], 0]
+    return touched
+
+
+@compiled(error_model="numpy")
 def expose(
     images: np.ndarray,
     times_us: np.ndarray,
@@ -201,6 +209,7 @@ def expose(
     runs, who = np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
     events, count = np.empty((1024, 2), np.int64), 0
     noisy = rules.noise > 0.0
+    touched = 0.0
     if not rules.lowpass:
         work[glance.LAG : glance.LAG + TILE] = np.float32(0)
         work[glance.LAG_0 : glance.LAG_0 + TILE] = np.float32(0)
@@ -214,11 +223,13 @@ def expose(
         if width == 0:
             continue
         lanes.load(memory, runs, found, work)
+        touched += _touch(who, width, state, traits)
         # Vector code takes whole groups; what lies beyond the last lane is computed, but never read.
         full = -(-width // lanes.GROUP) * lanes.GROUP
         marks[width:full] = 0
+        before = work[glance.CURRENT_0 : glance.CURRENT_0 + full]
         if rules.lowpass:
-            glance.logarithms(work[glance.CURRENT_0 : glance.CURRENT_0 + full], log[:full])
+            glance.logarithms(before, log[:full])
         for frame in range(len(images)):
             start_us = times_us[frame]
             while start_us < times_us[frame + 1]:
@@ -232,6 +243,8 @@ def expose(
                     )  # fmt: skip
                     high, low = work[glance.HIGH : glance.HIGH + width], work[glance.LOW : glance.LOW + width]
                     narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
+                    # There may be many more of these intervals than frames: too many to add up their changes.
+                    glance.logarithms(before, log[:full])
                     narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
                 since_end_us = np.float32(end_us - since_us)
                 if rules.lowpass:
@@ -260,4 +273,5 @@ def expose(
                 start_us = end_us
         lanes.settle(images[-1], table, factor, offset, marks, who, width, work, current, awake)
         lanes.store(work, runs, found, _ROWS_WITHOUT_FENCES if noisy else _ALL_ROWS, memory)
+    work[0] = touched
     return events[:count]
