@@ -4,8 +4,7 @@ All frames of a tile are done at once, so that its memory stays in the cache. Pi
 are passed over; a glance in single precision finds those among the others that may fire; these few are computed one by
 one, in double precision, from the frames themselves.
 
-Arrays are handed down as plain arguments, not in tuples: each time one is taken out of a tuple, its references are
-counted, and that costs as much as the arithmetic of an event.
+Arrays are handed down `borrowed`: counting their references would cost as much as an event's arithmetic.
 """
 
 import math
@@ -14,6 +13,7 @@ import numpy as np
 
 from evslip.compiled import compiled
 from evslip.events import glance, lanes
+from evslip.events.borrow import borrowed
 from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far
 from evslip.events.memory import GLANCE, HIGH, LOW, Pixels, Scale, fences
@@ -22,6 +22,7 @@ from evslip.events.pixel import (
     CANDIDATE_US,
     CANDIDATES,
     LEAK_SLOPE,
+    ON,
     REFERENCE,
     RESET_US,
     RESETS,
@@ -139,7 +140,8 @@ def _fire_marked(
             start_us, end_us, middle_us, log_0, log_1, current_0, current_1, filtered_0, filtered_1,
             noise[0, lane], noise[1, lane],
         )  # fmt: skip
-        label = ((pixel % columns) << 16) | ((pixel // columns) << 32) | (frame << 48)
+        row = pixel // columns
+        label = ((pixel - row * columns) << 16) | (row << 32) | (frame << 48)
         before = (
             state[pixel, REFERENCE],
             state[pixel, RESET_US],
@@ -173,9 +175,10 @@ def _fire_marked(
 
 @compiled(error_model="numpy")
 def _touch(who: np.ndarray, width: int, state: np.ndarray, traits: np.ndarray) -> float:
+    """Bring the lanes' memory into the cache: all at once is faster than each when its pixel fires."""
     touched = 0.0
     for lane in range(width):
-        touched += state[who[lane], REFERENCE] + traits[who[lane], 0]
+        touched += state[who[lane], REFERENCE] + traits[who[lane], ON]
     return touched
 
 
@@ -199,14 +202,29 @@ def expose(
     of shape (n, 2), int64: time in microseconds and word (bits 0-15 as from `pixel.fire`, column in 16-31, row in
     32-47, frame in 48-62).
     """
-    table, logs, factor, offset = scale.table, scale.logs, scale.factor, scale.offset
-    small_table, small_factor, small_offset = table.astype(np.float32), np.float32(factor), np.float32(offset)
-    memory, current, awake, state, traits = pixels.glance, pixels.current, pixels.awake, pixels.state, pixels.traits
     work, noise = np.ones(glance.WORK, np.float32), np.zeros((2, TILE))
-    log = work[glance.LOG : glance.LOG + TILE]
     marks, busy, due = np.empty(TILE, np.uint8), np.empty(TILE, np.uint8), np.empty(TILE, np.uint8)
-    mark_words = marks.view(np.uint64)
     runs, who = np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
+    return _expose(
+        images, times_us, bodies, columns, first_pixel, last_pixel, scale.table, scale.logs,
+        scale.table.astype(np.float32), scale.factor, scale.offset, since_us, pixels.glance, pixels.current,
+        pixels.awake, pixels.state, pixels.traits, pixels.noise, work, noise, marks, busy, due, runs, who, rules,
+    )  # fmt: skip
+
+
+@compiled(error_model="numpy")
+def _expose(
+    images, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset, since_us,
+    memory, current, awake, state, traits, noise_memory, work, noise, marks, busy, due, runs, who, rules,
+):  # fmt: skip
+    images, times_us, bodies, table, logs = (
+        borrowed(images), borrowed(times_us), borrowed(bodies), borrowed(table), borrowed(logs)
+    )  # fmt: skip
+    small_table, memory, current, awake = borrowed(small_table), borrowed(memory), borrowed(current), borrowed(awake)
+    state, traits, work, marks = borrowed(state), borrowed(traits), borrowed(work), borrowed(marks)
+    noise, busy, due, runs, who = borrowed(noise), borrowed(busy), borrowed(due), borrowed(runs), borrowed(who)
+    small_factor, small_offset = np.float32(factor), np.float32(offset)
+    mark_words = marks.view(np.uint64)
     events, count = np.empty((1024, 2), np.int64), 0
     noisy = rules.noise > 0.0
     touched = 0.0
@@ -219,33 +237,30 @@ def expose(
         found = lanes.choose(
             images, first, last, table, factor, offset, last_us, noisy, memory, current, awake, busy, due, runs, who
         )  # fmt: skip
-        width = int(runs[found, 1])
+        width = np.int64(runs[found, 1])
         if width == 0:
             continue
         lanes.load(memory, runs, found, work)
         touched += _touch(who, width, state, traits)
         # Vector code takes whole groups; what lies beyond the last lane is computed, but never read.
         full = -(-width // lanes.GROUP) * lanes.GROUP
-        marks[width:full] = 0
-        before = work[glance.CURRENT_0 : glance.CURRENT_0 + full]
+        before, after = work[glance.CURRENT_0 :][:full], work[glance.CURRENT_1 :][:full]
+        log = work[glance.LOG :][:full]
         if rules.lowpass:
-            glance.logarithms(before, log[:full])
+            glance.logarithms(before, log)
         for frame in range(len(images)):
             start_us = times_us[frame]
             while start_us < times_us[frame + 1]:
                 end_us = times_us[frame + 1]
                 glance.currents(images[frame], runs, found, small_table, small_factor, small_offset, work)
                 if noisy:
-                    current_0 = work[glance.CURRENT_0 : glance.CURRENT_0 + width]
-                    current_1 = work[glance.CURRENT_1 : glance.CURRENT_1 + width]
                     end_us = cut_by_noise(
-                        pixels.noise, first, start_us, end_us, current_0, current_1, rules, noise[:, :width]
+                        noise_memory, first, start_us, end_us, before[:width], after[:width], rules, noise[:, :width]
                     )  # fmt: skip
-                    high, low = work[glance.HIGH : glance.HIGH + width], work[glance.LOW : glance.LOW + width]
-                    narrow_by_noise(memory[HIGH, first:last], noise, 1.0, high)
+                    narrow_by_noise(memory[HIGH, first:last], noise, 1.0, work[glance.HIGH :][:width])
+                    narrow_by_noise(memory[LOW, first:last], noise, -1.0, work[glance.LOW :][:width])
                     # There may be many more of these intervals than frames: too many to add up their changes.
-                    glance.logarithms(before, log[:full])
-                    narrow_by_noise(memory[LOW, first:last], noise, -1.0, low)
+                    glance.logarithms(before, log)
                 since_end_us = np.float32(end_us - since_us)
                 if rules.lowpass:
                     base = np.float32(rules.base * (end_us - start_us))
@@ -255,23 +270,21 @@ def expose(
                     else:
                         glance.look(work, full, gain, since_end_us, marks)
                 else:
-                    glance.logarithms(work[glance.CURRENT_1 : glance.CURRENT_1 + full], log[:full])
+                    glance.logarithms(after, log)
                     glance.leaves(work, full, since_end_us, marks)
                 glance.mark_due(work, full, since_end_us, marks)
-                marks[width:full] = 0
-                if _any(mark_words, full // 8):
-                    lane = 0
-                    while True:
-                        lane, count = _fire_marked(
-                            lane, width, marks, who, images, frame, bodies, columns, table, logs, factor, offset,
-                            times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us, rules,
-                            events, count,
-                        )  # fmt: skip
-                        if lane == width:
-                            break
+                lane = 0 if _any(mark_words, full // 8) else width
+                while lane < width:
+                    lane, count = _fire_marked(
+                        lane, width, marks, who, images, frame, bodies, columns, table, logs, factor, offset,
+                        times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us, rules,
+                        borrowed(events), count,
+                    )  # fmt: skip
+                    if lane < width:
                         events = _longer(events)
                 start_us = end_us
         lanes.settle(images[-1], table, factor, offset, marks, who, width, work, current, awake)
         lanes.store(work, runs, found, _ROWS_WITHOUT_FENCES if noisy else _ALL_ROWS, memory)
+    # Used, so that the compiler cannot leave the touching out.
     work[0] = touched
     return events[:count]
