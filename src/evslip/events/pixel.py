@@ -271,6 +271,8 @@ def fire(
                 reference = level if rules.refractory_us == 0.0 else np.nan
                 state[row, RESETS] += 1.0
                 leak = next_leak(rules, traits[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
+        if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
+            break
         log_a, current_a, value_a = log_b, current_b, value_b
     state[row, REFERENCE], state[row, RESET_US] = reference, reset_us
     state[row, LEAK_SLOPE], state[row, CANDIDATE_US] = leak, candidate_us
