@@ -19,6 +19,9 @@ class PlanRejected(ConfigError):
         super().__init__(message)
         self.kind = kind
 
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.kind, str(self))
+
 
 class DataError(EvslipError):
     """A file or folder is missing, empty, truncated, damaged, or not what it claims to be."""
@@ -41,3 +44,6 @@ class GraspFailed(EvslipError):
     def __init__(self, kind: str, message: str):
         super().__init__(message)
         self.kind = kind
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.kind, str(self))
