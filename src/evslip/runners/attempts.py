@@ -15,7 +15,7 @@ DIED = "its worker process died (killed, or out of memory)"
 
 
 def attempt(work: Callable[[Any], Any], task: Any) -> tuple[bool, Any]:
-    """(True, result) or (False, what went wrong): an EvslipError, or of any other exception its type, words and place."""
+    """(True, result) or (False, what went wrong): an EvslipError, or any other exception in words, with its place."""
     try:
         return True, work(task)
     except EvslipError as error:
