@@ -115,7 +115,8 @@ class Dataset:
         lines = [line for split in self.splits for line in _plan_problems(self.root, split, split in begun)]
         problems += dict.fromkeys(lines)
         expected = {sample_path(self.root, *key): wanted for key, wanted in entries.items() if key[0] in self.splits}
-        folders = [self.root / SAMPLES / split for split in self.splits]
+        samples = self.root / SAMPLES
+        folders = [samples] if self.splits == SPLITS else [samples / split for split in self.splits]
         present = sorted(path for folder in folders for path in folder.rglob("*") if not path.is_dir())
         problems += [f"{path}: missing" for path in sorted(expected.keys() - set(present))]
         kept = [path for path in sorted((self.root / JOURNAL).rglob("*")) if not path.is_dir()]

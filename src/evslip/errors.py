@@ -12,7 +12,7 @@ class ConfigError(EvslipError):
 class PlanRejected(ConfigError):
     """The robot cannot do the motion of one sample. Of a sample among others a rejection, recorded at its index.
 
-    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "collision", "grip".
+    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "too_long", "collision", "grip".
     """
 
     def __init__(self, kind: str, message: str):
