@@ -11,9 +11,9 @@ console = Console(highlight=False, soft_wrap=True, markup=False)
 
 
 @contextmanager
-def progress_bar(title: str, total: int | None) -> Iterator[Callable[[], None]]:
-    """A bar with the time left, where the total is known; yields what advances it by one."""
+def progress_bar(title: str, total: int | None) -> Iterator[Callable[..., None]]:
+    """A bar with the time left, where the total is known; yields what advances it, by one or by the number given."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, TextColumn("left"), TimeRemainingColumn(), console=console) as bar:
         task = bar.add_task(title, total=total)
-        yield lambda: bar.advance(task)
+        yield lambda step=1: bar.advance(task, step)

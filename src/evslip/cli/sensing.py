@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from evslip.cli.options import describe
+from evslip.cli.options import describe, summarise
 from evslip.cli.pixels import PixelOptions, parameters_of
 from evslip.console import console, progress_bar
 
@@ -129,23 +129,28 @@ def convert(
     slice: Annotated[tuple[float, float] | None, arg(metavar="START END")] = None,
     polarity: Annotated[Literal["on", "off"] | None, arg(metavar="on|off")] = None,
     from_zero: bool = False,
+    rotate: Literal[0, 90, 180, 270] = 0,
+    flip: Literal["x", "y"] | None = None,
 ) -> None:
     """Write the events of a file in another format, or a part of them.
 
     Args:
-        source: File of events: HDF5, AEDAT4, Prophesee RAW or DAT, Event Stream (.es), .npz, .csv, v2e's .txt,
-            VT-SNN's .mat.
+        source: File of events: HDF5, AEDAT4, AEDAT2, Prophesee RAW or DAT, Event Stream (.es), rosbag, .npz, .csv,
+            v2e's .txt, VT-SNN's .mat.
         out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw.
         crop: Pixels to keep; the corner X Y becomes 0 0.
         slice: Time to keep, seconds after the first event.
         polarity: Keep the ON or the OFF events alone.
         from_zero: Shift the times so that the first event is at 0; for formats that hold only short times.
+        rotate: Turn the picture clockwise, after the crop.
+        flip: Mirror the picture after that: left and right (x), or top and bottom (y).
     """
-    from evslip.codecs.translate import STEPS, Part, translate
+    from evslip.codecs.translate import Part, translate
 
-    with progress_bar("read, write", STEPS) as advance:
-        done = translate(source, out, Part(crop, slice, polarity, from_zero), advance)
-    console.print(f"{out}: {describe(done.events, done.size)}")
+    part = Part(crop, slice, polarity, from_zero, rotate, flip)
+    with progress_bar("events", None) as advance:
+        done = translate(source, out, part, advance)
+    console.print(f"{out}: {summarise(done.count, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
 

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from evslip import atomic
-from evslip.codecs.inputs import check_events, extent, require_file
+from evslip.codecs.inputs import check_events, require_file
+from evslip.codecs.source import Source
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
@@ -28,8 +29,8 @@ _MOST_COMPRESSED = 1040
 _LIMITS = {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "ts": (-(2**62), 2**62)}
 
 
-def read(path: Path) -> tuple[Events, tuple[int, int]]:
-    """The events, and their extent as the sensor's size. Raises DataError."""
+def stream(path: Path) -> Source:
+    """The events, read all at once; the size is not stated. Raises DataError."""
     data = require_file(path).read_bytes()
     try:
         columns = _table(data)
@@ -43,10 +44,7 @@ def read(path: Path) -> tuple[Events, tuple[int, int]]:
             unit = "; times are microseconds" if name == "ts" else ""
             raise DataError(f"{path}: td_data.{name}: expected whole numbers from {low} to {high}{unit}")
     x, y = (columns[name].astype(np.uint16) for name in "xy")
-    events = Events(columns["ts"].astype(np.int64), x, y, columns["p"] > 0)
-    size = extent(events)
-    check_events(events, size, path)
-    return events, size
+    return Source(None, iter([Events(columns["ts"].astype(np.int64), x, y, columns["p"] > 0)]))
 
 
 def write(path: Path, events: Events, size: tuple[int, int]) -> None:
