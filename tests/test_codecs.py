@@ -14,9 +14,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip import codecs, record
-from evslip.codecs import import_recording, read_events, read_recording, write_events
+from evslip.codecs import read_events, read_recording, write_events
 from evslip.errors import DataError
 from evslip.events.stream import Events
+from evslip.importing import import_recording
 from sample_records import assert_equal, random_events, simulated
 from shared_data import shared
 
@@ -150,6 +151,8 @@ def test_a_real_recording_agrees_with_independent_readers(tmp_path: Path):
     recording = import_recording(path, tmp_path / "out.h5")
     events = recording.events
     assert_equal(record.read(tmp_path / "out.h5"), recording)
+    events = read_events(path)
+    np.testing.assert_array_equal(recording.events.t_us, events.t_us - events.t_us[0])
     # As dv-processing 2.0.4 and aedat 2.3.0 give them.
     assert (events.count, recording.size) == (111_954, (320, 240))
     rows = [tuple(int(column[i]) for column in events[:4]) for i in (0, 1, 2, -3, -2, -1)]

@@ -26,6 +26,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "calibrate-noise": sensing.calibrate_noise,
     "convert": sensing.convert,
     "import": sensing.import_,
+    "info": sensing.info,
     "detect": detecting.detect,
     "doctor": first_steps.doctor,
 }

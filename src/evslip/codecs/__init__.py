@@ -96,18 +96,6 @@ def is_record(path: str | Path) -> bool:
         return file.attrs.get("format") == record.FORMAT
 
 
-def import_recording(source: str | Path, out: str | Path) -> "Record":
-    """Bring a recording of any known format into evslip's own, at `out`. Raises DataError, StorageError."""
-    from evslip import record
-
-    out = Path(out)
-    if FORMATS.get(out.suffix.lower()) != "hdf5":
-        raise DataError(f"{out}: a record is an HDF5 file; its name must end in .h5 or .hdf5")
-    recording = read_recording(source)
-    record.write(out, recording)
-    return recording
-
-
 def check_suffix(path: str | Path, writing: bool = False) -> None:
     """Raise DataError unless the file's suffix is that of a format that can be read, or written."""
     codec(path, writing)
