@@ -3,6 +3,7 @@
 import struct
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, cast
 
 import h5py
 import numpy as np
@@ -83,7 +84,7 @@ def test_a_conversion_in_parts_is_one_of_the_whole(tmp_path: Path, suffix: str):
     done = translate(tmp_path / f"a{suffix}", tmp_path / "b.csv", part)
     after = (events.t_us >= round(0.2 * seconds * 1e6)) & (events.t_us < round(0.7 * seconds * 1e6)) & events.p
     kept = events.select(after & (events.x >= 3) & (events.x < 33) & (events.y >= 2) & (events.y < 22))
-    assert 0 < kept.count == done.count == done.on
+    assert 0 < kept.count == done.events == done.on
     # Clockwise: the left column becomes the top row; then mirrored, so that the top row becomes the left column.
     expected = kept._replace(t_us=kept.t_us - kept.t_us[0], x=kept.y - np.uint16(2), y=kept.x - np.uint16(3))
     assert_equal(read_events(tmp_path / "b.csv"), expected)
@@ -214,7 +215,7 @@ def bag(path: Path, events: Events, size: tuple[int, int], images: list[np.ndarr
                 event(int(x), int(y), time(int(t) // 10**6, int(t) % 10**6 * 1000 + 999), bool(p))
                 for t, x, y, p in zip(*events.select(part)[:4], strict=True)
             ]
-            message = array(header, size[1], size[0], rows)
+            message: Any = array(header, size[1], size[0], cast(Any, rows))
             writer.write(topic, number, store.serialize_ros1(message, rosbag._KINDS[0]))
         for number, image in enumerate(images):
             header = head(number, time(2, 5000 * number), "dvs")

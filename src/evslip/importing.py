@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,13 +12,14 @@ from evslip.codecs.translate import Flip, Part, Selection
 from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events, concatenate
 from evslip.footage import Footage, footage_of
-from evslip.intervals import Interval, read_intervals
+from evslip.intervals import Interval, Label, read_intervals
 from evslip.poses import even, read_poses, truth_of
 from evslip.record import Record
 
 POSES, EVENTS, FRAMES = ("isaac_stats.csv", "poses.csv"), ("events_v2e", "events"), "frames"
 """Files of a simulator's folder, by name."""
-VT_SNN, VT_SNN_LABELS = "prophesee_recordings", {"rotate": "slip", "rotation": "slip", "stable": "hold"}
+VT_SNN = "prophesee_recordings"
+VT_SNN_LABELS: dict[str, Label] = {"rotate": "slip", "rotation": "slip", "stable": "hold"}
 """Folder of the files of VT-SNN, and what the first word of their names says."""
 
 
@@ -69,15 +69,18 @@ def import_recording(source: str | Path, out: str | Path, how: Importing | None 
     return made
 
 
-def recorded(source: Path, how: Importing) -> Record:
-    """The record of a file of events; one of evslip stays as it is, but for what `how` changes. Raises DataError."""
+def recorded(source: Path, how: Importing, from_zero: bool = True) -> Record:
+    """The record of a file of events; one of evslip stays as it is, but for what `how` changes.
+
+    from_zero: let the first event be at 0. Raises DataError.
+    """
     known = read_recording(source)
     if known.kind != "recording":
         if how.labels is not None or how.part != Part():
             raise DataError(f"{source}: is a {known.kind} record; only recordings are labelled, cropped and turned")
         return known
     selection = Selection(how.part, known.size)
-    zero_us = int(known.events.t_us[0]) if known.events.count else 0
+    zero_us = int(known.events.t_us[0]) if known.events.count and from_zero else 0
     events = selection.events(known.events, zero_us)
     footage = known.footage
     if footage is None and how.frames:
@@ -88,7 +91,6 @@ def recorded(source: Path, how: Importing) -> Record:
     notes = {"file": source.name, "first_event_us": str(zero_us), "sensor": how.sensor, "mount": how.mount}
     made = replace(
         known,
-        name=source.stem if known.name == source.stem else known.name,
         size=selection.size,
         events=events._replace(t_us=events.t_us - zero_us),
         footage=_turned(footage, selection, zero_us) if how.frames else None,
@@ -102,16 +104,15 @@ def labelled(record: Record, labels: Path | None) -> Record:
     if labels is None:
         return record
     intervals = read_intervals(labels)
-    last_us = max(
-        [int(record.events.t_us[-1])] if record.events.count else [0],
-        [int(record.footage.t_us[-1])] if record.footage is not None else [0],
-    )[0]
+    ends = [record.events.t_us[-1:]] + ([record.footage.t_us[-1:]] if record.footage is not None else [])
+    last_us = int(np.concatenate(ends).max(initial=0))
     if intervals and intervals[-1].start_us > last_us:
         raise DataError(
             f"{labels}: an interval begins at {intervals[-1].start_us / 1e6:g} s, but the recording lasts "
             f"{last_us / 1e6:.3f} s; seconds count from its first event"
         )
-    return replace(record, intervals=intervals)
+    # What lies behind the last event is not known: no window may be cut there.
+    return replace(record, intervals=tuple(i._replace(end_us=min(i.end_us, last_us + 1)) for i in intervals))
 
 
 def simulated_elsewhere(folder: Path, how: Importing) -> Record:
@@ -160,6 +161,7 @@ def simulated_elsewhere(folder: Path, how: Importing) -> Record:
 
 def import_vt_snn(folder: str | Path, out: str | Path, length_s: float = 0.15) -> list[Path]:
     """Bring the files rotate_*.mat and stable_*.mat of VT-SNN's layout into a folder of records, labelled throughout.
+    Their times stay: 0 is the start of the window.
 
     length_s: how long a file lasts, since it does not say; longer, if its last event is later. Raises DataError,
     StorageError.
@@ -172,10 +174,10 @@ def import_vt_snn(folder: str | Path, out: str | Path, length_s: float = 0.15) -
     written = []
     for file in files:
         label = VT_SNN_LABELS.get(file.name.split("_")[0].lower())
-        made = recorded(file, Importing(frames=False))
+        made = recorded(file, Importing(frames=False), from_zero=False)
         if label is not None:
             last_us = int(made.events.t_us[-1]) if made.events.count else 0
-            interval: Any = Interval(0, max(round(length_s * 1e6), last_us + 1), label)
+            interval = Interval(0, max(round(length_s * 1e6), last_us + 1), label)
             made = replace(made, intervals=(interval,))
         written.append(out / f"{file.stem}.h5")
         records.write(written[-1], made)

@@ -39,17 +39,13 @@ def read_intervals(path: str | Path) -> tuple[Interval, ...]:
         cells = [cell.strip().lower() for cell in row]
         if not any(cells) or cells[0].startswith("#") or (not found and cells[0] == COLUMNS[0]):
             continue
-        try:
-            start_s, end_s = float(cells[0]), float(cells[1])
-            right = 0 <= start_s < end_s < _LATEST_S and len(cells) == 3 and cells[2] in LABELS
-        except (ValueError, IndexError):
-            right = False
-        if not right:
+        interval = _interval(cells)
+        if interval is None:
             raise DataError(
                 f"{path}: line {number} is {','.join(row)[:60]!r}, expected start_s,end_s,label: seconds from 0 "
                 f"on, the end after the start, and {' or '.join(LABELS)}"
             )
-        found.append(Interval(round(start_s * 1e6), round(end_s * 1e6), cast(Label, cells[2])))
+        found.append(interval)
     found.sort()
     check_intervals(found, path)
     return tuple(found)
@@ -64,6 +60,18 @@ def check_intervals(intervals: Iterable[Interval], where: object) -> None:
         if last is not None and interval.start_us < last.end_us:
             raise DataError(f"{where}: {_told(interval)} overlaps {_told(last)}")
         last = interval
+
+
+def _interval(cells: list[str]) -> Interval | None:
+    if len(cells) != 3 or cells[2] not in LABELS:
+        return None
+    try:
+        start_s, end_s = float(cells[0]), float(cells[1])
+    except ValueError:
+        return None
+    if not 0 <= start_s < end_s < _LATEST_S:
+        return None
+    return Interval(round(start_s * 1e6), round(end_s * 1e6), cast(Label, cells[2]))
 
 
 def _told(interval: Interval) -> str:

@@ -1,7 +1,7 @@
 """Poses of another simulator, and the ground truth that follows from them.
 
 A CSV file with a header: t_s or t_us; gripper_ and object_ followed by x, y, z (metres) and qw, qx, qy, qz; perhaps
-held (0 or 1). Or isaac_stats.csv, the table of the paper's simulator (github.com/tub-rip/event_slip): ts in nanoseconds,
+held (0 or 1). Or isaac_stats.csv, the table of the paper's simulator (github.com/tub-rip/event_slip): ts in ns,
 positions and quaternions xyzw with blanks between their numbers.
 """
 

@@ -151,7 +151,7 @@ def convert(
     part = Part(crop, slice, polarity, from_zero, rotate, flip)
     with progress_bar("events", None) as advance:
         done = translate(source, out, part, advance)
-    console.print(f"{out}: {summarise(done.count, done.on, done.start_us, done.end_us, done.size)}")
+    console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
 

@@ -11,6 +11,8 @@ from evslip.codecs import FORMATS, raw_source
 from evslip.events.stream import CAUSES, Events
 from evslip.frame import BODIES, NO_BODY
 
+MOST_PIXELS = 1 << 24
+"""On larger sensors pixels are not counted."""
 PEAK_US = 10_000
 """Length of time over which the peak rate is measured."""
 
@@ -43,7 +45,7 @@ class Facts:
     outside: int
     """Events beyond the sensor's size."""
     active_pixels: int
-    """Pixels within the size that fired at least once."""
+    """Pixels within the size that fired at least once; 0 where they were not counted."""
     busiest: tuple[int, int, int]
     """Column, row and number of events of the pixel that fired most."""
     bodies: dict[str, int] | None
@@ -160,8 +162,11 @@ class _Tally:
             if not inside.all():
                 events = events.select(inside)
         width, height = (min(pair) for pair in zip(self._extent, self._size or (65536, 65536), strict=True))
+        if width * height > MOST_PIXELS or not self._pixels.size:
+            self._pixels = np.zeros((0, 0), np.int64)
+            return
         if self._pixels.shape != (height, width):
-            grown = np.zeros((height, width), np.int64 if width * height < 2**24 else np.uint32)
+            grown = np.zeros((height, width), np.int64)
             grown[: self._pixels.shape[0], : self._pixels.shape[1]] = self._pixels
             self._pixels = grown
         which = events.y.astype(np.int64) * width + events.x
@@ -172,7 +177,8 @@ class _Tally:
 
     def facts(self, name: str) -> Facts:
         """What was found."""
-        row, column = divmod(int(self._pixels.argmax()), self._pixels.shape[1])
+        counted = self._pixels.size > 0
+        row, column = divmod(int(self._pixels.argmax()), self._pixels.shape[1]) if counted else (0, 0)
         body, cause = self._labels.get("body"), self._labels.get("cause")
         named = [*enumerate(BODIES), (NO_BODY, "unknown")]
         return Facts(
@@ -190,7 +196,7 @@ class _Tally:
             disorder=self._disorder,
             outside=self._outside,
             active_pixels=int(np.count_nonzero(self._pixels)),
-            busiest=(column, row, int(self._pixels[row, column])),
+            busiest=(column, row, int(self._pixels[row, column]) if counted else 0),
             bodies=None if body is None else {label: int(body[i]) for i, label in named},
             causes=None if cause is None else dict(zip(CAUSES, cause.tolist(), strict=True)),
         )

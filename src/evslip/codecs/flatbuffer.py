@@ -49,7 +49,7 @@ class Table(NamedTuple):
 class Vector(NamedTuple):
     """A vector, or a string, for `buffer`."""
 
-    count: int
+    length: int
     data: bytes
     """The items; for items that are offsets, what they lead to may follow."""
 
@@ -71,7 +71,7 @@ def buffer(identifier: bytes, *fields: bytes | Vector) -> bytes:
             place = start + position + len(tail)
             padding = -(place + 4) % 8
             struct.pack_into("<I", inline, offsets[i], place + padding - (start + offsets[i]))
-            tail += bytes(padding) + struct.pack("<I", field.count) + field.data
+            tail += bytes(padding) + struct.pack("<I", field.length) + field.data
         else:
             inline[offsets[i] : offsets[i] + len(field)] = field
     vtable = struct.pack(f"<{2 + len(fields)}H", vtable_bytes, position, *offsets)

@@ -1,8 +1,8 @@
 """MATLAB files of VT-SNN's recordings (`prophesee_recordings/*_td.mat`), version 5.
 
 After the scripts of https://github.com/clear-nus/VT_SNN: a structure td_data with the columns x, y, p (1 for ON, -1 for
-OFF) and ts, microseconds. The layout of the file is that of "MAT-File Format" by MathWorks. This is a reader of our own
-because SciPy 1.17 crashes on some damaged files.
+OFF) and ts, microseconds, or seconds where they are not whole, as in the paper's files. The layout of the file is that of
+"MAT-File Format" by MathWorks. This is a reader of our own because SciPy 1.17 crashes on some damaged files.
 """
 
 import io
@@ -38,6 +38,8 @@ def stream(path: Path) -> Source:
         raise DataError(f"{path}: not a .mat file with td_data of x, y, p and ts: {error}") from None
     for name, values in columns.items():
         low, high = _LIMITS[name]
+        if name == "ts" and not (values == np.floor(values)).all():  # seconds
+            values = columns[name] = np.round(values * 1e6)
         if len(values) != len(columns["ts"]):
             raise DataError(f"{path}: td_data.{name}: {len(values)} numbers for {len(columns['ts'])} times")
         if not ((values >= low) & (values <= high) & (values == np.floor(values))).all():

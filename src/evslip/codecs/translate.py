@@ -38,7 +38,7 @@ EVERYTHING = Part()
 class Translated(NamedTuple):
     """What was written."""
 
-    count: int
+    events: int
     """Number of events."""
     on: int
     """Number of ON events."""
