@@ -36,3 +36,11 @@ def test_a_camera_before_a_gymnasium_environment(tmp_path):
     else:
         assert result.returncode == 0, result.stderr
         assert read_events(tmp_path / "e.h5").count > 100
+
+
+def test_another_simulator_joins(tmp_path):
+    result = example("other_simulator.py", tmp_path, "--seconds", 1)
+    assert result.returncode == 0, result.stderr
+    windows = [line.split()[2] for line in result.stdout.splitlines() if line.startswith("  ")]
+    assert windows[:3] == ["hold"] * 3
+    assert windows[-2:] == ["slip"] * 2

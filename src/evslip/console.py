@@ -23,11 +23,11 @@ SPEED_OVER_S = 600.0
 
 
 @contextmanager
-def progress_bar(title: str, total: int | None) -> Iterator[Callable[[], None]]:
-    """A bar with the time left, where the total is known; yields what advances it by one."""
+def progress_bar(title: str, total: int | None) -> Iterator[Callable[..., None]]:
+    """A bar with the time left, where the total is known; yields what advances it, by one or by the number given."""
     with _bar() as bar:
         task = bar.add_task(title, total=total)
-        yield lambda: bar.advance(task)
+        yield lambda step=1: bar.advance(task, step)
 
 
 @contextmanager

@@ -129,7 +129,7 @@ def convert(
         first = next(frames)
         last_us = first[0]
         histogram = rates.Rates(first[0])
-        sinks = [outputs.enter_context(writing(out, clip.size, labelled=clip.labelled, settings=settings))]
+        sinks = [outputs.enter_context(writing(out, clip.size, settings=settings))]
         sinks.append(histogram.push)
         if preview is not None:
             sinks.append(outputs.enter_context(video.preview(preview, clip.size, first[0], preview_ms)).push)

@@ -67,7 +67,13 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
 
 
 def get(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Read an array after checking that it is one of the dtype kinds (numpy's letters) and of the shape (None: any).
+    """Read an array after checking it as `checked` does. Raises DataError naming the file and the key."""
+    return checked(parent, name, kinds, shape)[()]
+
+
+def checked(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]) -> h5py.Dataset:
+    """A dataset that is one of the dtype kinds (numpy's letters) and of the shape (None: any), and no larger than what
+    is stored can make it.
 
     Raises DataError naming the file and the key.
     """
@@ -81,12 +87,17 @@ def get(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]
             f"{parent.file.filename}: {dataset.name}: {dataset.dtype} of shape {dataset.shape}, "
             f"expected shape {wanted} of {'/'.join(_KINDS[k] for k in kinds)}"
         )
+    check_claim(dataset)
+    return dataset
+
+
+def check_claim(dataset: h5py.Dataset) -> None:
+    """Raise DataError for a dataset that claims to be larger than what is stored can make it."""
     stored = dataset.id.get_storage_size()
-    file_size = Path(parent.file.filename).stat().st_size
+    file_size = Path(dataset.file.filename).stat().st_size
     chunk_bytes = int(np.prod(dataset.chunks or (0,), dtype=np.float64)) * dataset.dtype.itemsize
     if stored > file_size or max(dataset.nbytes, chunk_bytes // 4) > _MOST_COMPRESSED * max(stored, 64):
-        raise DataError(f"{parent.file.filename}: {dataset.name}: claims {dataset.nbytes} bytes but stores {stored}")
-    return dataset[()]
+        raise DataError(f"{dataset.file.filename}: {dataset.name}: claims {dataset.nbytes} bytes but stores {stored}")
 
 
 def attribute(node: h5py.Group, name: str, of: type) -> Any:

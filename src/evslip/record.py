@@ -17,8 +17,11 @@ from evslip.codecs.inputs import check_events, check_size
 from evslip.episodes import KINDS, Episode
 from evslip.errors import DataError
 from evslip.events.stream import Events, empty_events
+from evslip.footage import Footage, check_footage
+from evslip.intervals import LABELS, Interval, check_intervals
 from evslip.params import Params
 from evslip.phases import PHASE_NAMES
+from evslip.poses import Poses
 from evslip.seeds import SPLITS
 from evslip.trajectory import Trajectory
 from evslip.truth import Truth
@@ -36,7 +39,8 @@ _EPISODE = "start_us, end_us, kind (of rotation, translation, mixed, drop), phas
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Record:
-    """A sample. Simulated ones have parameters, trajectory and truth; recordings have events alone."""
+    """A sample. Simulated ones have parameters, trajectory and truth; recordings have events, and perhaps labels and
+    frames. Those of other simulators are recordings, too, with poses and truth."""
 
     kind: Kind
     name: str
@@ -55,6 +59,22 @@ class Record:
     """Counts that say how it was made, such as frames rendered. Equal for equal seeds: no times, no host names."""
     provenance: dict[str, str] = field(default_factory=dict)
     """Versions of evslip and of the libraries that determine the bytes."""
+    intervals: tuple[Interval, ...] = ()
+    """A person's labels of a recording, in order."""
+    footage: Footage | None = None
+    """Frames of a recording."""
+    poses: Poses | None = None
+    """Poses of a recording that another simulator made."""
+    notes: dict[str, str] = field(default_factory=dict)
+    """What is known of a recording: its file, the sensor, the mount, and more by name."""
+
+    @property
+    def label(self) -> str:
+        """slip, if the object slips at any time, or hold; of a recording without labels "unlabelled"."""
+        if self.truth is not None:
+            return "hold" if self.truth.onset_us is None else "slip"
+        labels = {interval.label for interval in self.intervals}
+        return "slip" if "slip" in labels else "hold" if labels else "unlabelled"
 
 
 def provenance(*packages: str) -> dict[str, str]:
@@ -85,6 +105,18 @@ def read(path: str | Path, events: bool = True) -> Record:
     return record
 
 
+def about(record: Record) -> dict[str, str]:
+    """What a record knows beside its events, for a person."""
+    said = {"record": f"{record.name}, {record.kind}" + (f": {record.rejection[1]}" if record.rejection else "")}
+    if record.truth is not None:
+        onset = record.truth.onset_us
+        said["truth"] = f"{record.label}" + ("" if onset is None else f", from {onset / 1e6:.3f} s")
+    if record.intervals:
+        spans = {name: [i.end_us - i.start_us for i in record.intervals if i.label == name] for name in LABELS}
+        said["labels"] = ", ".join(f"{name} {len(v)} x, {sum(v) / 1e6:g} s" for name, v in spans.items() if v)
+    return said | record.notes
+
+
 def _fill(file: h5py.File, record: Record) -> None:
     file.attrs.update({"format": FORMAT, "version": VERSION, "kind": record.kind, "name": record.name})
     file.attrs["width"], file.attrs["height"] = record.size
@@ -99,6 +131,7 @@ def _fill(file: h5py.File, record: Record) -> None:
     if record.rejection is not None:
         file.attrs["rejection_kind"], file.attrs["rejection"] = record.rejection
     put_events(file, record.events)
+    _fill_recording(file, record)
     if record.trajectory is not None:
         names = ("t_us", *_TRAJECTORY, *(name for name in _PADS if getattr(record.trajectory, name) is not None))
         _fill_group(file.create_group("trajectory"), record.trajectory, names)
@@ -112,6 +145,21 @@ def _fill(file: h5py.File, record: Record) -> None:
             hdf5.put(group, "phase", record.truth.phase)
             hdf5.put(group, "episodes", _episode_rows(record.truth.episodes))
             group.attrs["phases"], group["episodes"].attrs["columns"] = ", ".join(PHASE_NAMES), _EPISODE
+
+
+def _fill_recording(file: h5py.File, record: Record) -> None:
+    if record.notes:
+        file.attrs["notes"] = json.dumps(record.notes, sort_keys=True)
+    if record.intervals:
+        rows = [(interval.start_us, interval.end_us, LABELS.index(interval.label)) for interval in record.intervals]
+        hdf5.put(file, "labels", np.array(rows, np.int64))
+        file["labels"].attrs["columns"] = f"start_us, end_us, label (of {', '.join(LABELS)})"
+    for name in ("footage", "poses"):
+        values = getattr(record, name)
+        if values is not None:
+            group = file.create_group(name)
+            for key, array in values._asdict().items():
+                hdf5.put(group, key, array)
 
 
 def _fill_group(group: h5py.Group, values: Trajectory | Truth, names: tuple[str, ...]) -> None:
@@ -136,6 +184,7 @@ def _record(file: h5py.File, events: bool) -> Record:
     if "rejection_kind" in file.attrs:
         rejection = hdf5.attribute(file, "rejection_kind", str), hdf5.attribute(file, "rejection", str)
     trajectory = _trajectory(file["trajectory"], params) if "trajectory" in file else None
+    intervals, footage, poses = _recording_parts(file, events)
     return Record(
         kind=hdf5.attribute(file, "kind", str),
         name=hdf5.attribute(file, "name", str),
@@ -149,7 +198,27 @@ def _record(file: h5py.File, events: bool) -> Record:
         rejection=rejection,
         stats=_table(file, "stats"),
         provenance=_table(file, "provenance"),
+        intervals=intervals,
+        footage=footage,
+        poses=poses,
+        notes=_table(file, "notes") if "notes" in file.attrs else {},
     )
+
+
+def _recording_parts(file: h5py.File, frames: bool) -> tuple[tuple[Interval, ...], Footage | None, Poses | None]:
+    rows = hdf5.get(file, "labels", "i", (None, 3)).tolist() if "labels" in file else []
+    if any(not 0 <= label < len(LABELS) for _, _, label in rows):
+        raise DataError(f"{file.filename}: labels: expected 0 to {len(LABELS) - 1} in the third column")
+    footage = poses = None
+    if frames and "footage" in file:
+        group: Any = file["footage"]
+        shape = (None,) * len(group["images"].shape)
+        footage = Footage(hdf5.get(group, "t_us", "i", (None,)), hdf5.get(group, "images", "u", shape))
+    if "poses" in file:
+        group = file["poses"]
+        arrays = [hdf5.get(group, name, "f", (None, 7)) for name in ("gripper_pose", "object_pose")]
+        poses = Poses(hdf5.get(group, "t_us", "i", (None,)), *arrays)
+    return tuple(Interval(start, end, LABELS[label]) for start, end, label in rows), footage, poses
 
 
 def _trajectory(group: Any, params: Params | None) -> Trajectory:
@@ -201,7 +270,14 @@ def _check(record: Record, where: object) -> None:
     check_events(record.events, record.size, where)
     if (record.kind == "rejected") != (record.rejection is not None):
         raise DataError(f"{where}: kind is {record.kind} but rejection is {record.rejection}")
+    check_intervals(record.intervals, f"{where}: labels")
+    if record.footage is not None:
+        check_footage(record.footage, record.size, where)
     if record.kind == "recording":
+        if record.poses is not None:
+            _check_arrays(record.poses, {"gripper_pose": (7,), "object_pose": (7,)}, f"{where}: poses")
+        if record.truth is not None:
+            _check_arrays(record.truth, {**_TRUTH, "held": ()}, f"{where}: truth")
         return
     params, parts = record.params, (record.trajectory, record.truth)
     if params is None or (record.kind == "simulated" and None in parts):
@@ -225,7 +301,7 @@ def _check(record: Record, where: object) -> None:
             raise DataError(f"{where}: the truth's times are not the trajectory's")
 
 
-def _check_arrays(values: Trajectory | Truth, shapes: dict[str, tuple[int, ...]], where: str) -> None:
+def _check_arrays(values: Trajectory | Truth | Poses, shapes: dict[str, tuple[int, ...]], where: str) -> None:
     times = values.t_us
     if times.dtype != np.int64 or times.ndim != 1 or not len(times) or (times[1:] <= times[:-1]).any():
         raise DataError(f"{where}/t_us: expected int64 of shape (n,), n > 0, each greater than the one before")

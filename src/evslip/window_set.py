@@ -105,9 +105,9 @@ class Windows:
     start_us: np.ndarray
     """Start in its sample, int64 of shape (n,)."""
     rotation_deg: np.ndarray
-    """Largest rotation in the hand since the window's start, float32 of shape (n,)."""
+    """Largest rotation in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
     translation_mm: np.ndarray
-    """Largest slide in the hand since the window's start, float32 of shape (n,)."""
+    """Largest slide in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
     recent: np.ndarray
     """Whether the object moved in the 0.2 s before the window, bool of shape (n,)."""
     by_body: np.ndarray

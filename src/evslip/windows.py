@@ -1,5 +1,6 @@
 """Cutting records into labelled windows: slices of the stream that hold, or slip, as the ground truth says."""
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -10,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from evslip.errors import DataError
 from evslip.events.stream import Events
 from evslip.frame import BODIES
+from evslip.intervals import Interval
 from evslip.record import Record
 from evslip.truth import Truth
 from evslip.window_set import HOLD, SLIP, Windows, WindowSettings
@@ -21,7 +23,8 @@ RECENT_S = 0.2
 
 
 def windows_of(records: Iterable[Record], settings: WindowSettings | None = None) -> Windows:
-    """Cut records into labelled windows that lie wholly in the held time. A window without events is one, too.
+    """Cut records into labelled windows that lie wholly in the held time, or in one of a person's intervals, which go
+    before. A window without events is one, too.
 
     Raises DataError if there is not one window.
     """
@@ -29,6 +32,12 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
     dropped = 0
     for record in records:
+        if record.intervals:
+            for interval in record.intervals:
+                for start_us in starts_within(interval, settings):
+                    movement = Movement(start_us, math.nan, math.nan, math.nan)
+                    _append(columns, record, settings, movement, {"slip": SLIP, "hold": HOLD}[interval.label])
+            continue
         if record.truth is None:
             continue
         for movement in movements(record.truth, settings):
@@ -46,7 +55,7 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
 
 
 class Movement(NamedTuple):
-    """What the object does in the hand during one window."""
+    """What the object does in the hand during one window; nan where only a person has labelled it."""
 
     start_us: int
     rotation_deg: float
@@ -73,6 +82,12 @@ def movements(truth: Truth, settings: WindowSettings) -> list[Movement]:
         rise = max(0.0, float(truth.theta_deg[first + length]) - float(truth.theta_deg[first]))
         found.append(Movement(int(truth.t_us[first]), float(turned), float(slid), rise))
     return found
+
+
+def starts_within(interval: Interval, settings: WindowSettings) -> range:
+    """Starts of the windows that lie wholly in an interval, in microseconds."""
+    length_us, hop_us = (round(seconds * 1e6) for seconds in (settings.length_s, settings.hop_s))
+    return range(interval.start_us, interval.end_us - length_us + 1, hop_us)
 
 
 def label_of(movement: Movement, settings: WindowSettings) -> int:
@@ -119,17 +134,21 @@ def _append(
         "start_us": np.array([start_us]),
         "rotation_deg": np.array([movement.rotation_deg], np.float32),
         "translation_mm": np.array([movement.translation_mm], np.float32),
-        "recent": np.array([_moved_before(record.truth, start_us, settings)]),
+        "recent": np.array([_moved_before(record, start_us, settings)]),
         "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
     }
     for name, value in row.items():
         columns[name].append(value)
 
 
-def _moved_before(truth: Truth | None, start_us: int, settings: WindowSettings) -> bool:
+def _moved_before(record: Record, start_us: int, settings: WindowSettings) -> bool:
+    truth, since_us = record.truth, start_us - RECENT_S * 1e6
+    if record.intervals:
+        slips = [interval for interval in record.intervals if interval.label == "slip"]
+        return any(slip.start_us < start_us and slip.end_us > since_us for slip in slips)
     if truth is None:
         return False
-    first, last = np.searchsorted(truth.t_us, (start_us - RECENT_S * 1e6, start_us))
+    first, last = np.searchsorted(truth.t_us, (since_us, start_us))
     before = Rotation.from_quat(truth.rotation[first : last + 1], scalar_first=True)
     turned = np.degrees((before[-1].inv() * before).magnitude()).max()
     slid = 1e3 * np.linalg.norm(truth.position_m[first : last + 1] - truth.position_m[last], axis=1).max()

@@ -27,6 +27,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "calibrate-noise": sensing.calibrate_noise,
     "convert": sensing.convert,
     "import": sensing.import_,
+    "info": sensing.info,
     "detect": detecting.detect,
     "view": seeing.view,
     "video": seeing.video,

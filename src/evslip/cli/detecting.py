@@ -24,11 +24,13 @@ def windows(
     balance: bool = True,
     seed: int = 0,
     visualize: Path | None = None,
+    vt_snn: Path | None = None,
 ) -> None:
-    """Cut a data set into labelled windows.
+    """Cut a data set, or imported recordings, into labelled windows.
 
     Args:
-        dataset: Folder of the data set.
+        dataset: Folder of the data set, or of imported recordings, or one record. Recordings have windows where a
+            person's labels say slip or hold.
         out: HDF5 file to write.
         split: Only this split; default: all there is.
         length_s: Length of a window.
@@ -43,20 +45,28 @@ def windows(
         seed: Seed of that removal.
         visualize: Folder for a video and single pictures of every window, named by label and change of angle; 17 files
             and about 4 s a window.
+        vt_snn: Folder in which to write the windows in VT-SNN's layout, too: prophesee_recordings/rotate_01_td.mat ...
     """
-    from evslip.dataset import open_dataset
+    from evslip.dataset import Dataset
+    from evslip.errors import ConfigError
+    from evslip.recordings import open_samples
+    from evslip.vt_snn import export_windows
     from evslip.window_set import WindowSettings
 
     settings = WindowSettings(
         length_s=length_s, hop_s=hop_s, labels=labels, slip_deg=slip_deg, hold_deg=hold_deg, slip_mm=slip_mm,
         hold_mm=hold_mm, balance=balance, seed=seed,
     )  # fmt: skip
-    samples = open_dataset(dataset)
-    samples = samples.split(split) if split else samples
+    samples = open_samples(dataset)
+    samples = samples.split(split) if split and isinstance(samples, Dataset) else samples
+    if visualize is not None and not isinstance(samples, Dataset):
+        raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
     cut = samples.windows(settings)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")
-    if visualize is not None:
+    if vt_snn is not None:
+        console.print(f"{vt_snn}: {export_windows(cut, vt_snn)} files")
+    if visualize is not None and isinstance(samples, Dataset):
         from evslip.view.window_pictures import write_windows
 
         with progress_bar("windows", len(cut)) as advance:
@@ -116,15 +126,16 @@ def report(
     """Write one HTML page that shows a data set and, if given, a detector. It needs no network.
 
     Args:
-        dataset: Folder of the data set.
+        dataset: Folder of the data set, or of imported recordings, or one record.
         model: Folder of a model trained on it.
         windows: HDF5 file of its windows.
         out: Page to write; default: report.html in the data set's folder.
     """
-    from evslip.dataset import open_dataset
+    from evslip.recordings import open_samples
     from evslip.view.report import write_report
 
-    page = write_report(out or dataset / "report.html", open_dataset(dataset), windows=windows, model_dir=model)
+    folder = dataset.parent if dataset.is_file() else dataset
+    page = write_report(out or folder / "report.html", open_samples(dataset), windows=windows, model_dir=model)
     console.print(f"report: {page}")
 
 

@@ -17,8 +17,14 @@ def overrides(texts: tuple[str, ...]) -> dict[str, Any]:
 
 def describe(stream: Any, size: tuple[int, int]) -> str:
     """One line about a stream of events."""
-    if not stream.count:
+    start, end = (int(stream.t_us[0]), int(stream.t_us[-1])) if stream.count else (0, 0)
+    return summarise(stream.count, int(stream.p.sum()), start, end, size)
+
+
+def summarise(count: int, on: int, start_us: int, end_us: int, size: tuple[int, int]) -> str:
+    """One line about a stream of `count` events, `on` of them ON, between two times."""
+    if not count:
         return f"no events, {size[0]}x{size[1]}"
-    seconds = (int(stream.t_us[-1]) - int(stream.t_us[0])) / 1e6
-    rate = f", {stream.count / seconds / 1e3:,.1f} k events/s" if seconds else ""
-    return f"{stream.count:,} events in {seconds:.3f} s{rate}, {stream.p.mean():.0%} ON, {size[0]}x{size[1]}"
+    seconds = (end_us - start_us) / 1e6
+    rate = f", {count / seconds / 1e3:,.1f} k events/s" if seconds else ""
+    return f"{count:,} events in {seconds:.3f} s{rate}, {on / count:.0%} ON, {size[0]}x{size[1]}"

@@ -5,9 +5,10 @@ from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from evslip.cli.options import describe
+from evslip.cli.options import describe, summarise
 from evslip.cli.pixels import PixelOptions, parameters_of
 from evslip.console import console, progress_bar
+from evslip.errors import ConfigError
 
 
 def events(
@@ -129,36 +130,109 @@ def convert(
     slice: Annotated[tuple[float, float] | None, arg(metavar="START END")] = None,
     polarity: Annotated[Literal["on", "off"] | None, arg(metavar="on|off")] = None,
     from_zero: bool = False,
+    rotate: Literal[0, 90, 180, 270] = 0,
+    flip: Literal["x", "y"] | None = None,
 ) -> None:
     """Write the events of a file in another format, or a part of them.
 
     Args:
-        source: File of events: HDF5, AEDAT4, Prophesee RAW or DAT, Event Stream (.es), .npz, .csv, v2e's .txt,
-            VT-SNN's .mat.
+        source: File of events: HDF5, AEDAT4, AEDAT2, Prophesee RAW or DAT, Event Stream (.es), rosbag, .npz, .csv,
+            v2e's .txt, VT-SNN's .mat.
         out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw.
         crop: Pixels to keep; the corner X Y becomes 0 0.
         slice: Time to keep, seconds after the first event.
         polarity: Keep the ON or the OFF events alone.
         from_zero: Shift the times so that the first event is at 0; for formats that hold only short times.
+        rotate: Turn the picture clockwise, after the crop.
+        flip: Mirror the picture after that: left and right (x), or top and bottom (y).
     """
-    from evslip.codecs.translate import STEPS, Part, translate
+    from evslip.codecs.translate import Part, translate
 
-    with progress_bar("read, write", STEPS) as advance:
-        done = translate(source, out, Part(crop, slice, polarity, from_zero), advance)
-    console.print(f"{out}: {describe(done.events, done.size)}")
+    part = Part(crop, slice, polarity, from_zero, rotate, flip)
+    with progress_bar("events", None) as advance:
+        done = translate(source, out, part, advance)
+    console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
 
 
-def import_(recording: Positional[Path], out: Positional[Path]) -> None:
-    """Bring a real recording into evslip's own format.
+def import_(
+    recording: Positional[Path],
+    out: Positional[Path],
+    *,
+    labels: Path | None = None,
+    crop: Annotated[tuple[int, int, int, int] | None, arg(metavar="X Y WIDTH HEIGHT")] = None,
+    rotate: Literal[0, 90, 180, 270] = 0,
+    flip: Literal["x", "y"] | None = None,
+    frames: bool = True,
+    sensor: str = "",
+    mount: str = "",
+    size: Annotated[tuple[int, int], arg(metavar="WIDTH HEIGHT")] = (346, 260),
+    camera: str = "davis346",
+    seed: int = 0,
+    centre_m: Annotated[tuple[float, float, float], arg(metavar="X Y Z")] = (0.0, 0.0, 0.0),
+    length_s: float = 0.15,
+) -> None:
+    """Bring a real recording, or a sample of another simulator, into evslip's own format.
 
     Args:
-        recording: File of an event camera: AEDAT4, Prophesee RAW or DAT, Event Stream (.es), or any other that
-            `evslip convert` reads.
-        out: HDF5 file to write.
+        recording: File of an event camera that `evslip convert` reads; or a simulator's folder with isaac_stats.csv or
+            poses.csv, frames/ and perhaps events; or a folder with VT-SNN's prophesee_recordings.
+        out: HDF5 file to write; of VT-SNN's layout a folder for one file each.
+        labels: CSV file start_s,end_s,label: seconds after the first event, slip or hold.
+        crop: Pixels to keep; the corner X Y becomes 0 0.
+        rotate: Turn the picture clockwise, after the crop.
+        flip: Mirror the picture after that: left and right (x), or top and bottom (y).
+        frames: Keep the frames, if there are any.
+        sensor: Note of the sensor.
+        mount: Note of how it was mounted.
+        size: Of a simulator's sensor; its frames are brought to this size.
+        camera: Event camera that looks at a simulator's frames where there are no events.
+        seed: Seed of that camera.
+        centre_m: The point between the fingers in the frame of a simulator's gripper, m.
+        length_s: How long a file of VT-SNN's layout lasts, s.
     """
-    from evslip.codecs import import_recording
+    from evslip.importing import Importing, import_recording, import_vt_snn, is_vt_snn
 
-    record = import_recording(recording, out)
+    if is_vt_snn(recording):
+        made = import_vt_snn(recording, out, length_s)
+        console.print(f"{out}: {len(made)} records")
+        return
+    how = Importing(
+        labels=labels, crop=crop, rotate=rotate, flip=flip, frames=frames, sensor=sensor, mount=mount, size=size,
+        camera=camera, seed=seed, centre_m=centre_m,
+    )  # fmt: skip
+    record = import_recording(recording, out, how)
     console.print(f"{out}: {describe(record.events, record.size)}")
+    parts = [f"{len(record.intervals)} labelled intervals"] if record.intervals else []
+    parts += [f"{len(record.footage.t_us)} frames"] if record.footage is not None else []
+    parts += [f"poses and ground truth of {record.truth.t_us[-1] / 1e6:.3f} s"] if record.truth is not None else []
+    if parts:
+        console.print(f"{'; '.join(parts)}; label of the whole: {record.label}")
+
+
+def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) -> None:
+    """Say what a file of events or a record holds: sensor, duration, rates, polarity, gaps, order errors.
+
+    Args:
+        file: File of any format that `evslip convert` reads.
+        gap_ms: From this length on a pause of all pixels is counted as a gap, ms.
+        json: For a machine.
+    """
+    from json import dumps
+
+    from evslip.codecs import is_record
+    from evslip.codecs.facts import facts_of
+    from evslip.record import about, read
+
+    if not 0 <= gap_ms < 1e12:
+        raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")
+    gap_us = round(gap_ms * 1e3)
+    with progress_bar("events", None) as advance:
+        facts = facts_of(file, gap_us, advance)
+    known = about(read(file, events=False)) if is_record(file) else {}
+    if json:
+        print(dumps(facts.as_json() | {"record": known}, indent=2))
+        return
+    for line in [*facts.lines(gap_us), *(f"{name:>9}  {text}" for name, text in known.items())]:
+        console.print(line)

@@ -1,6 +1,7 @@
 """Event files by suffix.
 
-A format is a module with `read(path) -> (events, size)` and, if it can be written, `write(path, events, size)`.
+A format is a module with `stream(path) -> Source` and, if it can be written, a `Sink(file, path, size)` that takes a
+stream in pieces, or `write(path, events, size)` for a whole one.
 """
 
 import importlib
@@ -12,6 +13,7 @@ from evslip.errors import DataError
 from evslip.events.stream import Events
 
 if TYPE_CHECKING:
+    from evslip.codecs.source import Source
     from evslip.record import Record
 
 FORMATS = {
@@ -25,9 +27,11 @@ FORMATS = {
     ".csv": "csv",
     ".txt": "txt",
     ".mat": "mat",
+    ".aedat": "aedat2",
+    ".bag": "rosbag",
 }
 """Module of each suffix."""
-READ_ONLY = {"aedat4"}
+READ_ONLY = {"aedat2", "rosbag"}
 LABELS_KEPT = {"hdf5", "npz"}
 SIZE_LOST = {"csv", "txt", "mat"}
 """What a format cannot hold, by module."""
@@ -35,7 +39,23 @@ SIZE_LOST = {"csv", "txt", "mat"}
 
 def read_events(path: str | Path) -> Events:
     """The events of a file, its format chosen by suffix. Raises DataError."""
-    return _codec(path).read(Path(path))[0]
+    return _whole(Path(path))[0]
+
+
+def open_events(path: str | Path) -> "Source":
+    """The events of a file part by part, checked, so that memory holds one part; its format chosen by suffix.
+
+    Raises DataError, here or when a part is asked for.
+    """
+    from evslip.codecs.source import checked
+
+    source = raw_source(path)
+    return source._replace(parts=checked(source, path))
+
+
+def raw_source(path: str | Path) -> "Source":
+    """As open_events, but events that are out of order or beyond the sensor come as they are."""
+    return codec(path).stream(Path(path))
 
 
 def write_events(path: str | Path, events: Events, size: tuple[int, int] | None = None) -> None:
@@ -44,43 +64,51 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
     Raises DataError, StorageError.
     """
     from evslip.codecs.inputs import extent
+    from evslip.codecs.writers import writing
 
-    _codec(path, writing=True).write(Path(path), events, size or extent(events))
+    module = codec(path, writing=True)
+    if hasattr(module, "write"):
+        module.write(Path(path), events, size or extent(events))
+    else:
+        with writing(path, size or extent(events)) as push:
+            push(events)
 
 
 def read_recording(path: str | Path) -> "Record":
     """A record of evslip as it is; any other file of events as a record of kind "recording". Raises DataError."""
-    from evslip import hdf5, record
+    from evslip import record
 
     path = Path(path)
-    codec = _codec(path)
-    if FORMATS[path.suffix.lower()] == "hdf5":
-        with hdf5.opened(path) as file:
-            is_record = file.attrs.get("format") == record.FORMAT
-        if is_record:
-            return record.read(path)
-    events, size = codec.read(path)
+    if is_record(path):
+        return record.read(path)
+    events, size = _whole(path)
     return record.Record(kind="recording", name=path.stem, size=size, events=events, provenance=record.provenance())
 
 
-def import_recording(source: str | Path, out: str | Path) -> "Record":
-    """Bring a recording of any known format into evslip's own, at `out`. Raises DataError, StorageError."""
-    from evslip import record
+def is_record(path: str | Path) -> bool:
+    """Whether a file is a record of evslip. Raises DataError for what cannot be opened, or by a suffix of no format."""
+    from evslip import hdf5, record
 
-    out = Path(out)
-    if FORMATS.get(out.suffix.lower()) != "hdf5":
-        raise DataError(f"{out}: a record is an HDF5 file; its name must end in .h5 or .hdf5")
-    recording = read_recording(source)
-    record.write(out, recording)
-    return recording
+    codec(path)
+    if FORMATS[Path(path).suffix.lower()] != "hdf5":
+        return False
+    with hdf5.opened(path) as file:
+        return file.attrs.get("format") == record.FORMAT
 
 
 def check_suffix(path: str | Path, writing: bool = False) -> None:
     """Raise DataError unless the file's suffix is that of a format that can be read, or written."""
-    _codec(path, writing)
+    codec(path, writing)
 
 
-def _codec(path: str | Path, writing: bool = False) -> ModuleType:
+def _whole(path: Path) -> tuple[Events, tuple[int, int]]:
+    from evslip.codecs.source import whole
+
+    return whole(raw_source(path), path)
+
+
+def codec(path: str | Path, writing: bool = False) -> ModuleType:
+    """The module of a file's format. Raises DataError for an unknown suffix, or one that cannot be written."""
     name = FORMATS.get(Path(path).suffix.lower())
     if name is None or (writing and name in READ_ONLY):
         known = ", ".join(suffix for suffix, module in FORMATS.items() if not (writing and module in READ_ONLY))

@@ -1,4 +1,4 @@
-"""AEDAT4, the format of iniVation's DV software (read).
+"""AEDAT4, the format of iniVation's DV software (read; written by `evslip.codecs.aedat4_sink`).
 
 After https://docs.inivation.com/software/software-advanced-usage/file-formats/aedat-4.0.html: a line of version, a
 header, then packets of one stream each, all of them flatbuffers, the packets compressed. This is a reader of our own
@@ -8,82 +8,153 @@ while `dv-processing` 2.0 and `faery` 0.7 hang on some.
 
 import struct
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import lz4.frame
 import numpy as np
 import zstandard
 
-from evslip.codecs.inputs import check_events, check_size, require_file
+from evslip.codecs.aedat4_sink import COLOURS, EVENT, MAGIC, Sink
+from evslip.codecs.flatbuffer import Table
+from evslip.codecs.inputs import check_size, require_file
+from evslip.codecs.source import Source
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
-_MAGIC = b"#!AER-DAT4.0\r\n"
-_EVENT = np.dtype(
-    {"names": ["t", "x", "y", "on"], "formats": ["<i8", "<u2", "<u2", "u1"], "offsets": [0, 8, 10, 12], "itemsize": 16}
-)
+__all__ = ["Sink", "frames", "stream"]
+
 _MOST_EXPANDED = 256
 """A file that claims to hold more than this times its size is not a recording."""
+_LARGEST_PACKET = 1 << 28
+"""Bytes of a packet, plain or compressed; recordings have packets of 10 ms."""
+_DAMAGE = (struct.error, ValueError, RuntimeError, MemoryError, ElementTree.ParseError, zstandard.ZstdError)
 
 
-def read(path: Path) -> tuple[Events, tuple[int, int]]:
+class _Header(NamedTuple):
+    """What the beginning of a file says."""
+
+    begin: int
+    """Where the packets begin and end."""
+    end: int
+    compression: int
+    streams: dict[int, tuple[str, Any]]
+    """Kind of each stream, such as EVTS, and the element that describes it."""
+
+
+def stream(path: Path) -> Source:
     """The events of the file's first event stream, and its sensor's (width, height). Raises DataError."""
-    data = memoryview(require_file(path).read_bytes())
+    header = _header(path)
+    number, node = _first(header, "EVTS", path)
+    width, height = (node.findtext(f"node[@name='info']/attr[@key='{key}']", "") for key in ("sizeX", "sizeY"))
     try:
-        return _read(data, path)
-    except (struct.error, ValueError, RuntimeError, MemoryError, ElementTree.ParseError, zstandard.ZstdError) as error:
-        raise DataError(f"{path}: damaged AEDAT4 file: {' '.join(str(error).split())[:160]}") from None
+        size = check_size(int(width), int(height), path)
+    except ValueError as error:
+        raise DataError(f"{path}: damaged AEDAT4 file: the sensor's size: {error}") from None
+    return Source(size, _parts(path, header, number))
 
 
-def _read(data: memoryview, path: Path) -> tuple[Events, tuple[int, int]]:
-    if data[: len(_MAGIC)] != _MAGIC:
-        raise DataError(f"{path}: not an AEDAT4 file (it does not begin with {_MAGIC.decode().strip()})")
-    (length,) = struct.unpack_from("<I", data, len(_MAGIC))
-    begin = len(_MAGIC) + 4 + length
-    if begin > len(data):
-        raise DataError(f"{path}: truncated in the header")
-    header = _Table.root(data[len(_MAGIC) + 4 : begin], b"IOHE")
-    compression = header.number(0, "<i", 0)
-    table_position = header.number(1, "<q", -1)
-    end = len(data) if table_position < 0 else table_position
-    if end > len(data):
-        raise DataError(f"{path}: truncated: {len(data)} bytes, its header speaks of {end}")
-    stream, size = _event_stream(bytes(header.vector(2, 1)), path)
-    parts, budget, position = [], _MOST_EXPANDED * len(data), begin
-    while position < end:
-        if position + 8 > end:
-            raise DataError(f"{path}: truncated at byte {position}")
-        owner, length = struct.unpack_from("<iI", data, position)
-        position += 8
-        if position + length > end:
-            raise DataError(f"{path}: truncated or damaged: the packet at byte {position - 8} runs past the end")
-        if owner == stream:
-            packet = _decompress(data[position : position + length], compression, budget)
-            budget -= len(packet)
+def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first stream of frames. None if
+    there is none. Raises DataError."""
+    header = _header(path)
+    if all(kind != "FRME" for kind, _ in header.streams.values()):
+        return
+    for packet in _packets(path, header, _first(header, "FRME", path)[0]):
+        try:
+            frame = _frame(Table.root(packet[4:], b"FRME"))
+        except _DAMAGE as error:
+            raise _damaged(path, error) from None
+        yield frame
+
+
+def _parts(path: Path, header: _Header, number: int) -> Iterator[Events]:
+    for packet in _packets(path, header, number):
+        try:
             # After the length of the flatbuffer, which the packet's own length makes redundant.
-            parts.append(np.frombuffer(_Table.root(packet[4:], b"EVTS").vector(0, _EVENT.itemsize), _EVENT))
-        position += length
-    rows = np.concatenate(parts) if parts else np.empty(0, _EVENT)
-    events = Events(rows["t"].astype(np.int64), rows["x"].copy(), rows["y"].copy(), rows["on"] != 0)
-    check_events(events, size, path)
-    return events, size
+            rows = np.frombuffer(Table.root(packet[4:], b"EVTS").vector(0, EVENT.itemsize), EVENT)
+        except _DAMAGE as error:
+            raise _damaged(path, error) from None
+        yield Events(rows["t"].astype(np.int64), rows["x"].copy(), rows["y"].copy(), rows["on"] != 0)
 
 
-def _event_stream(text: bytes, path: Path) -> tuple[int, tuple[int, int]]:
-    """Number and size of the first event stream that the header's XML describes."""
+def _frame(table: Table) -> tuple[int, np.ndarray]:
+    width, height = table.number(6, "<h", 0), table.number(7, "<h", 0)
+    channels = COLOURS.get(table.number(5, "<b", 0))
+    if channels is None:
+        raise ValueError("frames are of another kind than 8-bit grey or colour")
+    pixels = np.frombuffer(table.vector(10, 1), np.uint8).reshape(height, width, channels)
+    # Blue comes first.
+    return table.number(0, "<q", 0), (pixels[..., 0] if channels == 1 else pixels[..., 2::-1]).copy()
+
+
+def _header(path: Path) -> _Header:
+    size = require_file(path).stat().st_size
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise DataError(f"{path}: not an AEDAT4 file (it does not begin with {MAGIC.decode().strip()})")
+        try:
+            (length,) = struct.unpack("<I", file.read(4))
+            begin = len(MAGIC) + 4 + length
+            if begin > size:
+                raise DataError(f"{path}: truncated in the header")
+            header = Table.root(memoryview(file.read(length)), b"IOHE")
+            compression = header.number(0, "<i", 0)
+            table_position = header.number(1, "<q", -1)
+            end = size if table_position < 0 else table_position
+            if end > size:
+                raise DataError(f"{path}: truncated: {size} bytes, its header speaks of {end}")
+            return _Header(begin, end, compression, _streams(bytes(header.vector(2, 1))))
+        except _DAMAGE as error:
+            raise _damaged(path, error) from None
+
+
+def _streams(text: bytes) -> dict[int, tuple[str, Any]]:
     if b"<!" in text:
         raise ValueError("the header's XML declares entities")
-    streams = ElementTree.fromstring(text.rstrip(b"\x00")).findall("node[@name='outInfo']/node")
-    kinds = []
-    for stream in streams:
-        kinds.append(stream.findtext("attr[@key='typeIdentifier']"))
-        if kinds[-1] == "EVTS":
-            width, height = (
-                stream.findtext(f"node[@name='info']/attr[@key='{key}']", "") for key in ("sizeX", "sizeY")
-            )
-            return int(stream.get("name", "")), check_size(int(width), int(height), path)
-    raise DataError(f"{path}: holds no events; its streams are {', '.join(map(str, kinds)) or 'none'}")
+    nodes = ElementTree.fromstring(text.rstrip(b"\x00")).findall("node[@name='outInfo']/node")
+    return {int(node.get("name", "")): (node.findtext("attr[@key='typeIdentifier']", ""), node) for node in nodes}
+
+
+def _first(header: _Header, wanted: str, path: Path) -> tuple[int, Any]:
+    for number, (kind, node) in header.streams.items():
+        if kind == wanted:
+            return number, node
+    kinds = ", ".join(kind for kind, _ in header.streams.values())
+    raise DataError(f"{path}: holds no events; its streams are {kinds or 'none'}")
+
+
+def _packets(path: Path, header: _Header, number: int) -> Iterator[memoryview]:
+    """The packets of a stream, decompressed. Raises DataError."""
+    position, budget = header.begin, _MOST_EXPANDED * path.stat().st_size
+    with path.open("rb") as file:
+        while position < header.end:
+            if position + 8 > header.end:
+                raise DataError(f"{path}: truncated at byte {position}")
+            file.seek(position)
+            owner, length = struct.unpack("<iI", file.read(8))
+            position += 8
+            if position + length > header.end:
+                raise DataError(f"{path}: truncated or damaged: the packet at byte {position - 8} runs past the end")
+            if owner == number:
+                packet = _packet(file, length, header.compression, min(budget, _LARGEST_PACKET), path)
+                budget -= len(packet)
+                yield packet
+            position += length
+
+
+def _packet(file: BinaryIO, length: int, compression: int, limit: int, path: Path) -> memoryview:
+    try:
+        if length > _LARGEST_PACKET:
+            raise ValueError(f"a packet of {length} bytes")
+        return _decompress(memoryview(file.read(length)), compression, limit)
+    except _DAMAGE as error:
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: Path, error: Exception) -> DataError:
+    return DataError(f"{path}: damaged AEDAT4 file: {' '.join(str(error).split())[:160]}")
 
 
 def _decompress(packet: memoryview, compression: int, limit: int) -> memoryview:
@@ -102,43 +173,3 @@ def _decompress(packet: memoryview, compression: int, limit: int) -> memoryview:
     else:
         raise ValueError(f"compression {compression} is unknown")
     return memoryview(plain)
-
-
-class _Table(NamedTuple):
-    """A table of a flatbuffer (https://flatbuffers.dev/internals/), every offset checked."""
-
-    data: memoryview
-    position: int
-
-    @classmethod
-    def root(cls, data: memoryview, identifier: bytes) -> "_Table":
-        if data[4:8] != identifier:
-            raise ValueError(f"expected a packet {identifier.decode()}, found {bytes(data[4:8])!r}")
-        return cls(data, cls(data, 0)._unpack("<I", 0))
-
-    def number(self, field: int, layout: str, default: int) -> int:
-        offset = self._offset(field)
-        return self._unpack(layout, self.position + offset) if offset else default
-
-    def vector(self, field: int, item_bytes: int) -> memoryview:
-        """The bytes of a vector or a string; empty if absent."""
-        offset = self._offset(field)
-        if not offset:
-            return self.data[:0]
-        start = self.position + offset
-        start += self._unpack("<I", start)
-        length = self._unpack("<I", start) * item_bytes
-        if start + 4 + length > len(self.data):
-            raise ValueError("a vector runs past the end of its packet")
-        return self.data[start + 4 : start + 4 + length]
-
-    def _offset(self, field: int) -> int:
-        table = self.position - self._unpack("<i", self.position)
-        known = (self._unpack("<H", table) - 4) // 2
-        return self._unpack("<H", table + 4 + 2 * field) if field < known else 0
-
-    def _unpack(self, layout: str, position: int) -> int:
-        # struct would count a negative position from the end.
-        if position < 0:
-            raise ValueError("an offset points before its packet")
-        return struct.unpack_from(layout, self.data, position)[0]

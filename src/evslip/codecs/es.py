@@ -7,13 +7,16 @@ top.
 """
 
 import struct
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
-from evslip import atomic
-from evslip.codecs.inputs import check_events, check_size, require_file
-from evslip.codecs.prophesee import check_times
+from evslip.codecs import sink
+from evslip.codecs.inputs import check_size, require_file
+from evslip.codecs.prophesee import check_sides, check_times
+from evslip.codecs.source import Source, blocks
 from evslip.compiled import compiled
 from evslip.errors import DataError
 from evslip.events.stream import Events
@@ -28,47 +31,65 @@ _LATEST_US = 2**34 - 1
 """The format has no end of time, but each 127 us that pass take a byte."""
 
 
-def read(path: Path) -> tuple[Events, tuple[int, int]]:
+def stream(path: Path) -> Source:
     """The events and the sensor's (width, height). Raises DataError."""
-    data = require_file(path).read_bytes()
-    if not data.startswith(_MAGIC):
+    with require_file(path).open("rb") as file:
+        header = file.read(_HEADER.size)
+    if not header.startswith(_MAGIC):
         raise DataError(f"{path}: not an Event Stream file (it does not begin with {_MAGIC.decode()!r})")
-    if len(data) < _HEADER.size:
+    if len(header) < _HEADER.size:
         raise DataError(f"{path}: truncated in the header")
-    _, major, minor, patch, kind, width, height = _HEADER.unpack_from(data)
+    _, major, minor, patch, kind, width, height = _HEADER.unpack(header)
     if major != 2:
         raise DataError(f"{path}: version {major}.{minor}.{patch} of Event Stream; this evslip reads version 2")
     if kind != 1:
         raise DataError(f"{path}: holds {_TYPES.get(kind, kind)} events, expected DVS events")
     size = check_size(width, height, path)
-    content = np.frombuffer(data, np.uint8, offset=_HEADER.size)
-    most = len(content) // _EVENT_BYTES
-    events = Events(*(np.empty(most, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_)))
-    count = _decode(content, *events[:4])
-    if count < 0:
+    return Source(size, _parts(path, size[1] - 1))
+
+
+def _parts(path: Path, bottom: int) -> Iterator[Events]:
+    rest, now = np.empty(0, np.uint8), 0
+    for block in blocks(path, _HEADER.size, np.dtype(np.uint8)):
+        content = np.concatenate([rest, block])
+        most = len(content) // _EVENT_BYTES
+        events = Events(*(np.empty(most, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_)))
+        count, used, now = _decode(content, now, *events[:4])
+        rest = content[used:].copy()
+        # A copy where many bytes were not events: a view would keep the whole arrays alive.
+        events = events.select(slice(count) if count > most // 2 else np.arange(count))
+        # A row below the bottom stays beyond the sensor for the caller to see.
+        yield events._replace(y=((bottom - events.y.astype(np.int32)) % 65536).astype(np.uint16))
+    if len(rest):
         raise DataError(f"{path}: truncated in the last event")
-    # A copy where many bytes were not events: a view would keep the whole arrays alive.
-    events = events.select(slice(count) if count == most else np.arange(count))
-    check_events(events, size, path)
-    return events._replace(y=(size[1] - 1 - events.y.astype(np.int32)).astype(np.uint16)), size
 
 
-def write(path: Path, events: Events, size: tuple[int, int]) -> None:
-    """Write atomically; labels are lost. Raises DataError, StorageError."""
-    check_events(events, size, path)
-    check_times(events, _LATEST_US, path)
-    if max(size) > 65535:
-        raise DataError(f"{path}: the sensor's size is {size[0]} x {size[1]}, the format has 65535 at most")
-    overflows = int((np.diff(events.t_us, prepend=0) // _LONGEST_STEP).sum())
-    content = np.empty(_EVENT_BYTES * events.count + overflows, np.uint8)
-    _encode(*events[:4], size[1] - 1, content)
-    atomic.write_bytes(path, _HEADER.pack(_MAGIC, 2, 0, 0, 1, *size) + content.tobytes())
+class Sink(sink.Sink):
+    """Writes a stream; labels are lost. Raises DataError, StorageError."""
+
+    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int]):
+        check_sides(size, 65535, path)
+        super().__init__(file, path)
+        self._bottom, self._now = size[1] - 1, 0
+        self._put(_HEADER.pack(_MAGIC, 2, 0, 0, 1, *size))
+
+    def push(self, events: Events) -> None:
+        """The next events."""
+        check_times(events, _LATEST_US, self._path)
+        if events.count:
+            overflows = int((np.diff(events.t_us, prepend=self._now) // _LONGEST_STEP).sum())
+            content = np.empty(_EVENT_BYTES * events.count + overflows, np.uint8)
+            _encode(*events[:4], self._now, self._bottom, content)
+            self._now = int(events.t_us[-1])
+            self._put(content.tobytes())
 
 
 @compiled()
-def _decode(content: np.ndarray, t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray) -> int:
-    """Number of events that were put into the arrays; -1 if the last one is cut."""
-    count, position, now = 0, 0, 0
+def _decode(
+    content: np.ndarray, now: int, t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray
+) -> tuple[int, int, int]:
+    """Number of events that were put into the arrays, of bytes they took, and the time then; `now`: the time before."""
+    count, position = 0, 0
     while position < len(content):
         first = np.int64(content[position])
         if first == _OVERFLOW:
@@ -78,7 +99,7 @@ def _decode(content: np.ndarray, t_us: np.ndarray, x: np.ndarray, y: np.ndarray,
             position += 1
         else:
             if position + _EVENT_BYTES > len(content):
-                return -1
+                break
             now += first >> 1
             t_us[count] = now
             x[count] = np.int64(content[position + 1]) | np.int64(content[position + 2]) << 8
@@ -86,12 +107,14 @@ def _decode(content: np.ndarray, t_us: np.ndarray, x: np.ndarray, y: np.ndarray,
             p[count] = first & 1 == 1
             count += 1
             position += _EVENT_BYTES
-    return count
+    return count, position, now
 
 
 @compiled()
-def _encode(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, bottom: int, content: np.ndarray) -> None:
-    position, now = 0, np.int64(0)
+def _encode(
+    t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, now: int, bottom: int, content: np.ndarray
+) -> None:
+    position = 0
     for i in range(len(t_us)):
         while t_us[i] - now >= _LONGEST_STEP:
             content[position] = _OVERFLOW

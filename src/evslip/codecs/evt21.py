@@ -13,18 +13,25 @@ _BLOCK = 1 << 16
 """Words whose bits are spread out at once."""
 
 
-def decode(halves: np.ndarray, endianness: str) -> Events:
-    """The events of uint32 halves of words, of shape (n, 2), in the file's order.
+class Decoder(evt2.Clock):
+    """The events of words that come in blocks.
 
-    endianness: "little": the lower half comes first; "legacy" (IMX636): the upper half comes first.
+    endianness: "little": the lower half of a word comes first; "legacy" (IMX636): the upper half comes first.
     """
-    upper, lower = halves.T if endianness == "legacy" else halves.T[::-1]
-    which, t_us = evt2.timed(upper)
-    parts = []
-    for start in range(0, len(which), _BLOCK):
-        some = which[start : start + _BLOCK]
-        bits = np.unpackbits(np.ascontiguousarray(lower[some]).astype("<u4").view(np.uint8), bitorder="little")
-        row, pixel = np.divmod(np.flatnonzero(bits), 32)
-        x, y, p = evt2.place(upper[some])
-        parts.append(Events(t_us[start : start + _BLOCK][row], x[row] + pixel.astype(np.uint16), y[row], p[row]))
-    return concatenate(parts)
+
+    def __init__(self, endianness: str):
+        super().__init__()
+        self._endianness = endianness
+
+    def decode(self, halves: np.ndarray) -> Events:
+        """The next ones, of uint32 halves of words, of shape (n, 2), in the file's order."""
+        upper, lower = halves.T if self._endianness == "legacy" else halves.T[::-1]
+        which, t_us = self.timed(upper)
+        parts = []
+        for start in range(0, len(which), _BLOCK):
+            some = which[start : start + _BLOCK]
+            bits = np.unpackbits(np.ascontiguousarray(lower[some]).astype("<u4").view(np.uint8), bitorder="little")
+            row, pixel = np.divmod(np.flatnonzero(bits), 32)
+            x, y, p = evt2.place(upper[some])
+            parts.append(Events(t_us[start : start + _BLOCK][row], x[row] + pixel.astype(np.uint16), y[row], p[row]))
+        return concatenate(parts)

@@ -16,29 +16,49 @@ _QUARTER = 1024
 """Of the range of the times' upper half."""
 
 
-def decode(words: np.ndarray) -> Events:
-    """The events of uint16 words; those before the first time, row or column are left out. x may reach 65535."""
-    nothing = np.empty(0, np.int64), np.empty(0, np.uint16), np.empty(0, np.uint16), np.empty(0, np.bool_)
-    count = _decode(words, False, *nothing)
-    columns = (np.empty(count, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_))
-    events = Events(*columns)
-    _decode(words, True, *events[:4])
-    return events
+class Decoder:
+    """The events of uint16 words that come in blocks; those before the first time, row or column are left out. x may
+    reach 65535."""
+
+    def __init__(self) -> None:
+        self._state = np.array([-1, 0, -1, -1, 0])
+
+    def decode(self, words: np.ndarray) -> Events:
+        """The next ones."""
+        nothing = np.empty(0, np.int64), np.empty(0, np.uint16), np.empty(0, np.uint16), np.empty(0, np.bool_)
+        count = _decode(words, self._state.copy(), False, *nothing)
+        columns = (np.empty(count, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_))
+        events = Events(*columns)
+        _decode(words, self._state, True, *events[:4])
+        return events
 
 
-def encode(events: Events) -> np.ndarray:
-    """uint16 words of events whose times are 0 to LATEST_US, and x and y below 2048."""
-    if not events.count:
-        return np.empty(0, np.uint16)
-    words = np.empty(4 * events.count + 5 * (int(events.t_us[-1]) >> 24) + 5, np.uint16)
-    return words[: _encode(*events[:4], words)]
+class Encoder:
+    """uint16 words of events whose times are 0 to LATEST_US, and x and y below 2048; they come in pieces."""
+
+    def __init__(self) -> None:
+        self._state = np.array([-1, -1, -1])
+
+    def encode(self, events: Events) -> np.ndarray:
+        """The words of the next events."""
+        if not events.count:
+            return np.empty(0, np.uint16)
+        steps = (int(events.t_us[-1]) >> 22) - (max(int(self._state[0]), 0) >> 10) + 2
+        words = np.empty(4 * events.count + 2 * steps, np.uint16)
+        return words[: _encode(*events[:4], self._state, words)]
 
 
 @compiled()
-def _decode(words: np.ndarray, keep: bool, t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray) -> int:
-    """Number of events; with `keep` they are put into the arrays."""
+def _decode(
+    words: np.ndarray, state: np.ndarray, keep: bool, t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray
+) -> int:
+    """Number of events; with `keep` they are put into the arrays.
+
+    state: upper and lower half of the time, row, base column and its polarity before these words, then after them; -1
+    is not known yet.
+    """
     count = 0
-    high, low, row, base, base_on = -1, 0, -1, -1, False
+    high, low, row, base, base_on = state[0], state[1], state[2], state[3], state[4] != 0
     for i in range(len(words)):
         kind, value = words[i] >> 12, np.int64(words[i] & 0xFFF)
         if kind == _ADDR_X and high >= 0 and row >= 0:
@@ -69,14 +89,15 @@ def _decode(words: np.ndarray, keep: bool, t_us: np.ndarray, x: np.ndarray, y: n
                             p[count] = base_on
                         count += 1
             base += width
+    state[0], state[1], state[2], state[3], state[4] = high, low, row, base, base_on
     return count
 
 
 @compiled()
-def _encode(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, words: np.ndarray) -> int:
-    """Number of words that were put into `words`."""
+def _encode(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, state: np.ndarray, words: np.ndarray) -> int:
+    """Number of words that were put into `words`. state: halves of the time and row before, then after these events."""
     count = 0
-    high, low, row = np.int64(-1), np.int64(-1), np.int64(-1)
+    high, low, row = state[0], state[1], state[2]
     for i in range(len(t_us)):
         if t_us[i] >> 12 != high:
             # Steps of a quarter of the range, and from its end to 0: readers tell a wrap by that.
@@ -102,4 +123,5 @@ def _encode(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, words
             count += 1
         words[count] = _ADDR_X << 12 | (2048 if p[i] else 0) | np.int64(x[i])
         count += 1
+    state[0], state[1], state[2] = high, low, row
     return count

@@ -8,28 +8,37 @@ ms_to_idx            uint64, the first event at or after each millisecond after 
 t_offset             int64 microseconds
 """
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 from evslip import atomic, hdf5
-from evslip.codecs.inputs import check_events, check_size, extent
+from evslip.codecs import metavision
+from evslip.codecs.inputs import check_events, check_size
+from evslip.codecs.source import BLOCK_EVENTS, Source
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
 
-def read(path: Path) -> tuple[Events, tuple[int, int]]:
-    """The events and the sensor's (width, height); for files that do not state it, the extent of the events."""
+def stream(path: Path) -> Source:
+    """The events and the sensor's (width, height), if the file states it. Raises DataError."""
     with hdf5.opened(path) as file:
-        events = get_events(file)
+        size = None
         if "width" in file.attrs and "height" in file.attrs:
-            size = hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int)
-        else:
-            size = extent(events)
-        size = check_size(*size, path)
-    check_events(events, size, path)
-    return events, size
+            size = check_size(hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int), path)
+        if metavision.holds_events(file):
+            return Source(size or metavision.size(file), metavision.parts(path))
+        _Columns(file)
+    return Source(size, _parts(path))
+
+
+def _parts(path: Path) -> Iterator[Events]:
+    with hdf5.opened(path) as file:
+        columns = _Columns(file)
+        for start in range(0, max(columns.count, 1), BLOCK_EVENTS):
+            yield columns.events(slice(start, start + BLOCK_EVENTS))
 
 
 def write(path: Path, events: Events, size: tuple[int, int]) -> None:
@@ -64,27 +73,44 @@ def put_events(file: h5py.File, events: Events) -> None:
 
 def get_events(file: h5py.File) -> Events:
     """The stream of a file, its dtypes brought to those of Events; the caller checks order and extent."""
-    group = file.get("events") if "events" in file else None
-    if not isinstance(group, h5py.Group):
-        raise DataError(
-            f"{file.filename}: no group events; expected the DSEC layout events/x, events/y, events/t, events/p"
-        )
-    t = hdf5.get(group, "t", "iu", (None,))
-    offset = int(hdf5.get(file, "t_offset", "iu", ())) if "t_offset" in file else 0
-    if len(t) and not (-(2**62) < offset < 2**62 and int(t.min()) > -(2**62) and int(t.max()) < 2**62):
-        raise DataError(f"{file.filename}: events/t: times beyond 2**62 us")
-    columns = {name: hdf5.get(group, name, "biu", t.shape) for name in ("x", "y", "p")}
-    for name, (low, high) in {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1)}.items():
-        values = columns[name]
-        if len(t) and (int(values.min()) < low or int(values.max()) > high):
+    return _Columns(file).events(slice(None))
+
+
+class _Columns:
+    """The datasets of a file's events. Raises DataError unless they are there and of the right kind."""
+
+    def __init__(self, file: h5py.File):
+        group = file.get("events") if "events" in file else None
+        if not isinstance(group, h5py.Group):
             raise DataError(
-                f"{file.filename}: events/{name}: {values.min()} to {values.max()}, expected {low} to {high}"
+                f"{file.filename}: no group events; expected the DSEC layout events/x, events/y, events/t, events/p"
             )
-    labels = [hdf5.get(group, name, "u", t.shape) if name in group else None for name in ("body", "cause")]
-    return Events(
-        t.astype(np.int64) + offset,
-        columns["x"].astype(np.uint16),
-        columns["y"].astype(np.uint16),
-        columns["p"] > 0,
-        *labels,
-    )
+        self._name = file.filename
+        self._t = hdf5.checked(group, "t", "iu", (None,))
+        self._columns = {name: hdf5.checked(group, name, "biu", self._t.shape) for name in ("x", "y", "p")}
+        self._labels = [
+            hdf5.checked(group, name, "u", self._t.shape) if name in group else None for name in ("body", "cause")
+        ]
+        self._offset = int(hdf5.get(file, "t_offset", "iu", ())) if "t_offset" in file else 0
+        self.count = self._t.shape[0]
+
+    def events(self, which: slice) -> Events:
+        """A part of the stream."""
+        t = self._t[which]
+        if len(t) and not (-(2**62) < self._offset < 2**62 and int(t.min()) > -(2**62) and int(t.max()) < 2**62):
+            raise DataError(f"{self._name}: events/t: times beyond 2**62 us")
+        columns = {name: column[which] for name, column in self._columns.items()}
+        for name, (low, high) in {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1)}.items():
+            values = columns[name]
+            if len(t) and (int(values.min()) < low or int(values.max()) > high):
+                raise DataError(
+                    f"{self._name}: events/{name}: {values.min()} to {values.max()}, expected {low} to {high}"
+                )
+        labels = [None if label is None else label[which].astype(np.uint8) for label in self._labels]
+        return Events(
+            t.astype(np.int64) + self._offset,
+            columns["x"].astype(np.uint16),
+            columns["y"].astype(np.uint16),
+            columns["p"] > 0,
+            *labels,
+        )

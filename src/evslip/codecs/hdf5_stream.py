@@ -10,7 +10,7 @@ import numpy as np
 from evslip import hdf5
 from evslip.atomic import storage_errors
 from evslip.codecs.hdf5 import put_events
-from evslip.events.stream import Events, concatenate, empty_events
+from evslip.events.stream import Events, concatenate
 
 BLOCK = 1 << 18
 """Events in a block: a chunk of each dataset."""
@@ -20,18 +20,20 @@ _LATEST = 2**32
 class Hdf5Stream:
     """Takes a stream of events in time order, in pieces of any size; `close` completes the file.
 
+    The labels kept are those that all events of the first block have; later events must have them, too.
     The bytes depend on the events, not on the pieces. A stream of less than a block is stored as
-    `evslip.codecs.hdf5.write` does it. `settings`: JSON text for the attribute of that name. Raises StorageError when
-    the disk is full: HDF5 itself would take the process down.
+    `evslip.codecs.hdf5.write` does it. `settings`: JSON text for the attribute of that name, if there is any. Raises
+    StorageError when the disk is full: HDF5 itself would take the process down.
     """
 
-    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int], labelled: bool, settings: str):
+    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int], settings: str | None = None):
         self._disk = _Disk(file)
         self._path = path
-        self._labels = ("body", "cause") if labelled else ("cause",)
+        self._labels: list[str] = []
         self._file: Any = h5py.File(self._disk, "w", libver=("v110", "v110"), track_times=False)
         self._file.attrs["width"], self._file.attrs["height"] = size
-        self._file.attrs["settings"] = settings
+        if settings is not None:
+            self._file.attrs["settings"] = settings
         self._waiting: list[Events] = []
         self._waits = self._stored = 0
         self._offset = 0
@@ -39,6 +41,8 @@ class Hdf5Stream:
 
     def push(self, events: Events) -> None:
         """The next events, none earlier than those before."""
+        if not self._waits:  # events of none say nothing about labels
+            self._waiting = []
         self._waiting.append(events)
         self._waits += events.count
         if self._waits < BLOCK:
@@ -52,9 +56,9 @@ class Hdf5Stream:
 
     def close(self) -> None:
         """Write what is left. The file is complete once this returns."""
-        rest = concatenate(self._waiting) if self._waiting else empty_events(labelled=True)
+        rest = concatenate(self._waiting)
         if self._stored == 0:
-            put_events(self._file, rest if "body" in self._labels else rest._replace(body=None))
+            put_events(self._file, rest)
         else:
             if rest.count:
                 self._store(rest)
@@ -75,6 +79,7 @@ class Hdf5Stream:
             group = self._file.create_group("events")
             for name, dtype in {"x": "u2", "y": "u2", "t": "u4", "p": "u1"}.items():
                 _growing(group, name, dtype)
+            self._labels = [name for name in ("body", "cause") if getattr(events, name) is not None]
             for name in self._labels:
                 _growing(group, name, "u1")
             _growing(self._file, "ms_to_idx", "u8")

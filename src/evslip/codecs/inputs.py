@@ -31,10 +31,26 @@ def require_file(path: str | Path) -> Path:
     return path
 
 
-def check_events(events: Events, size: tuple[int, int] | None, where: object) -> None:
+class Watch:
+    """Checks a stream that comes in parts as `check_events` does a whole one."""
+
+    def __init__(self, size: tuple[int, int] | None, where: object):
+        self._size, self._where = size, where
+        self._seen, self._last_us = 0, -(2**63)
+
+    def check(self, events: Events) -> None:
+        """The next part. Raises DataError."""
+        check_events(events, self._size, self._where, self._seen)
+        if events.count:
+            if events.t_us[0] < self._last_us:
+                raise _backward(self._seen, int(events.t_us[0]), self._last_us, self._where)
+            self._seen, self._last_us = self._seen + events.count, int(events.t_us[-1])
+
+
+def check_events(events: Events, size: tuple[int, int] | None, where: object, first: int = 0) -> None:
     """Raise DataError, naming `where`, unless the arrays agree with what Events promises.
 
-    `size` is the sensor's (width, height); None skips the check of the coordinates.
+    `size` is the sensor's (width, height); None skips the check of the coordinates. first: number of the first event.
     """
     for name, dtype in _DTYPES.items():
         column: np.ndarray | None = getattr(events, name)
@@ -51,10 +67,7 @@ def check_events(events: Events, size: tuple[int, int] | None, where: object) ->
     backward = np.flatnonzero(events.t_us[1:] < events.t_us[:-1])
     if backward.size:
         i = int(backward[0]) + 1
-        raise DataError(
-            f"{where}: events/t: event {i} at {events.t_us[i]} us comes after one at {events.t_us[i - 1]} us; "
-            "times must never decrease"
-        )
+        raise _backward(first + i, int(events.t_us[i]), int(events.t_us[i - 1]), where)
     for name, limit in zip("xy", size or (), strict=False):
         _below(getattr(events, name), limit, f"{where}: events/{name}", f"the sensor's size is {size}")
     if events.body is not None:
@@ -75,6 +88,12 @@ def extent(events: Events) -> tuple[int, int]:
     if not events.count:
         return 1, 1
     return int(events.x.max()) + 1, int(events.y.max()) + 1
+
+
+def _backward(number: int, t_us: int, last_us: int, where: object) -> DataError:
+    return DataError(
+        f"{where}: events/t: event {number} at {t_us} us comes after one at {last_us} us; times must never decrease"
+    )
 
 
 def _below(values: np.ndarray, limit: int, where: str, note: str) -> None:

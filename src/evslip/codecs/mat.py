@@ -1,8 +1,8 @@
 """MATLAB files of VT-SNN's recordings (`prophesee_recordings/*_td.mat`), version 5.
 
 After the scripts of https://github.com/clear-nus/VT_SNN: a structure td_data with the columns x, y, p (1 for ON, -1 for
-OFF) and ts, microseconds. The layout of the file is that of "MAT-File Format" by MathWorks. This is a reader of our own
-because SciPy 1.17 crashes on some damaged files.
+OFF) and ts, microseconds, or seconds where they are not whole, as in the paper's files. The layout of the file is that of
+"MAT-File Format" by MathWorks. This is a reader of our own because SciPy 1.17 crashes on some damaged files.
 """
 
 import io
@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from evslip import atomic
-from evslip.codecs.inputs import check_events, extent, require_file
+from evslip.codecs.inputs import check_events, require_file
+from evslip.codecs.source import Source
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
@@ -28,8 +29,8 @@ _MOST_COMPRESSED = 1040
 _LIMITS = {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "ts": (-(2**62), 2**62)}
 
 
-def read(path: Path) -> tuple[Events, tuple[int, int]]:
-    """The events, and their extent as the sensor's size. Raises DataError."""
+def stream(path: Path) -> Source:
+    """The events, read all at once; the size is not stated. Raises DataError."""
     data = require_file(path).read_bytes()
     try:
         columns = _table(data)
@@ -37,16 +38,15 @@ def read(path: Path) -> tuple[Events, tuple[int, int]]:
         raise DataError(f"{path}: not a .mat file with td_data of x, y, p and ts: {error}") from None
     for name, values in columns.items():
         low, high = _LIMITS[name]
+        if name == "ts" and not (values == np.floor(values)).all():  # seconds
+            values = columns[name] = np.round(values * 1e6)
         if len(values) != len(columns["ts"]):
             raise DataError(f"{path}: td_data.{name}: {len(values)} numbers for {len(columns['ts'])} times")
         if not ((values >= low) & (values <= high) & (values == np.floor(values))).all():
             unit = "; times are microseconds" if name == "ts" else ""
             raise DataError(f"{path}: td_data.{name}: expected whole numbers from {low} to {high}{unit}")
     x, y = (columns[name].astype(np.uint16) for name in "xy")
-    events = Events(columns["ts"].astype(np.int64), x, y, columns["p"] > 0)
-    size = extent(events)
-    check_events(events, size, path)
-    return events, size
+    return Source(None, iter([Events(columns["ts"].astype(np.int64), x, y, columns["p"] > 0)]))
 
 
 def write(path: Path, events: Events, size: tuple[int, int]) -> None:

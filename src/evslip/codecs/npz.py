@@ -8,6 +8,7 @@ import numpy as np
 
 from evslip import atomic
 from evslip.codecs.inputs import check_events, check_size, require_file
+from evslip.codecs.source import Source
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
@@ -15,8 +16,8 @@ _MOST_COMPRESSED = 1040
 """Deflate shrinks by at most 1032."""
 
 
-def read(path: Path) -> tuple[Events, tuple[int, int]]:
-    """The events and the sensor's (width, height). Raises DataError."""
+def stream(path: Path) -> Source:
+    """The events, read all at once, and the sensor's (width, height). Raises DataError."""
     require_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
@@ -36,7 +37,7 @@ def read(path: Path) -> tuple[Events, tuple[int, int]]:
     events = Events._make(column if is_array else None for column, is_array in zip(columns, known, strict=True))
     size = check_size(width, height, path)
     check_events(events, size, path)
-    return events, size
+    return Source(size, iter([events]))
 
 
 def write(path: Path, events: Events, size: tuple[int, int], settings: str | None = None) -> None:

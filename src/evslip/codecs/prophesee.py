@@ -4,15 +4,16 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.inputs import check_events
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
-_LONGEST_LINE = 4096
+_LONGEST_LINE, _LONGEST_HEADER = 4096, 1 << 20
 
 
-def read_header(data: bytes, path: Path) -> tuple[dict[str, str], int]:
+def read_header(path: Path) -> tuple[dict[str, str], int]:
     """Fields of the lines `% key value` that begin a file, keys in lower case, and where they end. Raises DataError."""
+    with path.open("rb") as file:
+        data = file.read(_LONGEST_HEADER)
     fields: dict[str, str] = {}
     position = 0
     while data.startswith(b"% ", position):
@@ -27,27 +28,20 @@ def read_header(data: bytes, path: Path) -> tuple[dict[str, str], int]:
     return fields, position
 
 
-def words(data: bytes, start: int, dtype: np.dtype, path: Path) -> np.ndarray:
-    """The bytes from `start` on as words. Raises DataError if the last one is cut."""
-    rest = (len(data) - start) % dtype.itemsize
-    if rest:
-        raise DataError(f"{path}: truncated: {rest} bytes are left over after the last word of {dtype.itemsize} bytes")
-    return np.frombuffer(data, dtype, offset=start)
+def unwrapped(counter: np.ndarray, bits: int, before: int = 0) -> np.ndarray:
+    """An int64 counter of `bits` bits without its wraps: a fall by over half of its range. Other falls stay.
 
-
-def unwrapped(counter: np.ndarray, bits: int) -> np.ndarray:
-    """An int64 counter of `bits` bits without its wraps: a fall by over half of its range. Other falls stay."""
+    before: the unwrapped number before the first.
+    """
     full = counter.astype(np.int64)
-    full[1:] += np.cumsum(np.diff(full) < -(1 << (bits - 1))) << bits
-    return full
+    wraps = np.diff(full, prepend=before & ((1 << bits) - 1)) < -(1 << (bits - 1))
+    return full + ((before >> bits) + np.cumsum(wraps) << bits)
 
 
-def check_writable(events: Events, size: tuple[int, int], path: Path, *, bits: int, latest_us: int) -> None:
-    """Raise DataError unless a format holds the events: coordinates of `bits` bits, times from 0 to `latest_us`."""
-    check_events(events, size, path)
-    if max(size) > 1 << bits:
-        raise DataError(f"{path}: the sensor's size is {size[0]} x {size[1]}, the format has {1 << bits} at most")
-    check_times(events, latest_us, path)
+def check_sides(size: tuple[int, int], most: int, path: Path) -> None:
+    """Raise DataError unless a format with `most` columns and rows holds a sensor of the size."""
+    if max(size) > most:
+        raise DataError(f"{path}: the sensor's size is {size[0]} x {size[1]}, the format has {most} at most")
 
 
 def check_times(events: Events, latest_us: int, path: Path) -> None:

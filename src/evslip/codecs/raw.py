@@ -6,56 +6,68 @@ not say when a file is damaged.
 """
 
 import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
-from evslip import atomic
-from evslip.codecs import evt2, evt3, evt21
-from evslip.codecs.inputs import check_events, check_size, extent, require_file
-from evslip.codecs.prophesee import check_writable, read_header, words
+from evslip.codecs import evt2, evt3, evt21, sink
+from evslip.codecs.inputs import check_size, require_file
+from evslip.codecs.prophesee import check_sides, check_times, read_header
+from evslip.codecs.source import Source, blocks
 from evslip.errors import DataError
 from evslip.events.stream import Events
 
 _ENCODINGS = {"EVT2": "2.0", "EVT21": "2.1", "EVT3": "3.0"}
-_COORDINATE_BITS = 11
+_MOST_COLUMNS = 1 << 11
 _SENSORS = {"gen31": (640, 480), "gen3": (640, 480), "gen4": (1280, 720), "imx636": (1280, 720), "genx320": (320, 320)}
 """Sizes by the name of the driver, for headers that state none."""
 
 
-def read(path: Path) -> tuple[Events, tuple[int, int]]:
-    """The events and the sensor's (width, height); for headers that do not tell, the extent. Raises DataError."""
-    data = require_file(path).read_bytes()
-    fields, start = read_header(data, path)
+def stream(path: Path) -> Source:
+    """The events and the sensor's (width, height), if the header tells it. Raises DataError."""
+    fields, start = read_header(require_file(path))
     encoding, options = _encoding(fields, path)
     endianness = options.get("endianness", "little")
     if endianness not in ("little", "legacy"):
         raise DataError(f"{path}: endianness {endianness[:20]!r} is unknown; expected little or legacy")
-    if encoding == "EVT2":
-        events = evt2.decode(words(data, start, np.dtype("<u4"), path))
-    elif encoding == "EVT3":
-        events = evt3.decode(words(data, start, np.dtype("<u2"), path))
-    else:
-        events = evt21.decode(words(data, start, np.dtype(("<u4", 2)), path), endianness)
-    reach = extent(events)
-    size = _size(fields, options, path) or reach
-    check_events(events, size, path)
-    if max(reach) > 1 << _COORDINATE_BITS:
-        raise DataError(f"{path}: damaged: a vector of events runs beyond column {(1 << _COORDINATE_BITS) - 1}")
-    return events, size
+    decode, dtype = {
+        "EVT2": (evt2.Decoder().decode, np.dtype("<u4")),
+        "EVT21": (evt21.Decoder(endianness).decode, np.dtype("<u8")),
+        "EVT3": (evt3.Decoder().decode, np.dtype("<u2")),
+    }[encoding]
+    return Source(_size(fields, options, path), _parts(path, start, dtype, decode))
 
 
-def write(path: Path, events: Events, size: tuple[int, int]) -> None:
-    """Write atomically; labels are lost. Raises DataError, StorageError."""
-    encoding, codec = ("EVT2", evt2) if path.name.lower().endswith(".evt2.raw") else ("EVT3", evt3)
-    check_writable(events, size, path, bits=_COORDINATE_BITS, latest_us=codec.LATEST_US)
-    width, height = size
-    header = (
-        f"% evt {_ENCODINGS[encoding]}\n% format {encoding};height={height};width={width}\n"
-        f"% geometry {width}x{height}\n% end\n"
-    )
-    body = codec.encode(events)
-    atomic.write_bytes(path, header.encode() + body.astype(body.dtype.newbyteorder("<")).tobytes())
+def _parts(path: Path, start: int, dtype: np.dtype, decode: Callable[[np.ndarray], Events]) -> Iterator[Events]:
+    for words in blocks(path, start, dtype):
+        events = decode(words.view("<u4").reshape(-1, 2) if dtype.itemsize == 8 else words)
+        if events.count and events.x.max() >= _MOST_COLUMNS:
+            raise DataError(f"{path}: damaged: a vector of events runs beyond column {_MOST_COLUMNS - 1}")
+        yield events
+
+
+class Sink(sink.Sink):
+    """Writes a stream; labels are lost. Raises DataError, StorageError."""
+
+    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int]):
+        check_sides(size, _MOST_COLUMNS, path)
+        encoding, codec = ("EVT2", evt2) if path.name.lower().endswith(".evt2.raw") else ("EVT3", evt3)
+        super().__init__(file, path)
+        self._encoder, self._latest_us = codec.Encoder(), codec.LATEST_US
+        width, height = size
+        header = (
+            f"% evt {_ENCODINGS[encoding]}\n% format {encoding};height={height};width={width}\n"
+            f"% geometry {width}x{height}\n% end\n"
+        )
+        self._put(header.encode())
+
+    def push(self, events: Events) -> None:
+        """The next events."""
+        check_times(events, self._latest_us, self._path)
+        words = self._encoder.encode(events)
+        self._put(words.astype(words.dtype.newbyteorder("<")).tobytes())
 
 
 def _encoding(fields: dict[str, str], path: Path) -> tuple[str, dict[str, str]]:

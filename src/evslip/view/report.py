@@ -17,6 +17,7 @@ from evslip.dataset import Dataset
 from evslip.errors import DataError
 from evslip.phases import phase_times
 from evslip.record import Record
+from evslip.recordings import Recordings
 from evslip.trajectory import Trajectory
 from evslip.truth import Truth
 from evslip.view import figures
@@ -32,6 +33,10 @@ CLOUD_US = 600_000
 MOST_LINES = 60
 """Samples whose angle is drawn besides those of the strip."""
 
+MOMENTS = 6
+"""Pictures of a strip that has no phases."""
+
+_KINDS = {Dataset: "Synthetic event-camera data", Recordings: "Event-camera recordings"}
 _METRICS = {"f1": "F1", "auroc": "AUROC", "without_recent": "balanced accuracy, windows just after a slip left out"}
 
 Picture = Callable[[Trajectory, int], np.ndarray]
@@ -39,7 +44,7 @@ Picture = Callable[[Trajectory, int], np.ndarray]
 
 def write_report(
     out: str | Path,
-    dataset: Dataset,
+    dataset: Dataset | Recordings,
     windows: Windows | str | Path | None = None,
     model_dir: str | Path | None = None,
     metrics: Mapping[str, Any] | None = None,
@@ -73,8 +78,8 @@ def write_report(
     page = Template(resources.files("evslip.view").joinpath("report.html").read_text(encoding="utf-8"))
     text = page.substitute(
         title=f"evslip: {_text(dataset.root.absolute().name)}",
-        subtitle=f"Synthetic event-camera data for slip detection, made by evslip {_text(evslip.__version__)}.",
-        phases=max((len(list(_phase_middles(record))) for record in examples.values()), default=1),
+        subtitle=f"{_KINDS[type(dataset)]} for slip detection, by evslip {_text(evslip.__version__)}.",
+        phases=max((len(list(_moments(label, record))) for label, record in examples.items()), default=1),
         plotly=_plotly(),
         body="\n".join(part for part in parts if part),
     )
@@ -82,21 +87,23 @@ def write_report(
     return out
 
 
-def _examples(dataset: Dataset) -> dict[str, Record]:
+def _examples(dataset: Dataset | Recordings) -> dict[str, Record]:
     """The first slip and the first hold of the data set, as far as there are any."""
     labels = dataset.labels()
     return {label: dataset[labels.index(label)] for label in ("slip", "hold") if label in labels}
 
 
-def _cards(dataset: Dataset, windows: Windows | None, metrics: Mapping[str, Any] | None) -> str:
+def _cards(dataset: Dataset | Recordings, windows: Windows | None, metrics: Mapping[str, Any] | None) -> str:
     status = dataset.status()
-    simulated = status["slip"] + status["hold"]
+    simulated = status["slip"] + status["hold"] + status.get("unlabelled", 0)
     cards = [(f"{simulated:,}", "samples")]
     if status["missing"]:
         cards.append((f"{status['missing']:,}", "not made yet"))
     cards += [
         (f"{status['slip']:,} / {status['hold']:,}", "slip / hold"),
-        (f"{status['rejected']:,}", "rejected grasps"),
+        (f"{status['rejected']:,}", "rejected grasps")
+        if isinstance(dataset, Dataset)
+        else (f"{status['unlabelled']:,}", "without labels"),
         (_short(status["events"]), "events"),
         (f"{_short(status['bytes'])}B", "on disk"),
     ]
@@ -112,7 +119,9 @@ def _cards(dataset: Dataset, windows: Windows | None, metrics: Mapping[str, Any]
     return f'<div class="cards">{items}</div>'
 
 
-def _config(dataset: Dataset) -> str:
+def _config(dataset: Dataset | Recordings) -> str:
+    if isinstance(dataset, Recordings):
+        return ""
     return f"<details><summary>Configuration</summary><pre>{_text(dataset.config_toml)}</pre></details>"
 
 
@@ -125,13 +134,32 @@ def _strips(examples: Mapping[str, Record], picture: Picture | None) -> str:
         picture = render_color
     rows = []
     for label, record in examples.items():
-        cells = "".join(_cell(record, name, t_us, picture) for name, t_us in _phase_middles(record))
+        cells = "".join(_cell(record, name, t_us, picture) for name, t_us in _moments(label, record))
         rows.append(f"<h3>{_swatch(label)}{_describe(label, record)}</h3>" + f'<div class="strip">{cells}</div>')
     note = (
         "What the camera on the hand sees in the middle of each phase, drawn again from the stored poses; below it, "
         f"the events of the {SHOWN_US // 1000} ms before: red is brighter, blue is darker."
     )
+    if any(record.trajectory is None for record in examples.values()):
+        note = (
+            "The frames that came with the recording, or none; below them, the events of the "
+            f"{SHOWN_US // 1000} ms before: red is brighter, blue is darker."
+        )
     return _section("Two samples through their phases", note, "".join(rows))
+
+
+def _moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
+    """Names and times of what a strip shows: the middle of each phase; of recordings, some of what is labelled so."""
+    if record.params is not None:
+        yield from _phase_middles(record)
+        return
+    spans = [(i.start_us, i.end_us) for i in record.intervals if i.label == label]
+    if not spans:
+        spans = [(int(record.events.t_us[0]), int(record.events.t_us[-1]))] if record.events.count else [(0, 0)]
+    per_span = -(-MOMENTS // len(spans))
+    for start, end in spans[:MOMENTS]:
+        for k in range(per_span):
+            yield label, start + (2 * k + 1) * (end - start) // (2 * per_span)
 
 
 def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
@@ -145,23 +173,29 @@ def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
 
 
 def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
-    assert record.trajectory is not None and record.truth is not None  # a simulated record has both
-    frame = picture(record.trajectory, t_us)
+    if record.trajectory is not None:
+        frame = picture(record.trajectory, t_us)
+    elif record.footage is not None:
+        frame = record.footage.at(t_us)
+    else:
+        frame = np.full((record.size[1], record.size[0], 3), 255, np.uint8)
     events = record.events.between(t_us - SHOWN_US, t_us)
-    angle = float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg))
+    angle = ""
+    if record.truth is not None:
+        angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
     alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
     images = "".join(
         f'<img src="{data_uri(image)}" alt="{_text(alt + what)}">'
         for image, what in ((frame, ""), (overlay(frame, events), ", with events"))
     )
-    caption = f"<b>{_text(phase)}</b> {t_us / 1e6:.2f} s · {angle:.2f}°<br>{events.count:,} events"
+    caption = f"<b>{_text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
     return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"
 
 
 def _clouds(examples: Mapping[str, Record]) -> str:
     if not examples:
         return ""
-    onset = examples["slip"].truth.onset_us if "slip" in examples and examples["slip"].truth else None
+    onset = _onset(examples["slip"]) if "slip" in examples else None
     columns = []
     for label, record in examples.items():
         start_us = _cloud_start(record) if onset is None else onset - CLOUD_US // 4
@@ -176,14 +210,22 @@ def _clouds(examples: Mapping[str, Record]) -> str:
     return _section("Their events in space and time", note, f'<div class="columns">{"".join(columns)}</div>')
 
 
+def _onset(record: Record) -> int | None:
+    """When the first slip begins."""
+    if record.truth is not None and record.truth.onset_us is not None:
+        return record.truth.onset_us
+    return next((interval.start_us for interval in record.intervals if interval.label == "slip"), None)
+
+
 def _cloud_start(record: Record) -> int:
-    """Where a cloud begins when no slip says it: with the lift."""
-    assert record.params is not None  # a simulated record has them
+    """Where a cloud begins when no slip says it: with the lift, or a label."""
+    if record.params is None:
+        return record.intervals[0].start_us if record.intervals else int(record.events.t_us[:1].sum())
     return phase_times(record.params)["lift"][0]
 
 
-def _angles(dataset: Dataset, examples: Mapping[str, Record], settings: WindowSettings) -> str:
-    if not examples:
+def _angles(dataset: Dataset | Recordings, examples: Mapping[str, Record], settings: WindowSettings) -> str:
+    if not examples or any(record.params is None for record in examples.values()):
         return ""
     shown = {record.name for record in examples.values()}
     others: list[Truth] = []
@@ -207,12 +249,17 @@ def _angles(dataset: Dataset, examples: Mapping[str, Record], settings: WindowSe
     return _section("Angular difference over time", note, button + _figure("theta", figure))
 
 
-def _labels(dataset: Dataset, windows: Windows | None) -> str:
+def _labels(dataset: Dataset | Recordings, windows: Windows | None) -> str:
     rows, counts = [], {"slip": [], "hold": [], "rejected": []}
-    for split in dataset.splits:
-        status = dataset.split(split).status()
+    parts_of = (
+        {"recordings": dataset}
+        if isinstance(dataset, Recordings)
+        else {f"samples, {split}": dataset.split(split) for split in dataset.splits}
+    )
+    for row, part in parts_of.items():
+        status = part.status()
         if status["done"]:
-            rows.append(f"samples, {split}")
+            rows.append(row)
             for name, values in counts.items():
                 values.append(status[name])
     colors = (figures.SLIP_COLOR, figures.HOLD_COLOR, "#8a8f98")
@@ -283,9 +330,11 @@ def _figure(name: str, figure: figures.Figure) -> str:
 
 
 def _describe(label: str, record: Record) -> str:
-    assert record.params is not None and record.truth is not None  # a simulated record has both
-    onset = record.truth.onset_us
-    params = record.params
+    onset, params = _onset(record), record.params
+    if params is None or record.truth is None:
+        seconds = (int(record.events.t_us[-1]) - int(record.events.t_us[0])) / 1e6 if record.events.count else 0.0
+        facts = [record.name, f"{seconds:.2f} s", *record.notes.values()]
+        return _text(f"{label}: {', '.join(facts)}")
     facts = [
         record.name,
         f"{1000 * params.object.mass_kg:.3g} g",

@@ -1,0 +1,27 @@
+"""Files of events that are written part by part."""
+
+from pathlib import Path
+from typing import BinaryIO
+
+from evslip import atomic
+from evslip.events.stream import Events
+
+
+class Sink:
+    """Takes a stream of valid events in time order, in pieces of any size; the bytes depend on the events alone.
+
+    Labels are lost. Raises DataError for what the format cannot hold, StorageError.
+    """
+
+    def __init__(self, file: BinaryIO, path: Path):
+        self._file, self._path = file, path
+
+    def push(self, events: Events) -> None:
+        """The next events."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Complete the file."""
+
+    def _put(self, data: bytes) -> None:
+        atomic.write_into(self._file, data, self._path)

@@ -1,0 +1,83 @@
+"""Files of events that are read part by part, so that memory holds one part, however long they are."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.codecs.inputs import Watch, extent
+from evslip.errors import DataError
+from evslip.events.stream import Events, concatenate
+
+BLOCK_BYTES = 1 << 21
+"""Bytes of a file that are decoded at once."""
+BLOCK_EVENTS = 1 << 20
+"""Events of an HDF5 file that are decoded at once: whole chunks of the files that evslip writes."""
+
+
+class Source(NamedTuple):
+    """A file of events."""
+
+    size: tuple[int, int] | None
+    """The sensor's (width, height) as the file states it; None: it does not, the events' extent stands in for it."""
+    parts: Iterator[Events]
+    """The stream in pieces of any size, decoded when asked for. Order and extent are not checked: see `checked`."""
+
+
+def checked(source: Source, where: object) -> Iterator[Events]:
+    """The parts of a source, each checked to be what Events promises and to follow the one before. Raises DataError."""
+    watch = Watch(source.size, where)
+    for part in source.parts:
+        watch.check(part)
+        yield part
+
+
+def whole(source: Source, where: object) -> tuple[Events, tuple[int, int]]:
+    """All events of a source in one stream, and its size. Raises DataError."""
+    parts = list(checked(source, where))
+    events = parts[0] if len(parts) == 1 else concatenate(parts)
+    return events, source.size or extent(events)
+
+
+def blocks(path: Path, start: int, dtype: np.dtype) -> Iterator[np.ndarray]:
+    """The words of a file from byte `start` on, many at a time. Raises DataError if the last one is cut."""
+    with path.open("rb") as file:
+        file.seek(start)
+        while data := file.read(BLOCK_BYTES - BLOCK_BYTES % dtype.itemsize):
+            rest = len(data) % dtype.itemsize
+            if rest:
+                raise DataError(
+                    f"{path}: truncated: {rest} bytes are left over after the last word of {dtype.itemsize} bytes"
+                )
+            yield np.frombuffer(data, dtype)
+
+
+def lines(path: Path, start: int = 0) -> Iterator[list[str]]:
+    """The lines of a text file from byte `start` on, many at a time. Raises DataError for what is no ASCII text."""
+    rest = b""
+    with path.open("rb") as file:
+        file.seek(start)
+        while data := file.read(BLOCK_BYTES):
+            data, newline, after = data.rpartition(b"\n")
+            if not newline and len(rest) + len(after) > BLOCK_BYTES:
+                raise DataError(f"{path}: not a table of events: a line never ends")
+            yield _text(rest + data + newline, path).splitlines() if newline else []
+            rest = after if newline else rest + after
+    yield _text(rest, path).splitlines()
+
+
+def extent_of(parts: Iterable[Events]) -> tuple[int, int]:
+    """The smallest (width, height) that holds all events; (1, 1) for none."""
+    width = height = 1
+    for part in parts:
+        reach = extent(part)
+        width, height = max(width, reach[0]), max(height, reach[1])
+    return width, height
+
+
+def _text(data: bytes, path: Path) -> str:
+    try:
+        return data.decode("ascii")
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path}: not a table of events: {error}") from None

@@ -1,0 +1,97 @@
+"""What `evslip info` says, against loops over the events."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from evslip import record
+from evslip.codecs import source, write_events
+from evslip.codecs.facts import Facts, facts_of
+from evslip.errors import DataError
+from evslip.events.stream import CAUSES, Events
+from evslip.frame import BODIES, NO_BODY
+from evslip.record import about
+from sample_records import random_events, simulated
+
+
+def by_brute_force(events: Events, size: tuple[int, int], gap_us: int) -> dict:
+    t = events.t_us.tolist()
+    steps = [(after - before, before) for before, after in zip(t, t[1:], strict=False)]
+    stretches: dict[int, int] = {}
+    pixels: dict[tuple[int, int], int] = {}
+    for time, x, y in zip(t, events.x.tolist(), events.y.tolist(), strict=True):
+        stretches[time // 10_000] = stretches.get(time // 10_000, 0) + 1
+        if x < size[0] and y < size[1]:
+            pixels[x, y] = pixels.get((x, y), 0) + 1
+    return {
+        "count": len(t),
+        "on": sum(events.p.tolist()),
+        "start_us": min(t),
+        "end_us": max(t),
+        "peak_hz": max(stretches.values()) * 100,
+        "gaps": sum(step > gap_us for step, _ in steps),
+        "gap_us": max([step for step, _ in steps] + [0]),
+        "disorder": sum(step < 0 for step, _ in steps),
+        "outside": sum(x >= size[0] or y >= size[1] for x, y in zip(events.x, events.y, strict=True)),
+        "active_pixels": len(pixels),
+        "most": max(pixels.values(), default=0),
+    }
+
+
+def told(facts: Facts) -> dict:
+    return facts.as_json() | {"most": facts.busiest[2]}
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.integers(0, 2**32), st.integers(1, 400), st.sampled_from([5, 3000]))
+def test_facts_are_those_of_a_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int, count: int, step: int):
+    monkeypatch.setattr(source, "BLOCK_BYTES", 800)
+    rng = np.random.default_rng(seed)
+    steps = rng.integers(0, step, count)
+    events = random_events(rng, count, labelled=False)._replace(t_us=np.cumsum(steps))
+    write_events(tmp_path / "a.dat", events, (40, 30))
+    expected = by_brute_force(events, (40, 30), 1500)
+    facts = facts_of(tmp_path / "a.dat", 1500)
+    assert {name: told(facts)[name] for name in expected} == expected
+    assert (facts.size, facts.format) == ((40, 30), "dat")
+
+
+def test_errors_are_counted_not_refused(tmp_path: Path):
+    rows = ["t_us,x,y,p", "5,1,1,1", "9,2,2,0", "7,60,1,1", "30000,3,3,1"]
+    (tmp_path / "a.csv").write_text("\n".join(rows) + "\n")
+    facts = facts_of(tmp_path / "a.csv")
+    assert (facts.disorder, facts.outside, facts.size, facts.extent) == (1, 0, None, (61, 4))
+    assert (facts.start_us, facts.end_us, facts.gaps, facts.gap_us, facts.gap_start_us) == (5, 30000, 1, 29993, 7)
+    assert any("1 events out of order" in line for line in facts.lines(10_000))
+    header = b"% Version 2\n% Width 2\n% Height 2\n\x0c\x08"
+    (tmp_path / "a.dat").write_bytes(header + np.array([1, 0, 2, 5], "<u4").tobytes())
+    assert facts_of(tmp_path / "a.dat").outside == 1
+
+
+def test_labels_and_what_a_record_knows_are_told(tmp_path: Path):
+    sample = simulated()
+    record.write(tmp_path / "a.h5", sample)
+    facts = facts_of(tmp_path / "a.h5")
+    events = sample.events
+    assert facts.causes == {name: int((events.cause == i).sum()) for i, name in enumerate(CAUSES)}
+    expected = {name: int((events.body == i).sum()) for i, name in enumerate(BODIES)}
+    assert facts.bodies == expected | {"unknown": int((events.body == NO_BODY).sum())}
+    assert about(sample) == {"record": "train/0000000, simulated", "truth": "slip, from 0.001 s"}
+
+
+def test_no_events_and_huge_sensors_are_told(tmp_path: Path):
+    write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 0), (40, 30))
+    assert facts_of(tmp_path / "a.npz").lines(10)[-1].endswith("0 events out of order, 0 beyond the sensor")
+    far = Events(np.array([1, 2]), *(np.array([0, 65535], np.uint16) for _ in "xy"), np.ones(2, bool))
+    write_events(tmp_path / "b.npz", far)
+    facts = facts_of(tmp_path / "b.npz")
+    assert (facts.extent, facts.active_pixels, facts.busiest[2]) == ((65536, 65536), 0, 0)
+
+
+def test_damage_is_an_error(tmp_path: Path):
+    (tmp_path / "a.dat").write_bytes(b"% Version 2\n\x0c\x08123")
+    with pytest.raises(DataError, match="left over"):
+        facts_of(tmp_path / "a.dat")

@@ -1,0 +1,284 @@
+"""Files that are read and written part by part."""
+
+import struct
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, cast
+
+import h5py
+import numpy as np
+import pytest
+
+from evslip.codecs import aedat4, open_events, read_events, read_recording, rosbag, source, write_events
+from evslip.codecs.flatbuffer import Vector, buffer
+from evslip.codecs.translate import Part, translate
+from evslip.codecs.writers import writing
+from evslip.errors import DataError
+from evslip.events.stream import Events, concatenate
+from sample_records import assert_equal, random_events
+
+STREAMED = [".h5", ".aedat4", ".raw", ".evt2.raw", ".dat", ".es", ".csv", ".txt"]
+
+
+@pytest.fixture(autouse=True)
+def small_parts(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(source, "BLOCK_BYTES", 1024)
+    monkeypatch.setattr("evslip.codecs.hdf5.BLOCK_EVENTS", 100)
+    monkeypatch.setattr("evslip.codecs.aedat4_sink._PACKET", 300)
+
+
+def long_stream(count: int, seed: int = 0) -> Events:
+    """Times that wrap the counters of EVT 3.0, and pauses."""
+    rng = np.random.default_rng(seed)
+    steps = rng.choice(np.array([0, 0, 1, 30, 5000, 200_000]), count)
+    return random_events(rng, count, labelled=False)._replace(t_us=np.cumsum(steps).astype(np.int64))
+
+
+@pytest.mark.parametrize("suffix", STREAMED)
+def test_parts_are_the_whole(tmp_path: Path, suffix: str):
+    events = long_stream(2000)
+    write_events(tmp_path / f"a{suffix}", events, (40, 30))
+    parts = list(open_events(tmp_path / f"a{suffix}").parts)
+    assert len(parts) > 3
+    assert max(part.count for part in parts) < 1000
+    assert_equal(concatenate(parts), events)
+
+
+@pytest.mark.parametrize("suffix", STREAMED)
+def test_the_bytes_do_not_depend_on_the_pieces(tmp_path: Path, suffix: str):
+    events = long_stream(2000)
+    for name, edges in {"a": [0, 2000], "b": [0, 0, 1, 2, 700, 700, 1999, 2000]}.items():
+        with writing(tmp_path / f"{name}{suffix}", (40, 30)) as push:
+            for start, end in pairwise(edges):
+                push(events.select(slice(start, end)))
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".dat", ".csv", ".h5", ".aedat4"])
+def test_disorder_between_two_parts_is_found(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch):
+    events = long_stream(900)
+    events.t_us[600:] -= events.t_us[600]
+    with monkeypatch.context() as careless:
+        careless.setattr("evslip.codecs.writers.Watch.check", lambda self, part: None)
+        careless.setattr("evslip.codecs.hdf5.check_events", lambda *_: None)
+        write_events(tmp_path / f"a{suffix}", events, (40, 30))
+    with pytest.raises(DataError, match=r"events/t: event 600 at 0 us comes after .* never decrease"):
+        read_events(tmp_path / f"a{suffix}")
+
+
+@pytest.mark.parametrize("suffix", STREAMED)
+def test_disorder_between_two_pieces_is_not_written(tmp_path: Path, suffix: str):
+    events = long_stream(20)._replace(t_us=np.arange(20))
+    with pytest.raises(DataError, match="never decrease"), writing(tmp_path / f"a{suffix}", (40, 30)) as push:
+        push(events.select(slice(10, 20)))
+        push(events.select(slice(0, 10)))
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", STREAMED)
+def test_a_conversion_in_parts_is_one_of_the_whole(tmp_path: Path, suffix: str):
+    events = long_stream(2000)
+    seconds = int(events.t_us[-1]) / 1e6
+    write_events(tmp_path / f"a{suffix}", events, (40, 30))
+    part = Part((3, 2, 30, 20), (0.2 * seconds, 0.7 * seconds), "on", from_zero=True, rotate=90, flip="x")
+    done = translate(tmp_path / f"a{suffix}", tmp_path / "b.csv", part)
+    after = (events.t_us >= round(0.2 * seconds * 1e6)) & (events.t_us < round(0.7 * seconds * 1e6)) & events.p
+    kept = events.select(after & (events.x >= 3) & (events.x < 33) & (events.y >= 2) & (events.y < 22))
+    assert 0 < kept.count == done.events == done.on
+    # Clockwise: the left column becomes the top row; then mirrored, so that the top row becomes the left column.
+    expected = kept._replace(t_us=kept.t_us - kept.t_us[0], x=kept.y - np.uint16(2), y=kept.x - np.uint16(3))
+    assert_equal(read_events(tmp_path / "b.csv"), expected)
+    assert done.size == (20, 30)
+
+
+def test_a_slice_ends_the_reading(tmp_path: Path):
+    write_events(tmp_path / "a.dat", long_stream(5000), (40, 30))
+    seen = []
+    translate(tmp_path / "a.dat", tmp_path / "b.dat", Part(slice_s=(0, 1)), seen.append)
+    assert sum(seen) < 1000
+
+
+@pytest.mark.parametrize("rotate", [0, 90, 180, 270])
+@pytest.mark.parametrize("flip", [None, "x", "y"])
+def test_events_and_pictures_are_turned_alike(rotate: int, flip):
+    from evslip.codecs.translate import Selection
+
+    image = np.arange(30 * 40).reshape(30, 40)
+    selection = Selection(Part((5, 4, 20, 12), rotate=rotate, flip=flip), (40, 30))
+    turned = selection.image(image)
+    assert turned.shape == selection.size[::-1]
+    y, x = (part.ravel().astype(np.uint16) for part in np.indices((30, 40)))
+    events = selection.events(Events(np.arange(1200), x, y, np.ones(1200, bool)), 0)
+    assert events.count == 240
+    np.testing.assert_array_equal(turned[events.y, events.x], events.t_us)
+
+
+def test_a_line_without_end_is_refused(tmp_path: Path):
+    (tmp_path / "a.csv").write_bytes(b"t_us,x,y,p\n" + b"1" * 5000)
+    with pytest.raises(DataError, match="a line never ends"):
+        read_events(tmp_path / "a.csv")
+
+
+def frame_buffer(t_us: int, image: np.ndarray, kind: int) -> bytes:
+    return buffer(
+        b"FRME",
+        struct.pack("<q", t_us),
+        *(bytes(8) for _ in range(4)),
+        struct.pack("<i", kind),
+        *(struct.pack("<i", side) for side in (image.shape[1], image.shape[0], 0, 0)),
+        Vector(image.size, image.tobytes()),
+    )
+
+
+def test_frames_of_aedat4_are_read():
+    from evslip.codecs.flatbuffer import Table
+
+    rng = np.random.default_rng(0)
+    for kind, channels in ((0, 1), (16, 3), (24, 4)):
+        image = rng.integers(0, 256, (6, 9, channels), np.uint8)
+        table = Table.root(memoryview(frame_buffer(123, image, kind))[4:], b"FRME")
+        t_us, read = aedat4._frame(table)
+        assert t_us == 123
+        np.testing.assert_array_equal(read, image[..., 0] if channels == 1 else image[..., [2, 1, 0]])
+    with pytest.raises(ValueError, match="8-bit"):
+        aedat4._frame(Table.root(memoryview(frame_buffer(0, image, 2))[4:], b"FRME"))
+
+
+@pytest.mark.parametrize("name", ["aedat", "dv_processing"])
+def test_written_aedat4_agrees_with_an_independent_reader(tmp_path: Path, name: str):
+    library = pytest.importorskip(name)
+    events = long_stream(5000)
+    write_events(tmp_path / "a.aedat4", events, (40, 30))
+    if name == "aedat":
+        rows = np.concatenate([p["events"] for p in library.Decoder(str(tmp_path / "a.aedat4")) if "events" in p])
+        names = ("t", "x", "y", "on")
+    else:
+        recording, batches = library.io.MonoCameraRecording(str(tmp_path / "a.aedat4")), []
+        while (batch := recording.getNextEventBatch()) is not None:
+            batches.append(batch.numpy())
+        rows, names = np.concatenate(batches), ("timestamp", "x", "y", "polarity")
+    for mine, theirs in zip(events[:4], names, strict=True):
+        np.testing.assert_array_equal(mine, rows[theirs])
+
+
+def aedat2(events: Events, size: tuple[int, int], header: bytes = b"") -> bytes:
+    """As v2e and jAER write a DAVIS's events: mirrored both ways."""
+    x, y = (side - 1 - column.astype(int) for side, column in zip(size, (events.x, events.y), strict=True))
+    words = np.stack([x << 12 | y << 22 | events.p.astype(int) << 11, events.t_us], 1)
+    return b"#!AER-DAT2.0\r\n# made by hand\r\n" + header + words.astype(">u4").tobytes()
+
+
+@pytest.mark.parametrize(
+    ("size", "header"), [((346, 260), b""), ((240, 180), b"# AEChip: ch.unizh.ini.davis.DAVIS240C\r\n")]
+)
+def test_aedat2_is_read(tmp_path: Path, size: tuple[int, int], header: bytes):
+    events = random_events(np.random.default_rng(0), 700, size, labelled=False)
+    content = aedat2(events, size, header)
+    special = struct.pack(">4I", 1 << 31 | 5, 9, 1 << 10, 9)  # a sample of a frame, and a special event
+    (tmp_path / "a.aedat").write_bytes(content[:-80] + special + content[-80:])
+    recording = read_recording(tmp_path / "a.aedat")
+    assert recording.size == size
+    assert_equal(recording.events, events)
+
+
+def test_aedat2_of_a_dvs128_is_read(tmp_path: Path):
+    words = np.array([[3 << 8 | 7 << 1, 10], [1 << 15, 11], [127 << 8 | 0 << 1 | 1, 12]], ">u4")
+    (tmp_path / "a.aedat").write_bytes(b"#!AER-DAT2.0\n# chip DVS128\n" + words.tobytes())
+    recording = read_recording(tmp_path / "a.aedat")
+    x, y = (np.array(c, np.uint16) for c in ([120, 127], [124, 0]))
+    assert_equal(recording.events, Events(np.array([10, 12]), x, y, np.array([True, False])))
+    assert recording.size == (128, 128)
+
+
+def test_other_versions_of_aedat_are_refused(tmp_path: Path):
+    (tmp_path / "a.aedat").write_bytes(b"#!AER-DAT3.1\r\n# more\r\n")
+    with pytest.raises(DataError, match=r"version '3.1' of AEDAT"):
+        read_events(tmp_path / "a.aedat")
+
+
+def bag(path: Path, events: Events, size: tuple[int, int], images: list[np.ndarray], pieces: int = 3) -> None:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg("uint16 x\nuint16 y\ntime ts\nbool polarity\n", "dvs_msgs/msg/Event"))
+    text = "std_msgs/Header header\nuint32 height\nuint32 width\ndvs_msgs/Event[] events\n"
+    store.register(get_types_from_msg(text, "dvs_msgs/msg/EventArray"))
+    event, array, image_type = (store.types[f"{n}"] for n in ("dvs_msgs/msg/Event", rosbag._KINDS[0], rosbag._IMAGE))
+    time, head = store.types["builtin_interfaces/msg/Time"], store.types["std_msgs/msg/Header"]
+    with Writer(path) as writer:
+        topic = writer.add_connection("/dvs/events", rosbag._KINDS[0], typestore=store)
+        other = writer.add_connection("/dvs/image_raw", rosbag._IMAGE, typestore=store)
+        for number, part in enumerate(np.array_split(np.arange(events.count), pieces)):
+            header = head(number, time(0, 0), "dvs")
+            rows = [
+                event(int(x), int(y), time(int(t) // 10**6, int(t) % 10**6 * 1000 + 999), bool(p))
+                for t, x, y, p in zip(*events.select(part)[:4], strict=True)
+            ]
+            message: Any = array(header, size[1], size[0], cast(Any, rows))
+            writer.write(topic, number, store.serialize_ros1(message, rosbag._KINDS[0]))
+        for number, image in enumerate(images):
+            header = head(number, time(2, 5000 * number), "dvs")
+            flat, encoding = image.reshape(-1), "mono8" if image.ndim == 2 else "bgr8"
+            step = image.shape[1] * (1 if image.ndim == 2 else 3)
+            message = image_type(header, *image.shape[:2], encoding, 0, step, flat)
+            writer.write(other, number, store.serialize_ros1(message, rosbag._IMAGE))
+
+
+def test_bags_are_read(tmp_path: Path):
+    pytest.importorskip("rosbags")
+    events = random_events(np.random.default_rng(0), 400, labelled=False)
+    rng = np.random.default_rng(1)
+    images = [rng.integers(0, 256, (30, 40), np.uint8), rng.integers(0, 256, (30, 40, 3), np.uint8)]
+    bag(tmp_path / "a.bag", events, (40, 30), images)
+    recording = read_recording(tmp_path / "a.bag")
+    assert_equal(recording.events, events)
+    assert recording.size == (40, 30)
+    times, frames = zip(*rosbag.frames(tmp_path / "a.bag"), strict=True)
+    assert times == (2_000_000, 2_000_005)
+    np.testing.assert_array_equal(frames[0], images[0])
+    np.testing.assert_array_equal(frames[1], images[1][..., ::-1])
+
+
+def test_mutated_bags_and_aedat2_raise_data_errors(tmp_path: Path):
+    pytest.importorskip("rosbags")
+    events = random_events(np.random.default_rng(0), 60, labelled=False)
+    bag(tmp_path / "a.bag", events, (40, 30), [], pieces=1)
+    (tmp_path / "a.aedat").write_bytes(aedat2(events, (346, 260)))
+    rng = np.random.default_rng(1)
+    for name in ("a.bag", "a.aedat"):
+        whole = (tmp_path / name).read_bytes()
+        for _ in range(60):
+            mutated = np.frombuffer(whole, np.uint8).copy()
+            mutated[rng.integers(0, len(whole), 3)] = rng.integers(0, 256, 3)
+            path = tmp_path / f"mutated{Path(name).suffix}"
+            path.write_bytes(mutated.tobytes()[: None if rng.random() < 0.7 else rng.integers(1, len(whole))])
+            try:
+                read_events(path)
+            except DataError as error:
+                assert str(error).startswith(str(path))
+                assert "\n" not in str(error)
+
+
+def test_tables_of_metavision_are_read(tmp_path: Path):
+    events = long_stream(300)
+    rows = np.zeros(300, np.dtype([("x", "<u2"), ("y", "<u2"), ("p", "<i2"), ("t", "<i8")]))
+    for name, column in zip("txyp", events[:4], strict=True):
+        rows[name] = column
+    with h5py.File(tmp_path / "a.hdf5", "w") as file:
+        file.create_dataset("CD/events", data=rows, compression="gzip")
+        file.attrs["geometry"] = "1280x720"
+    recording = read_recording(tmp_path / "a.hdf5")
+    assert_equal(recording.events, events)
+    assert recording.size == (1280, 720)
+
+
+def test_the_filter_that_is_missing_is_named(tmp_path: Path):
+    with h5py.File(tmp_path / "a.hdf5", "w") as file:
+        plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        plist.set_chunk((10,))
+        plist.set_filter(36559, h5py.h5z.FLAG_OPTIONAL)
+        dtype = h5py.h5t.py_create(np.dtype([("x", "<u2"), ("y", "<u2"), ("p", "<i2"), ("t", "<i8")]))
+        h5py.h5d.create(file.create_group("CD").id, b"events", dtype, h5py.h5s.create_simple((10,)), plist)
+    with pytest.raises(DataError, match=r"filter ECF \(36559\).*hdf5_ecf.*HDF5_PLUGIN_PATH"):
+        read_events(tmp_path / "a.hdf5")
