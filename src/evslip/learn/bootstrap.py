@@ -1,8 +1,8 @@
 """How far a figure would be off with other trajectories.
 
-Windows of one trajectory are alike, so whole trajectories are drawn, with replacement, as many as there are (the cluster
-bootstrap: Davison & Hinkley 1997, section 3.8). An interval goes from the 2.5th to the 97.5th percentile of the figure
-over the draws.
+Windows of one trajectory are alike, so whole trajectories are drawn, with replacement, as many as there are (the
+cluster bootstrap: Davison & Hinkley 1997, section 3.8). An interval goes from the 2.5th to the 97.5th percentile of the
+figure over the draws.
 """
 
 from collections.abc import Callable

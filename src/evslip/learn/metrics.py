@@ -8,7 +8,7 @@ import numpy as np
 
 from evslip import atomic
 from evslip.learn import bootstrap, tally
-from evslip.window_set import SLIP, Windows
+from evslip.window_set import Windows
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def counts(found: Tally, threshold: float) -> Counts:
 
 def accuracy(answers: Counts) -> np.ndarray:
     """Share of the windows that are told right."""
-    return _ratio(answers.right_slip + answers.right_hold, sum(answers, np.float64(0)))
+    return _ratio(answers.right_slip + answers.right_hold, np.sum(answers, axis=0))
 
 
 def balanced_accuracy(answers: Counts) -> np.ndarray:
