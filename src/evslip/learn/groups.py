@@ -32,8 +32,8 @@ class Group:
     balanced_accuracy: float
     auroc: float
     """nan with one label alone."""
-    said_slip: float
-    """Share of all windows, those between included, that are called slip."""
+    between_said_slip: float
+    """Share of the windows between that are called slip; nan without any."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def group_of(answers: Answers, which: np.ndarray, name: str, threshold: float, d
         interval=bootstrap.intervals(shares, track, draws)["accuracy"] if len(np.unique(track)) > 1 else None,
         balanced_accuracy=float(tally.balanced_accuracy(said)),
         auroc=float(tally.auroc(told)),
-        said_slip=float((part.p_slip >= threshold).mean()),
+        between_said_slip=float((part.p_slip[~clear] >= threshold).mean()) if (~clear).any() else float("nan"),
     )
 
 
@@ -114,11 +114,11 @@ def _flags(answers: Answers) -> _Division:
     recent, shading = answers.recent, answers.around.shading
     members = {
         "all": np.ones(len(recent), bool),
-        "without those just after a slip": ~recent,
-        "without changing shading": ~shading,
-        "without both": ~(recent | shading),
+        "not just after a slip": ~recent,
+        "shading steady": ~shading,
+        "neither": ~(recent | shading),
         "just after a slip": recent,
-        "changing shading": shading,
+        "shading changes": shading,
     }
     return "flags", "Flagged windows", "", members
 
