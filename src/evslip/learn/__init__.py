@@ -10,7 +10,7 @@ if not (find_spec("torch") and find_spec("safetensors")):
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluate import evaluate
 from evslip.learn.metrics import Metrics
-from evslip.learn.registry import NETWORKS, build_model
+from evslip.learn.networks import NETWORKS, build_model
 from evslip.learn.stream import Detection, Detector, detect
 from evslip.learn.train import TrainResult, TrainSettings, train
 

@@ -20,8 +20,8 @@ from evslip.errors import ConfigError, DataError
 from evslip.learn.checkpoint import Description, geometry_of, save_model
 from evslip.learn.evaluate import BATCH, probabilities
 from evslip.learn.metrics import auroc, balanced_accuracy, best_threshold
-from evslip.learn.network import Network
-from evslip.learn.registry import build_model
+from evslip.learn.networks import build_model
+from evslip.learn.networks.network import Network
 from evslip.window_set import SLIP, WindowEvents, Windows
 
 HISTORY = "history.json"

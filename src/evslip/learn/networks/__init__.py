@@ -1,0 +1,26 @@
+"""Networks by name."""
+
+from evslip.errors import ConfigError
+from evslip.learn.networks.cnn3d import CNN3d, CNN3dNorm
+from evslip.learn.networks.mlp import MLP
+from evslip.learn.networks.network import Geometry, Network
+from evslip.learn.networks.snn import SNN
+
+NETWORKS: dict[str, type[Network]] = {
+    "mlp": MLP,
+    "snn": SNN,
+    "cnn3d": CNN3d,
+    "cnn3d_bn": CNN3dNorm,
+}
+
+
+def network_class(name: str) -> type[Network]:
+    """The class of a network. Raises ConfigError."""
+    if name not in NETWORKS:
+        raise ConfigError(f"model: {name!r} is unknown; expected one of {', '.join(NETWORKS)}")
+    return NETWORKS[name]
+
+
+def build_model(name: str, geometry: Geometry | None = None) -> Network:
+    """A network with fresh weights from torch's generator. Raises ConfigError."""
+    return network_class(name)(geometry)
