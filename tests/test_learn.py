@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from evslip.errors import ConfigError, DataError, EvslipError
 from evslip.learn import Detector, TrainSettings, build_model, detect, evaluate, load_model, train
+from evslip.learn.layers.occupancy import Binner, dense
+from evslip.learn.layers.sparse_conv import sparse_conv3d
 from evslip.learn.metrics import auroc, balanced_accuracy, best_threshold
-from evslip.learn.network import Geometry
-from evslip.learn.occupancy import Binner
-from evslip.learn.sparse_conv import dense, sparse_conv3d
+from evslip.learn.networks.network import Geometry
 from evslip.window_set import HOLD, SLIP, WindowEvents, WindowSettings
 from evslip.windows import windows_of
 from slip_records import slip_record, slip_records, turning

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from torch.nn import functional
 
 from evslip.learn import NETWORKS, build_model
-from evslip.learn.cnn3d import CNN3d
-from evslip.learn.occupancy import Occupancy
-from evslip.learn.sparse_conv import dense, sparse_conv3d
+from evslip.learn.layers.occupancy import Occupancy, dense
+from evslip.learn.layers.sparse_conv import sparse_conv3d
+from evslip.learn.networks.cnn3d import CNN3d
 from evslip.window_set import WindowEvents
 
 LENGTH_US = 160_000

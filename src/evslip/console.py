@@ -1,13 +1,15 @@
 """What a person sees while long work goes on."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
+from rich import box
 from rich import progress as rich
 from rich.console import Console
+from rich.table import Table
 
 from evslip.progress import Progress
 
@@ -88,3 +90,14 @@ def _bar(*more: rich.ProgressColumn) -> rich.Progress:
     columns = (rich.TextColumn("{task.description}"), rich.BarColumn(), rich.MofNCompleteColumn())
     times = (rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn())
     return rich.Progress(*columns, *times, *more, console=console, speed_estimate_period=SPEED_OVER_S)
+
+
+def print_table(lines: Sequence[Sequence[str]]) -> None:
+    """A table whose first line is its head and whose first column names the lines."""
+    head, *rows = lines
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for number, title in enumerate(head):
+        table.add_column(title, justify="right" if number else "left")
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)

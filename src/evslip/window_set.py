@@ -162,9 +162,37 @@ class Windows:
         parts = self.take(~side), self.take(side)
         for part in parts:
             if len(np.unique(part.label)) < 2:
+                self._require_both_labels()
                 counts = f"{len(names)} trajectories ({slips.sum()} with slip windows)"
                 raise DataError(f"{counts} are too few to have holds and slips on both sides of a split")
         return parts
+
+    def split_as_paper(self, fold: int = 0) -> tuple["Windows", "Windows"]:
+        """Two sets of windows, the second a fifth of either label, whichever trajectories they are from.
+
+        The splits of the paper's public code: five stratified folds, shuffled, with seed 100 (scikit-learn's
+        StratifiedKFold), over the holds and then the slips. Windows of one simulation are alike and come to lie on both
+        sides, so the scores are too good. Raises DataError for fewer than five windows of a label.
+        """
+        self._require_both_labels()
+        order = np.argsort(self.label, kind="stable")
+        number, rng = np.bincount(self.label, minlength=2), np.random.RandomState(100)
+        if number.min() < 5:
+            raise DataError(f"{number[HOLD]} hold and {number[SLIP]} slip windows: expected at least 5 of either")
+        folds = np.empty(len(self), np.int64)
+        for label in (HOLD, SLIP):
+            # The i-th fold has every fifth of the sorted labels from the i-th on.
+            sizes = [(self.label[order][first::5] == label).sum() for first in range(5)]
+            own = np.arange(5).repeat(sizes)
+            rng.shuffle(own)
+            folds[order[self.label[order] == label]] = own
+        return self.take(folds != fold), self.take(folds == fold)
+
+    def _require_both_labels(self) -> None:
+        slips = int((self.label == SLIP).sum())
+        if slips in (0, len(self)):
+            only, missing = ("hold", "slip") if not slips else ("slip", "hold")
+            raise DataError(f"all {len(self)} windows are of the label {only}; training needs {missing} windows, too")
 
     def summary(self) -> str:
         """One line for a person."""

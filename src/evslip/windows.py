@@ -134,14 +134,16 @@ def _append(
         "start_us": np.array([start_us]),
         "rotation_deg": np.array([movement.rotation_deg], np.float32),
         "translation_mm": np.array([movement.translation_mm], np.float32),
-        "recent": np.array([_moved_before(record, start_us, settings)]),
+        "recent": np.array([moved_before(record, start_us, settings)]),
         "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
     }
     for name, value in row.items():
         columns[name].append(value)
 
 
-def _moved_before(record: Record, start_us: int, settings: WindowSettings) -> bool:
+def moved_before(record: Record, start_us: int, settings: WindowSettings) -> bool:
+    """Whether the object moved, by the limits of a hold, in the 0.2 s before a time; or, of a labelled recording, was
+    said to slip."""
     truth, since_us = record.truth, start_us - RECENT_S * 1e6
     if record.intervals:
         slips = [interval for interval in record.intervals if interval.label == "slip"]

@@ -1,12 +1,13 @@
 """Verbs that train, measure and use detectors."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from evslip.cli.options import Split
-from evslip.console import console, progress_bar
+from evslip.console import console, print_table, progress_bar
+from evslip.errors import ConfigError
 
 
 def windows(
@@ -104,20 +105,50 @@ def train(
     console.print(f"{out}: {result.summary()}")
 
 
-def evaluate(model: Positional[Path], windows: Positional[Path], *, out: Path | None = None) -> None:
-    """Measure a detector on windows it has not been trained on.
+def evaluate(
+    models_and_data: Annotated[Positional[tuple[Path, ...]], arg(metavar="MODEL... DATA")],
+    *,
+    out: Path | None = None,
+    split: Split | None = None,
+    hop_s: float = 0.02,
+    resamples: int = 1000,
+) -> None:
+    """Examine detectors on data that they have not been trained on, and compare them.
+
+    Scores with confidence intervals, detected slips, false alarms and latency, accuracy by circumstances, cost:
+    printed, and written as JSON, as a page and as pictures.
 
     Args:
-        model: Folder of the model.
-        windows: HDF5 file made by `evslip windows`.
-        out: JSON file for the figures; default: evaluation.json in the model's folder.
+        models_and_data: Folders of models, then what to examine them on: a data set, a record, a folder of records, or
+            a file of `evslip windows` (scores alone: alarms and circumstances need records).
+        out: Folder for the four files; default: the model's folder, of several models the folder `evaluation`.
+        split: Of a data set, only this split; default: test if there is one, else all.
+        hop_s: Time between two answers on records; latencies are exact to it.
+        resamples: Resamples of the trajectories that the confidence intervals come from.
     """
-    from evslip.learn import evaluate as run
-    from evslip.window_set import load_windows
+    from evslip.learn.assessment import assess
+    from evslip.learn.comparison import compare
+    from evslip.learn.exam import open_exam
+    from evslip.view.evaluation import alarm_table, comparison_table, short_names, write_evaluation
 
-    metrics = run(model, load_windows(windows))
-    metrics.save(out or model / "evaluation.json")
-    console.print(metrics.table())
+    *models, data = models_and_data
+    if not models:
+        raise ConfigError(f"evaluate: {data} alone is named; expected one or more models, then the data")
+    exam = open_exam(data, split)
+    found = []
+    for model in models:
+        with progress_bar(f"evaluate {model.name}", len(exam) or None) as advance:
+            found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, progress=advance))
+    folder = out or (models[0] if len(models) == 1 else Path("evaluation"))
+    write_evaluation(folder, found)
+    scores = found[0].scores
+    console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {exam.name}")
+    print_table(comparison_table(compare(found)))
+    if any(one.own for one in found):
+        print_table(list(zip(*alarm_table(found, short_names(found)), strict=True)))
+    for note in dict.fromkeys(note for one in found for note in one.notes):
+        console.print(f"note: {note}")
+    console.print(f"{folder / 'evaluation.html'}, evaluation.json, scores.png, circumstances.png")
 
 
 def report(

@@ -4,15 +4,16 @@ from importlib.util import find_spec
 
 from evslip.errors import MissingExtraError
 
-if not (find_spec("torch") and find_spec("safetensors")):
+if not all(map(find_spec, ("torch", "safetensors", "tensorboard"))):
     raise MissingExtraError("detectors need PyTorch; pip install -c constraints.txt 'evslip[learn]'")
 
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluate import evaluate
 from evslip.learn.metrics import Metrics
-from evslip.learn.registry import NETWORKS, build_model
+from evslip.learn.networks import NETWORKS, build_model
+from evslip.learn.settings import TrainSettings
 from evslip.learn.stream import Detection, Detector, detect
-from evslip.learn.train import TrainResult, TrainSettings, train
+from evslip.learn.train import TrainResult, train
 
 __all__ = [
     "NETWORKS",
