@@ -18,6 +18,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "generate": making.generate,
     "status": making.status,
     "verify": making.verify,
+    "publish": making.publish,
     "windows": detecting.windows,
     "train": detecting.train,
     "evaluate": detecting.evaluate,
