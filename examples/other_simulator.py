@@ -3,7 +3,7 @@
 python examples/other_simulator.py other/
 
 Stands in for a simulator of yours: it draws 60 frames a second of a textured object in a gripper, which turns by 20
-degrees from half time on, and writes frames/ and poses.csv. The rest is what you would do with your own folder; a folder
+degrees from half time on, and writes frames/ and poses.csv. The rest is what you would do with your own folder; one
 of the paper's simulator, with isaac_stats.csv, is brought in by the same call.
 """
 

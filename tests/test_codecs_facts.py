@@ -1,5 +1,6 @@
 """What `evslip info` says, against loops over the events."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from sample_records import random_events, simulated
 
 def by_brute_force(events: Events, size: tuple[int, int], gap_us: int) -> dict:
     t = events.t_us.tolist()
-    steps = [(after - before, before) for before, after in zip(t, t[1:], strict=False)]
+    steps = [(after - before, before) for before, after in pairwise(t)]
     stretches: dict[int, int] = {}
     pixels: dict[tuple[int, int], int] = {}
     for time, x, y in zip(t, events.x.tolist(), events.y.tolist(), strict=True):
@@ -85,7 +86,8 @@ def test_labels_and_what_a_record_knows_are_told(tmp_path: Path):
 def test_no_events_and_huge_sensors_are_told(tmp_path: Path):
     write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 0), (40, 30))
     assert facts_of(tmp_path / "a.npz").lines(10)[-1].endswith("0 events out of order, 0 beyond the sensor")
-    far = Events(np.array([1, 2]), *(np.array([0, 65535], np.uint16) for _ in "xy"), np.ones(2, bool))
+    corner = np.array([0, 65535], np.uint16)
+    far = Events(np.array([1, 2]), corner, corner, np.ones(2, bool))
     write_events(tmp_path / "b.npz", far)
     facts = facts_of(tmp_path / "b.npz")
     assert (facts.extent, facts.active_pixels, facts.busiest[2]) == ((65536, 65536), 0, 0)

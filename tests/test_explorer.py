@@ -135,7 +135,7 @@ def test_a_recording_has_no_frames(labeller: TestClient):
     assert about["phases"] == []
     answer = labeller.get("/api/samples/0/frame?t_us=5")
     assert answer.status_code == 422
-    assert "no poses" in answer.text
+    assert "neither poses" in answer.text
     assert labeller.get("/api/facts?first=0").json() == []
 
 

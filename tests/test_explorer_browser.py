@@ -16,8 +16,9 @@ import evslip
 from evslip import dataset, record
 from evslip.config import dump_config
 from evslip.explorer.app import Explorer, make_app
-from evslip.explorer.labels import Interval, Labels, read_intervals
+from evslip.explorer.labels import Labels
 from evslip.explorer.shelf import Shelf, open_recording, open_shelf
+from evslip.intervals import Interval, read_intervals
 from evslip.truth import measure
 from sample_records import CONFIG, random_events, simulated
 
@@ -170,7 +171,7 @@ def test_three_intervals_are_labelled_and_found_again(open_page, recording: Path
         for key in keys:
             page.keyboard.press(key if isinstance(key, str) else "ArrowRight")
     page.wait_for_selector("#saved:has-text('saved in labels.csv')")
-    wanted = [Interval(0, 0.01, "slip"), Interval(0.02, 0.03, "hold"), Interval(0.03, 0.04, "slip")]
+    wanted = (Interval(0, 10_000, "slip"), Interval(20_000, 30_000, "hold"), Interval(30_000, 40_000, "slip"))
     assert read_intervals(path) == wanted
     page.keyboard.press("u")
     page.wait_for_selector("#hint:has-text('2 intervals')")

@@ -19,6 +19,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "status": making.status,
     "verify": making.verify,
     "render": drawing.render,
+    "publish": making.publish,
     "windows": detecting.windows,
     "train": detecting.train,
     "evaluate": detecting.evaluate,

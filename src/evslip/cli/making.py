@@ -5,7 +5,7 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.console import console, samples_bar
+from evslip.console import console, progress_bar, samples_bar
 from evslip.errors import ConfigError, EvslipError
 
 
@@ -71,6 +71,38 @@ def status(dataset: Positional[Path]) -> None:
 
     for name, value in open_dataset(dataset).status().items():
         console.print(f"{name:>12}  {value}")
+
+
+def publish(
+    dataset: Positional[Path],
+    out: Positional[Path],
+    *,
+    name: str | None = None,
+    license: str = "cc-by-4.0",
+    webdataset: bool = False,
+    huggingface: bool = False,
+    shard_mb: float = 500.0,
+) -> None:
+    """Write a data set as others want it: a card, Croissant metadata, a table, the records. Needs no network.
+
+    Args:
+        dataset: Folder of the data set, or of imported recordings.
+        out: New folder.
+        name: Of the data set; default: that of its folder.
+        license: Identifier of SPDX.
+        webdataset: Records in tar shards of WebDataset instead of single files.
+        huggingface: Say in the card's header what `datasets.load_dataset` loads.
+        shard_mb: A shard is closed once it holds this much, MB.
+    """
+    from evslip.publishing import Publication
+    from evslip.publishing import publish as run
+
+    how = Publication(
+        name=name, license=license, webdataset=webdataset, huggingface=huggingface, shard_mb=shard_mb
+    )  # fmt: skip
+    with progress_bar("publish", None) as advance:
+        count = run(dataset, out, how, advance)
+    console.print(f"{out}: {count} samples, README.md and croissant.json")
 
 
 def verify(dataset: Positional[Path]) -> None:

@@ -50,7 +50,7 @@ def label_agreement(a: Positional[Path], b: Positional[Path]) -> None:
         b: CSV file of the other.
     """
     from evslip.explorer.agreement import agreement
-    from evslip.explorer.labels import read_intervals
+    from evslip.intervals import read_intervals
 
     print(agreement(read_intervals(a), read_intervals(b)).table())
 

@@ -100,7 +100,7 @@ def _decode(
         else:
             if position + _EVENT_BYTES > len(content):
                 break
-            now += first >> 1
+            now += int(first) >> 1
             t_us[count] = now
             x[count] = np.int64(content[position + 1]) | np.int64(content[position + 2]) << 8
             y[count] = np.int64(content[position + 3]) | np.int64(content[position + 4]) << 8

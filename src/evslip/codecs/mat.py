@@ -1,8 +1,8 @@
 """MATLAB files of VT-SNN's recordings (`prophesee_recordings/*_td.mat`), version 5.
 
 After the scripts of https://github.com/clear-nus/VT_SNN: a structure td_data with the columns x, y, p (1 for ON, -1 for
-OFF) and ts, microseconds, or seconds where they are not whole, as in the paper's files. The layout of the file is that of
-"MAT-File Format" by MathWorks. This is a reader of our own because SciPy 1.17 crashes on some damaged files.
+OFF) and ts, microseconds, or seconds where they are not whole, as in the paper's files. The layout of the file is
+that of "MAT-File Format" by MathWorks. This is a reader of our own because SciPy 1.17 crashes on some damaged files.
 """
 
 import io

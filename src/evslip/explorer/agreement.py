@@ -1,12 +1,14 @@
 """How far two people agree on the same recording."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from evslip.explorer.labels import KINDS, Interval
+from evslip.errors import DataError
+from evslip.intervals import LABELS, Interval
 
-CLASSES = (*KINDS, "unmarked")
+CLASSES = (*LABELS, "unmarked")
 
 
 class Agreement(NamedTuple):
@@ -30,24 +32,29 @@ class Agreement(NamedTuple):
         return "\n".join(lines + [f"{'IoU of ' + kind:<24}{value:12.3f}" for kind, value in self.iou.items()])
 
 
-def agreement(a: list[Interval], b: list[Interval]) -> Agreement:
-    """Compare two lists of intervals exactly: the time line is cut wherever either changes. Both must not be empty."""
+def agreement(a: Sequence[Interval], b: Sequence[Interval]) -> Agreement:
+    """Compare two lists of intervals exactly: the time line is cut wherever either changes.
+
+    Raises DataError where one is empty.
+    """
+    if not a or not b:
+        raise DataError("labels: a file without an interval cannot be compared")
     edges = np.unique([time for interval in (*a, *b) for time in interval[:2]])
-    middles, lengths = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
+    middles, lengths = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 1e6
     seconds = np.zeros((len(CLASSES), len(CLASSES)))
     np.add.at(seconds, (_classes(a, middles), _classes(b, middles)), lengths)
     total = seconds.sum()
     chance = float(seconds.sum(0) @ seconds.sum(1)) / total**2
     observed = float(np.trace(seconds)) / total
     iou = {}
-    for k, kind in enumerate(KINDS):
+    for k, kind in enumerate(LABELS):
         either = seconds[k].sum() + seconds[:, k].sum() - seconds[k, k]
         iou[kind] = float(seconds[k, k] / either) if either else float("nan")
     return Agreement(seconds, (observed - chance) / (1 - chance) if chance < 1 else float("nan"), iou)
 
 
-def _classes(intervals: list[Interval], times: np.ndarray) -> np.ndarray:
-    classes = np.full(len(times), len(KINDS))
+def _classes(intervals: Sequence[Interval], times: np.ndarray) -> np.ndarray:
+    classes = np.full(len(times), len(LABELS))
     for start, end, label in intervals:
-        classes[(times >= start) & (times < end)] = KINDS.index(label)
+        classes[(times >= start) & (times < end)] = LABELS.index(label)
     return classes

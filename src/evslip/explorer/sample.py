@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evslip.errors import ConfigError
 from evslip.events.stream import Events
 from evslip.phases import phase_times
 from evslip.record import Record
-from evslip.textures import linear_to_srgb
+from evslip.view.sight import Sight
 
 RATE_BINS = 600
 """Steps of the curve of event rates."""
@@ -30,7 +29,7 @@ class Sample:
 
     def __init__(self, record: Record):
         self.record = record
-        self._lock = threading.Lock()
+        self._sight, self._lock = Sight(record), threading.Lock()
 
     @cached_property
     def span_us(self) -> tuple[int, int]:
@@ -44,28 +43,18 @@ class Sample:
     @property
     def has_frames(self) -> bool:
         """Whether `picture` can draw."""
-        return self.record.trajectory is not None
+        return self._sight.is_there
 
     def picture(self, t_us: int, quality: int = 88) -> bytes:
-        """What the camera sees at a time, as a JPEG. Raises ConfigError."""
+        """What the camera sees at a time, as a JPEG. Raises ConfigError, DataError."""
         from PIL import Image
 
-        if self.record.trajectory is None:
-            raise ConfigError(f"{self.record.name}: has no poses, so no frame can be drawn")
         first, last = self.span_us
         with self._lock:
-            luminance = self._shots.at(min(max(t_us, first), last)).luminance
-        grey = np.round(linear_to_srgb(np.clip(luminance, 0.0, 1.0)) * 255).astype(np.uint8)
+            picture = self._sight.at(min(max(t_us, first), last))
         buffer = io.BytesIO()
-        Image.fromarray(grey).save(buffer, "JPEG", quality=quality)
+        Image.fromarray(picture).save(buffer, "JPEG", quality=quality)
         return buffer.getvalue()
-
-    @cached_property
-    def _shots(self) -> Any:
-        from evslip.rendering.shots import Shots
-
-        assert self.record.trajectory is not None  # asked before
-        return Shots(self.record.trajectory)
 
     def packed(self, start_us: int, end_us: int, most: int) -> tuple[np.ndarray, int]:
         """Events of a span, thinned evenly to `most`, as EVENT, and how many there were."""
@@ -84,14 +73,17 @@ class Sample:
             "bodies": record.events.body is not None, "facts": self._facts(), "phases": [], "slips": [], "held": [],
             "curves": [self._rates()],
         }  # fmt: skip
+        about["slips"] = [[i.start_us, i.end_us, i.label] for i in record.intervals if i.label == "slip"]
+        about["held"] = [[i.start_us, i.end_us] for i in record.intervals if i.label == "hold"]
         truth = record.truth
+        if truth is not None:
+            about["curves"] = [*self._truth_curves(), self._rates()]
         if truth is not None and record.params is not None:
             about["phases"] = [[name, *span] for name, span in phase_times(record.params).items()]
             about["slips"] = [[episode.start_us, episode.end_us, episode.kind] for episode in truth.episodes]
             held = np.flatnonzero(truth.held)
             about["held"] = [[int(truth.t_us[held[0]]), int(truth.t_us[held[-1]])]] if len(held) else []
             about["onset_us"] = truth.onset_us
-            about["curves"] = [*self._truth_curves(), self._rates()]
         return about
 
     def _facts(self) -> list[tuple[str, str]]:
@@ -99,7 +91,11 @@ class Sample:
         from evslip.units import tell
 
         record = self.record
-        facts = [("events", f"{record.events.count:,}"), ("sensor", "{} x {}".format(*record.size))]
+        facts = [
+            ("events", f"{record.events.count:,}"),
+            ("sensor", f"{record.size[0]} x {record.size[1]}"),
+            *record.notes.items(),
+        ]
         if record.params is None or record.truth is None:
             return facts
         params, known = record.params, facts_of(record)

@@ -7,9 +7,10 @@ from typing import Any
 
 from evslip import record
 from evslip.codecs import check_suffix, read_recording
-from evslip.dataset import open_dataset, sample_path
+from evslip.dataset import sample_path
 from evslip.errors import DataError
 from evslip.record import Record
+from evslip.recordings import Recordings, open_samples
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Item:
     split: str
     """train or test; empty for a recording."""
     label: str
-    """slip or hold; empty where nobody has said."""
+    """slip or hold; otherwise nobody has said."""
     events: int | None
     """None, until it is opened."""
 
@@ -54,11 +55,15 @@ class Shelf:
 
 
 def open_shelf(path: str | Path) -> Shelf:
-    """A data set's folder, or a file of events of any known format. Raises DataError."""
+    """A data set, a folder of recordings, or a file of events of any known format. Raises DataError."""
     path = Path(path)
     if path.is_file():
         return open_recording(path)
-    samples = open_dataset(path)
+    samples = open_samples(path)
+    if isinstance(samples, Recordings):
+        labels = samples.labels()
+        items = [Item(file, file.stem, "", label, None) for file, label in zip(samples.files, labels, strict=True)]
+        return Shelf(path.absolute().name, items)
     entries = [entry for entry in samples.entries if entry["kind"] == "simulated"]
     if not entries:
         raise DataError(f"{path}: the data set has no sample yet; make some with `evslip generate`")

@@ -10,10 +10,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 from evslip.errors import ConfigError, DataError
 from evslip.record import Record
-from evslip.rendering.shots import Shots
-from evslip.textures import linear_to_srgb
 from evslip.view.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures import overlay
+from evslip.view.sight import Sight
 from evslip.view.video import FPS, check_video, video
 
 What = Literal["both", "frames", "events"]
@@ -101,12 +100,11 @@ class Panel:
 
     def __init__(self, record: Record, settings: FilmSettings):
         """Raises DataError where there is nothing to draw."""
-        if record.trajectory is None and settings.what == "frames":
-            raise DataError(f"{record.name}: has no poses to draw frames from; show its events")
-        if record.trajectory is None and not record.events.count:
+        self._record, self._settings, self._sight = record, settings, Sight(record)
+        if not self._sight.is_there and settings.what == "frames":
+            raise DataError(f"{record.name}: has no frames, and no poses to draw them from; show its events")
+        if record.truth is None and not record.events.count:
             raise DataError(f"{record.name}: has neither poses nor events")
-        self._record, self._settings = record, settings
-        self._shots = Shots(record.trajectory) if record.trajectory is not None and settings.what != "events" else None
         if record.truth is not None:
             self._origin, self.span_us = 0, record.truth.span_us
         else:
@@ -130,15 +128,13 @@ class Panel:
 
     def _picture(self, t_us: int) -> np.ndarray:
         width, height = self._record.size
-        if self._shots is None:
-            frame = np.full((height, width, 3), 255, np.uint8)
+        now = self._origin + t_us
+        if self._sight.is_there and self._settings.what != "events":
+            frame = self._sight.at(now)
         else:
-            luminance = self._shots.at(t_us).luminance
-            grey = np.round(linear_to_srgb(np.clip(luminance, 0, 1)) * 255).astype(np.uint8)
-            frame = grey[..., None].repeat(3, -1)
+            frame = np.full((height, width, 3), 255, np.uint8)
         if self._settings.what == "frames":
             return frame
-        now = self._origin + t_us
         events = self._record.events.between(now - round(1e3 * self._settings.window_ms), now)
         return overlay(frame, events)
 

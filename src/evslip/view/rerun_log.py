@@ -14,9 +14,9 @@ from evslip import atomic
 from evslip.camera import hand_camera
 from evslip.errors import ConfigError, DataError, MissingExtraError
 from evslip.record import Record
-from evslip.rendering.shots import Shots
-from evslip.textures import linear_to_srgb
+from evslip.rendering.links import link_poses
 from evslip.view.pictures import OFF_COLOR, ON_COLOR
+from evslip.view.sight import Sight
 
 STEP_US = 20_000
 """Between two poses, frames and sets of events."""
@@ -62,16 +62,16 @@ def log_record(stream: Any, record: Record) -> None:
         span, origin = record.truth.span_us, 0
         view = f"{record.name}/world/hand/camera"
         _log_still(stream, record)
-        shots = Shots(record.trajectory)
     else:
         origin = int(record.events.t_us[0])
-        span = (origin, int(record.events.t_us[-1]) + 1)
-        view, shots = f"{record.name}/camera", None
+        span, view = (origin, int(record.events.t_us[-1]) + 1), f"{record.name}/camera"
+    sight = Sight(record)
     for t_us in range(span[0], span[1], STEP_US):
         stream.set_time("time", duration=(t_us - origin) / 1e6)
-        if shots is not None:
+        if record.trajectory is not None:
             _log_poses(stream, record, t_us)
-            _log_frame(stream, view, shots, t_us)
+        if sight.is_there:
+            stream.log(f"{view}/frame", _rerun().Image(sight.at(t_us)).compress(jpeg_quality=85))
         _log_events(stream, view, record, t_us)
 
 
@@ -95,8 +95,6 @@ def _log_still(stream: Any, record: Record) -> None:
 
 
 def _log_poses(stream: Any, record: Record, t_us: int) -> None:
-    from evslip.rendering.pathtrace.links import link_poses
-
     rr = _rerun()
     trajectory, root = record.trajectory, f"{record.name}/world"
     assert trajectory is not None  # asked before
@@ -105,15 +103,10 @@ def _log_poses(stream: Any, record: Record, t_us: int) -> None:
         turn = Rotation.from_quat(pose[3:], scalar_first=True).as_quat()
         stream.log(f"{root}/{name}", rr.Transform3D(translation=pose[:3], quaternion=turn))
     joints = trajectory.joints[row]
-    chain = [*link_poses(joints[:7])[0], trajectory.gripper_pose[row, :3]]
+    chain = [*link_poses(joints[None, :7]).places[0], trajectory.gripper_pose[row, :3]]
     stream.log(f"{root}/arm", rr.LineStrips3D([chain], radii=0.02))
     fingers = [[0, side * (travel + 0.005), 0.095] for side, travel in zip((1, -1), joints[7:], strict=True)]
     stream.log(f"{root}/hand/fingers", rr.Boxes3D(centers=fingers, half_sizes=[[0.01, 0.005, 0.02]] * 2))
-
-
-def _log_frame(stream: Any, view: str, shots: Shots, t_us: int) -> None:
-    grey = np.round(linear_to_srgb(np.clip(shots.at(t_us).luminance, 0, 1)) * 255).astype(np.uint8)
-    stream.log(f"{view}/frame", _rerun().Image(grey).compress(jpeg_quality=85))
 
 
 def _log_events(stream: Any, view: str, record: Record, t_us: int) -> None:

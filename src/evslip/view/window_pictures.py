@@ -12,10 +12,9 @@ from evslip import atomic
 from evslip.dataset import Dataset
 from evslip.errors import DataError
 from evslip.record import Record
-from evslip.rendering.shots import Shots
-from evslip.textures import linear_to_srgb
 from evslip.view.film import Film, FilmSettings
 from evslip.view.pictures import overlay
+from evslip.view.sight import Sight
 from evslip.window_set import SLIP, Windows
 
 PICTURES = 8
@@ -43,19 +42,17 @@ def write_windows(
         chosen = np.flatnonzero(windows.name == entry["name"])
         if len(chosen):
             record = samples.read(position)
-            assert record.trajectory is not None  # a simulated record has one
-            shots = Shots(record.trajectory)
+            sight = Sight(record)
             for index in chosen:
-                _write(folder / name_of(windows, int(index)), record, shots, windows, int(windows.start_us[index]))
+                _write(folder / name_of(windows, int(index)), record, sight, windows, int(windows.start_us[index]))
                 progress()
 
 
-def _write(stem: Path, record: Record, shots: Shots, windows: Windows, start_us: int) -> None:
+def _write(stem: Path, record: Record, sight: Sight, windows: Windows, start_us: int) -> None:
     end_us = start_us + round(1e6 * windows.settings.length_s)
     times = np.linspace(start_us, end_us, PICTURES + 1).astype(np.int64)
     for number, (before, t_us) in enumerate(pairwise(times)):
-        luminance = shots.at(int(t_us)).luminance
-        frame = np.round(linear_to_srgb(np.clip(luminance, 0, 1)) * 255).astype(np.uint8)[..., None].repeat(3, -1)
+        frame = sight.at(int(t_us))
         _save(stem.with_name(f"{stem.name}_{number}.png"), frame)
         _save(stem.with_name(f"{stem.name}_{number}_events.png"), overlay(frame, record.events.between(before, t_us)))
     settings = FilmSettings(start_s=start_us / 1e6, end_s=end_us / 1e6, speed=0.1, window_ms=5.0)

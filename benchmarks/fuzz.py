@@ -1,0 +1,146 @@
+"""Damaged files: each format's reader must refuse them or give valid events; never crash, hang, or use over 1 GB.
+
+python benchmarks/fuzz.py --count 1000
+
+Mutates small files of every format: bytes changed, runs copied, zeroed, cut out, the end cut off; half of the changes
+near the beginning. Each format is read in a process of its own. Prints a table; exit code 1 if a process died, a file
+took over 20 s, or a process grew beyond 1 GB.
+"""
+
+import argparse
+import contextlib
+import os
+import signal
+import struct
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from evslip import record
+from evslip.codecs import FORMATS, READ_ONLY, codec, raw_source, read_events, read_recording, write_events
+from evslip.errors import EvslipError
+from evslip.events.stream import Events
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from foreign_files import aedat2, bag
+from sample_records import random_events, simulated
+
+SECONDS, MEGABYTES = 20, 1000
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    failed = False
+    print("| file | mutations | refused | equal | other valid events | died | hung | peak, MB |", flush=True)
+    print("|---|---|---|---|---|---|---|---|", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        for path in whole_files(Path(folder)):
+            results, peak = fuzz(path, arguments.count, arguments.seed)
+            failed |= results["died"] + results["hung"] > 0 or peak > MEGABYTES
+            columns = (results[name] for name in ("refused", "equal", "other", "died", "hung"))
+            print(f"| {path.name} | {arguments.count} | {' | '.join(map(str, columns))} | {peak:.0f} |", flush=True)
+    sys.exit(failed)
+
+
+def whole_files(folder: Path) -> list[Path]:
+    """A file of each format."""
+    events = random_events(np.random.default_rng(0), 2000, labelled=False)
+    names = [f"a{suffix}" for suffix, name in FORMATS.items() if name not in READ_ONLY and suffix != ".hdf5"]
+    for name in (*names, "a.evt2.raw"):
+        write_events(folder / name, events, (40, 30))
+    record.write(folder / "record.h5", simulated())
+    (folder / "a.aedat").write_bytes(aedat2(events, (346, 260)))
+    bag(folder / "a.bag", events, (40, 30), [np.zeros((30, 40), np.uint8)])
+    return sorted(folder.iterdir())
+
+
+def mutated(whole: bytes, rng: np.random.Generator) -> bytes:
+    """The file with a few faults."""
+    data = np.frombuffer(whole, np.uint8).copy()
+    reach = len(data) if rng.random() < 0.5 else min(len(data), 600)
+    for _ in range(rng.integers(1, 5)):
+        place, length = int(rng.integers(0, reach)), int(rng.integers(1, 40))
+        kind = rng.integers(0, 5)
+        part = slice(place, min(place + length, len(data)))
+        if kind == 0:
+            data[part.start] = rng.integers(0, 256)
+        elif kind == 1:
+            data[part] = rng.choice(np.array([0, 1, 127, 128, 255], np.uint8))
+        elif kind == 2 and place + 8 < len(data):
+            number = int(rng.choice(np.array([2**31 - 1, 2**32 - 1, 2**40, 2**62, 2**63 - 1], np.int64)))
+            data[place : place + 8] = np.frombuffer(struct.pack("<q", number), np.uint8)
+        elif kind == 3:
+            data = np.delete(data, part)
+        else:
+            data = np.insert(data, place, data[part])
+        reach = max(1, min(reach, len(data)))
+    return data.tobytes()[: None if rng.random() < 0.8 else int(rng.integers(0, len(data) + 1))]
+
+
+def fuzz(path: Path, count: int, seed: int) -> tuple[Counter[str], float]:
+    """What became of the mutations, and the largest memory of the processes in MB."""
+    results: Counter[str] = Counter()
+    peak, done = 0.0, 0
+    while done < count:
+        reading, writing = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.close(reading)
+            _child(path, range(done, count), seed, writing)
+        os.close(writing)
+        with os.fdopen(reading) as lines:
+            said = [line.strip() for line in lines]
+        _, status, usage = os.wait4(child, 0)
+        peak = max(peak, usage.ru_maxrss / 1024)
+        results.update(said)
+        done += len(said)
+        if status != 0 and done < count:
+            results["hung" if os.WTERMSIG(status) == signal.SIGALRM else "died"] += 1
+            done += 1
+    return results, peak
+
+
+def _child(path: Path, numbers: range, seed: int, pipe: int) -> None:
+    whole, expected = path.read_bytes(), read_events(path)
+    damaged = path.with_name(f"damaged-{path.name}")
+    for number in numbers:
+        damaged.write_bytes(mutated(whole, np.random.default_rng([seed, number])))
+        signal.alarm(SECONDS)
+        said = outcome(damaged, expected)
+        signal.alarm(0)
+        os.write(pipe, f"{said}\n".encode())
+    damaged.unlink()
+    os._exit(0)
+
+
+def outcome(path: Path, expected: Events) -> str:
+    """What reading gives; anything but an EvslipError ends the process."""
+    with contextlib.suppress(EvslipError):
+        for _ in getattr(codec(path), "frames", lambda _: ())(path):
+            pass
+    with contextlib.suppress(EvslipError):
+        for _ in raw_source(path).parts:
+            pass
+    try:
+        read = read_recording(path).events
+    except EvslipError:
+        return "refused"
+    assert (read.t_us[1:] >= read.t_us[:-1]).all()
+    same = all(np.array_equal(a, b) for a, b in zip(read[:4], expected[:4], strict=True))
+    return "equal" if same else "other"
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Exception:  # in a child, too: the parent counts it as a death
+        import traceback
+
+        traceback.print_exc()
+        os._exit(3)

@@ -1,0 +1,125 @@
+"""Whether other people's libraries open what `evslip publish` wrote, and read the same events.
+
+python benchmarks/interop.py PUBLISHED [SHARDED]
+
+Needs no evslip: run it in an environment of its own with
+    pip install h5py tonic evlib mlcroissant webdataset datasets pillow
+PUBLISHED: folder of `evslip publish DIR PUBLISHED --huggingface`. SHARDED: of `--webdataset`. Prints what agreed; exit
+code 1 if anything did not. A library that is not installed is named and left out.
+"""
+
+import argparse
+import importlib.util
+import io
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("published", type=Path)
+    parser.add_argument("sharded", type=Path, nargs="?")
+    arguments = parser.parse_args()
+    os.environ["HF_HUB_OFFLINE"] = "1"
+    files = sorted(arguments.published.glob("data/*/*.h5"))
+    rows = [json.loads(line) for table in sorted(arguments.published.glob("*.jsonl")) for line in table.open()]
+    failures = 0 if len(files) == len(rows) else 1
+    print(f"{len(files)} records, {len(rows)} rows, {sum(row['events'] for row in rows):,} events")
+    readers = {"tonic": by_tonic, "evlib": by_evlib}
+    for name, read in readers.items():
+        if importlib.util.find_spec(name) is None:
+            print(f"{name}: not installed")
+            continue
+        wrong = [file.name for file in files if not equal(read(file), by_h5py(file))]
+        print(f"{name}: {len(files) - len(wrong)} of {len(files)} records as h5py reads them")
+        failures += len(wrong)
+    for name, check in {"mlcroissant": check_croissant, "datasets": check_datasets}.items():
+        if importlib.util.find_spec(name) is None:
+            print(f"{name}: not installed")
+        else:
+            found = check(arguments.published)
+            print(f"{name}: {found} of {len(rows)} rows")
+            failures += found != len(rows)
+    if arguments.sharded is not None and importlib.util.find_spec("webdataset") is not None:
+        found = check_shards(arguments.sharded)
+        print(f"webdataset: {found} of {len(rows)} records")
+        failures += found != len(rows)
+    sys.exit(1 if failures else 0)
+
+
+def by_h5py(path: Path) -> Columns:
+    """t, x, y, p."""
+    with h5py.File(path) as file:
+        x, y, t, p = (file[f"events/{name}"][()] for name in "xytp")
+        return t.astype(np.int64) + file["t_offset"][()], x, y, p > 0
+
+
+def by_tonic(path: Path) -> Columns:
+    """With the code of tonic.datasets.DSEC that reads a recording's file, without its download."""
+    from tonic.datasets import DSEC
+
+    with tempfile.TemporaryDirectory() as folder:
+        home = Path(folder) / "recording" / "events_left"
+        home.mkdir(parents=True)
+        (home / "events.h5").symlink_to(path.resolve())
+        reader = DSEC.__new__(DSEC)
+        reader.location_on_system, reader.recording_selection = folder, ["recording"]
+        reader.data_selection, reader.target_selection = ["events_left"], []
+        reader.transform = reader.target_transform = reader.transforms = None
+        (data,), _ = reader[0]
+    events = data["events_left"]
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(data["ms_to_idx"], file["ms_to_idx"][()])
+    return events["t"].astype(np.int64), events["x"], events["y"], events["p"] > 0
+
+
+def by_evlib(path: Path) -> Columns:
+    import evlib
+
+    table = evlib.load_events(str(path), sort=False).collect()
+    t_us = table["t"].dt.total_microseconds().to_numpy()
+    with h5py.File(path) as file:  # evlib does not add it
+        t_us = t_us + (file["t_offset"][()] if len(t_us) and t_us[0] != by_h5py(path)[0][0] else 0)
+    return t_us, table["x"].to_numpy(), table["y"].to_numpy(), table["polarity"].to_numpy() > 0
+
+
+def check_croissant(folder: Path) -> int:
+    import mlcroissant
+
+    dataset = mlcroissant.Dataset(jsonld=str(folder / "croissant.json"))
+    return sum(len(list(dataset.records(record_set.id))) for record_set in dataset.metadata.record_sets)
+
+
+def check_datasets(folder: Path) -> int:
+    import datasets
+
+    with tempfile.TemporaryDirectory() as cache:
+        return sum(len(split) for split in datasets.load_dataset(str(folder), cache_dir=cache).values())
+
+
+def check_shards(folder: Path) -> int:
+    import webdataset
+
+    found = 0
+    for shard in sorted(folder.glob("data/*.tar")):
+        for sample in webdataset.WebDataset(str(shard), shardshuffle=False):
+            with h5py.File(io.BytesIO(sample["h5"])) as file:
+                found += len(file["events/t"]) == json.loads(sample["json"])["events"]
+    return found
+
+
+def equal(one: Columns, other: Columns) -> bool:
+    """Whether all events are the same."""
+    return all(len(a) == len(b) and bool((a == b).all()) for a, b in zip(one, other, strict=True))
+
+
+if __name__ == "__main__":
+    main()

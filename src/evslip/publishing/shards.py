@@ -1,0 +1,48 @@
+"""Shards of WebDataset (https://github.com/webdataset/webdataset): tar files of KEY.h5 and KEY.json."""
+
+import io
+import json
+import tarfile
+from pathlib import Path
+from typing import Any, BinaryIO
+
+
+class Shards:
+    """Writes the samples of one split into tar files of about `most_bytes`, with equal bytes for equal samples."""
+
+    def __init__(self, folder: Path, split: str, most_bytes: int):
+        self._folder, self._split, self._most_bytes = folder, split, most_bytes
+        self._file: BinaryIO | None = None
+        self._tar: tarfile.TarFile | None = None
+        self._size = 0
+        self.names: list[str] = []
+        """Of the shards so far."""
+
+    @property
+    def current(self) -> str:
+        """Name of the shard that the next sample goes into."""
+        number = len(self.names) - (self._tar is not None and self._size < self._most_bytes)
+        return f"{self._split}-{number:05d}.tar"
+
+    def add(self, key: str, data: bytes, values: dict[str, Any]) -> None:
+        """The next sample: its record, and its row of the table."""
+        if self._tar is not None and self._size >= self._most_bytes:
+            self.close()
+        if self._tar is None:
+            self.names.append(f"{self._split}-{len(self.names):05d}.tar")
+            self._file = (self._folder / self.names[-1]).open("xb")
+            self._tar = tarfile.open(fileobj=self._file, mode="w", format=tarfile.USTAR_FORMAT)  # noqa: SIM115
+            self._size = 0
+        text = json.dumps(values, ensure_ascii=False).encode()
+        for suffix, content in (("h5", data), ("json", text)):
+            member = tarfile.TarInfo(f"{key}.{suffix}")  # times and owners stay 0
+            member.size = len(content)
+            self._tar.addfile(member, io.BytesIO(content))
+            self._size += len(content)
+
+    def close(self) -> None:
+        """Complete the shard that is open, if there is one."""
+        if self._tar is not None and self._file is not None:
+            self._tar.close()
+            self._file.close()
+            self._tar = self._file = None

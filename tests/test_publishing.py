@@ -1,0 +1,168 @@
+"""Publications: what is in them, and that they are whole, equal for equal data, and honest about damage."""
+
+import hashlib
+import io
+import json
+import tarfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from evslip import dataset, record
+from evslip.codecs import read_events, write_events
+from evslip.config import dump_config
+from evslip.errors import ConfigError, DataError
+from evslip.importing import Importing, import_recording
+from evslip.publishing import Publication, publish
+from evslip.publishing.table import COLUMNS
+from sample_records import CONFIG, assert_equal, random_events, simulated
+
+COUNTS = {"train": 5, "test": 2}
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Path:
+    root = tmp_path / "made"
+    dataset.create(root, dump_config(CONFIG))
+    for split, count in COUNTS.items():
+        dataset.plan(root, split, count)
+        for index in range(count):
+            sample = simulated(index, split)
+            dataset.add(root, sample, record.encode(sample))
+    return root
+
+
+def tree(root: Path) -> dict[str, str]:
+    files = (path for path in root.rglob("*") if path.is_file())
+    return {str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def rows(out: Path, split: str) -> list[dict]:
+    return [json.loads(line) for line in (out / f"{split}.jsonl").read_text().splitlines()]
+
+
+def test_records_and_their_table_are_published(made: Path, tmp_path: Path):
+    assert publish(made, tmp_path / "out", Publication(name="Slips")) == 7
+    for split, count in COUNTS.items():
+        table = rows(tmp_path / "out", split)
+        assert len(table) == count
+        for index, values in enumerate(table):
+            assert values.keys() == COLUMNS.keys()
+            sample = simulated(index, split)
+            data = (tmp_path / "out" / values["file"]).read_bytes()
+            assert hashlib.sha256(data).hexdigest() == values["sha256"]
+            assert_equal(record.read(tmp_path / "out" / values["file"]), sample)
+            assert (values["events"], values["name"], values["bytes"]) == (200, sample.name, len(data))
+            assert values["label"] == ("slip" if index % 3 == 0 else "hold")
+            assert values["onset_s"] == (0.001 if index % 3 == 0 else None)
+            assert sample.params is not None and values["mass_kg"] == sample.params.object.mass_kg
+    assert (tmp_path / "out" / "config.toml").read_text() == (made / "config.toml").read_text()
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
+
+
+def test_the_card_says_what_there_is(made: Path, tmp_path: Path):
+    publish(made, tmp_path / "out", Publication(name="Slips: a set", license="mit", huggingface=True))
+    card = (tmp_path / "out" / "README.md").read_text()
+    _, header, text = card.split("---\n", 2)
+    assert 'license: "mit"' in header
+    assert 'pretty_name: "Slips: a set"' in header
+    assert "path: train.jsonl" in header and "path: test.jsonl" in header
+    assert "| train | 5 | 2 | 3 | 0 | 1,000 |" in text
+    assert dump_config(CONFIG).strip() in text
+    publish(made, tmp_path / "plain")
+    assert "configs:" not in (tmp_path / "plain" / "README.md").read_text()
+
+
+@pytest.mark.parametrize("webdataset", [False, True])
+def test_equal_samples_give_equal_bytes(made: Path, tmp_path: Path, webdataset: bool):
+    how = Publication(name="Slips", webdataset=webdataset, huggingface=True, shard_mb=0.04)
+    for out in ("a", "b"):
+        publish(made, tmp_path / out, how)
+    assert tree(tmp_path / "a") == tree(tmp_path / "b")
+
+
+def test_shards_hold_every_record_once(made: Path, tmp_path: Path):
+    publish(made, tmp_path / "out", Publication(webdataset=True, shard_mb=0.04))
+    for split, count in COUNTS.items():
+        found = {}
+        for shard in sorted((tmp_path / "out" / "data").glob(f"{split}-*.tar")):
+            with tarfile.open(shard) as tar:
+                names = tar.getnames()
+                assert all(name.split(".")[0] == names[2 * (i // 2)].split(".")[0] for i, name in enumerate(names))
+                for name in names[::2]:
+                    member, values = tar.extractfile(name), tar.extractfile(name.replace(".h5", ".json"))
+                    assert member is not None and values is not None
+                    row = json.load(values)
+                    assert row["file"] == f"data/{shard.name}/{name}"
+                    with h5py.File(io.BytesIO(member.read())) as file:
+                        assert len(file["events/t"]) == row["events"]  # pyright: ignore[reportArgumentType]
+                    found[name] = row
+        assert list(found) == [f"{index:07d}.h5" for index in range(count)]
+        assert list(found.values()) == rows(tmp_path / "out", split)
+    assert len(list((tmp_path / "out" / "data").glob("train-*.tar"))) > 1
+
+
+def test_croissant_agrees_with_the_files(made: Path, tmp_path: Path):
+    out = tmp_path / "out"
+    publish(made, out)
+    data = json.loads((out / "croissant.json").read_text())
+    assert (data["name"], data["@type"]) == ("made", "sc:Dataset")
+    files = {item["@id"]: item for item in data["distribution"] if item["@type"] == "cr:FileObject"}
+    for name, item in files.items():
+        assert hashlib.sha256((out / name).read_bytes()).hexdigest() == item["sha256"]
+    sets = [item["includes"] for item in data["distribution"] if item["@type"] == "cr:FileSet"]
+    assert sorted(len(list(out.glob(pattern))) for pattern in sets) == [2, 5]
+    for record_set in data["recordSet"]:
+        columns = [field["source"]["extract"]["column"] for field in record_set["field"]]
+        assert columns == list(rows(out, record_set["@id"])[0])
+
+
+def test_croissant_is_valid(made: Path, tmp_path: Path):
+    library = pytest.importorskip("mlcroissant")
+    publish(made, tmp_path / "out")
+    read = library.Dataset(jsonld=str(tmp_path / "out" / "croissant.json"))
+    assert len(list(read.records("train"))) == 5
+
+
+def test_recordings_are_published_too(tmp_path: Path):
+    write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 50, labelled=False), (40, 30))
+    (tmp_path / "l.csv").write_text("0.01,0.02,slip\n")
+    import_recording(tmp_path / "a.npz", tmp_path / "in" / "a.h5", Importing(labels=tmp_path / "l.csv", mount="side"))
+    assert publish(tmp_path / "in", tmp_path / "out") == 1
+    (values,) = rows(tmp_path / "out", "recordings")
+    assert (values["label"], values["onset_s"], values["mass_kg"]) == ("slip", 0.01, None)
+    assert json.loads(values["notes"])["mount"] == "side"
+    assert read_events(tmp_path / "out" / values["file"]).count == 50
+    assert "Event-camera recordings" in (tmp_path / "out" / "README.md").read_text()
+
+
+def test_a_damaged_record_is_not_published(made: Path, tmp_path: Path):
+    path = dataset.sample_path(made, "train", 2)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(bytes(data))
+    with pytest.raises(DataError, match=r"0000002\.h5: damaged"):
+        publish(made, tmp_path / "out")
+    assert {path.name for path in tmp_path.iterdir()} == {"made"}
+
+
+def test_what_is_there_is_not_overwritten(made: Path, tmp_path: Path):
+    (tmp_path / "out").mkdir()
+    publish(made, tmp_path / "out")
+    before = tree(tmp_path / "out")
+    with pytest.raises(DataError, match="a new folder"):
+        publish(made, tmp_path / "out")
+    assert tree(tmp_path / "out") == before
+
+
+def test_wrong_use_is_refused(made: Path, tmp_path: Path):
+    with pytest.raises(ConfigError, match="shard_mb"):
+        publish(made, tmp_path / "out", Publication(shard_mb=0))
+    empty = tmp_path / "empty"
+    dataset.create(empty, dump_config(CONFIG))
+    with pytest.raises(DataError, match="no finished sample"):
+        publish(empty, tmp_path / "out")
+    with pytest.raises(DataError, match="no such folder"):
+        publish(tmp_path / "nowhere", tmp_path / "out")
