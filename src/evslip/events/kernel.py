@@ -45,14 +45,6 @@ def stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high
 
 
 @compiled(error_model="numpy")
-def _any(words: np.ndarray, count: int) -> bool:
-    found = np.uint64(0)
-    for i in range(count):
-        found |= words[i]
-    return found != 0
-
-
-@compiled(error_model="numpy")
 def _longer(events: np.ndarray) -> np.ndarray:
     longer = np.empty((2 * len(events), 2), np.int64)
     longer[: len(events)] = events
@@ -64,6 +56,7 @@ def _fire_marked(
     lane: int,
     last_lane: int,
     marks: np.ndarray,
+    mark_words: np.ndarray,
     who: np.ndarray,
     images: np.ndarray,
     frame: int,
@@ -89,7 +82,7 @@ def _fire_marked(
 ) -> tuple[int, int]:
     """Compute the marked pixels of a tile one by one, from start_us to end_us, both within one frame interval.
 
-    Returns the lane that comes next and the number of events so far; the lane is less than last_lane where the events
+    mark_words: the same marks, eight a word. Returns the lane that comes next and the number of events so far; the lane is less than last_lane where the events
     of its pixel need more room, which is to be called again for.
     """
     frame_us, length_us = times_us[frame + 1] - times_us[frame], end_us - start_us
@@ -100,6 +93,9 @@ def _fire_marked(
     body_0, body_1 = 255, 255
     room = len(events)
     while lane < last_lane:
+        if lane & 7 == 0 and mark_words[lane >> 3] == 0:
+            lane += 8
+            continue
         if marks[lane] == 0:
             lane += 1
             continue
@@ -273,10 +269,10 @@ def _expose(
                     glance.logarithms(after, log)
                     glance.leaves(work, full, since_end_us, marks)
                 glance.mark_due(work, full, since_end_us, marks)
-                lane = 0 if _any(mark_words, full // 8) else width
+                lane = 0
                 while lane < width:
                     lane, count = _fire_marked(
-                        lane, width, marks, who, images, frame, bodies, columns, table, logs, factor, offset,
+                        lane, width, marks, mark_words, who, images, frame, bodies, columns, table, logs, factor, offset,
                         times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us, rules,
                         borrowed(events), count,
                     )  # fmt: skip
