@@ -82,8 +82,8 @@ def _fire_marked(
 ) -> tuple[int, int]:
     """Compute the marked pixels of a tile one by one, from start_us to end_us, both within one frame interval.
 
-    mark_words: the same marks, eight a word. Returns the lane that comes next and the number of events so far; the lane is less than last_lane where the events
-    of its pixel need more room, which is to be called again for.
+    mark_words: the same marks, eight a word. Returns the lane that comes next and the number of events so far; the lane
+    is less than last_lane where the events of its pixel need more room, with which this is to be called again.
     """
     frame_us, length_us = times_us[frame + 1] - times_us[frame], end_us - start_us
     share_0, share_1 = (start_us - times_us[frame]) / frame_us, (end_us - times_us[frame]) / frame_us
@@ -102,18 +102,18 @@ def _fire_marked(
         pixel = who[lane]
         if factor == 0.0:
             byte = np.uint8(images[frame, pixel])
-            current_1, log_1 = table[byte], logs[byte]
+            current_1, log_1 = float(table[byte]), float(logs[byte])
         else:
-            current_1 = images[frame, pixel] * factor + offset
+            current_1 = float(images[frame, pixel] * factor + offset)
             log_1 = math.log(current_1)
         if frame == 0:
-            current_0 = currents[pixel]
+            current_0 = float(currents[pixel])
             log_0 = math.log(current_0)
         elif factor == 0.0:
             byte = np.uint8(images[frame - 1, pixel])
-            current_0, log_0 = table[byte], logs[byte]
+            current_0, log_0 = float(table[byte]), float(logs[byte])
         else:
-            current_0 = images[frame - 1, pixel] * factor + offset
+            current_0 = float(images[frame - 1, pixel] * factor + offset)
             log_0 = math.log(current_0)
         if length_us < frame_us:
             log_0, log_1 = log_0 + (log_1 - log_0) * share_0, log_0 + (log_1 - log_0) * share_1
@@ -272,9 +272,9 @@ def _expose(
                 lane = 0
                 while lane < width:
                     lane, count = _fire_marked(
-                        lane, width, marks, mark_words, who, images, frame, bodies, columns, table, logs, factor, offset,
-                        times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us, rules,
-                        borrowed(events), count,
+                        lane, width, marks, mark_words, who, images, frame, bodies, columns, table, logs, factor,
+                        offset, times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us,
+                        rules, borrowed(events), count,
                     )  # fmt: skip
                     if lane < width:
                         events = _longer(events)

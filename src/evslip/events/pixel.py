@@ -154,52 +154,9 @@ def _stays(interval: Interval, reference: float, drift: float, on: float, off: f
     return top - reference + drift < on and bottom - reference > -off
 
 
-@compiled(error_model="numpy", forceinline=True)
-def _write(
-    events: np.ndarray, room: int, count: int, time_us: float, label: int, sign: int, cause: int, body: int
-) -> int:  # fmt: skip
-    """One more event, if there is room for it. Returns the new count."""
-    if count < room:
-        events[count, 0] = np.int64(math.floor(time_us + 0.5))
-        events[count, 1] = label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
-    return count + 1
-
-
-@compiled(error_model="numpy", forceinline=True)
-def _fire_on_a_line(
-    interval: Interval,
-    state: np.ndarray,
-    row: int,
-    on: float,
-    off: float,
-    label: int,
-    body_0: int,
-    body_1: int,
-    events: np.ndarray,
-    room: int,
-    count: int,
-) -> int:
-    """`fire` for a pixel that has neither low-pass nor noise, leak or refractory period."""
-    length, rise = interval.end_us - interval.start_us, interval.log_1 - interval.log_0
-    reference, place = state[row, REFERENCE], 0.0
-    while True:
-        start = interval.log_0 - reference
-        if start + rise >= on:
-            sign, theta = 1, on
-        elif start + rise <= -off:
-            sign, theta = -1, -off
-        else:
-            break
-        place = min(max((theta - start) / rise, place), 1.0)
-        time_us = interval.start_us + place * length
-        count = _write(
-            events, room, count, time_us, label, sign, SIGNAL, body_0 if time_us < interval.middle_us else body_1
-        )  # fmt: skip
-        reference += theta
-        state[row, RESET_US] = time_us
-        state[row, RESETS] += 1.0
-    state[row, REFERENCE] = reference
-    return count
+@compiled(error_model="numpy", inline="always")
+def _word(label: int, sign: int, cause: int, body: int) -> int:
+    return label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
 
 
 @compiled(error_model="numpy", forceinline=True)
@@ -225,9 +182,6 @@ def fire(
     added; the body is that of the frame nearer in time. Returns the new count; what is beyond the room is not written.
     """
     on, off, rate = traits[row, ON], traits[row, OFF], traits[row, RATE]
-    plain = not rules.lowpass and rules.noise == 0.0 and rules.refractory_us == 0.0
-    if plain and rate == 0.0 and traits[row, MEAN_LEAK] == 0.0:
-        return _fire_on_a_line(interval, state, row, on, off, label, body_0, body_1, events, room, count)
     reference, reset_us = state[row, REFERENCE], state[row, RESET_US]
     leak, candidate_us = state[row, LEAK_SLOPE], state[row, CANDIDATE_US]
     if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
@@ -240,6 +194,25 @@ def fire(
         if _stays(interval, reference, leak * (interval.end_us - reset_us), on, off):
             return count
         reference = np.nan
+    plain = not rules.lowpass and rules.noise == 0.0 and rules.refractory_us == 0.0
+    if plain and rate == 0.0 and traits[row, MEAN_LEAK] == 0.0:
+        # The same as below, for a pixel that has nothing but its thresholds.
+        place = 0.0
+        while True:
+            place, sign = crossing(interval.log_0 - reference, change, 0.0, 0.0, place, 1.0, on, off)
+            if sign == 0:
+                break
+            time_us = interval.start_us + place * length
+            if count < room:
+                body = body_0 if time_us < interval.middle_us else body_1
+                events[count, 0] = np.int64(math.floor(time_us + 0.5))
+                events[count, 1] = _word(label, sign, SIGNAL, body)
+            count += 1
+            reference += on if sign > 0 else -off
+            state[row, RESET_US] = time_us
+            state[row, RESETS] += 1.0
+        state[row, REFERENCE] = reference
+        return count
     noise_rise = interval.noise_1 - interval.noise_0
     parts = 1
     if rules.lowpass:
@@ -314,7 +287,10 @@ def fire(
             w = place
             if fired:
                 body = body_0 if time_us < interval.middle_us else body_1
-                count = _write(events, room, count, time_us, label, sign, cause, body)
+                if count < room:
+                    events[count, 0] = np.int64(math.floor(time_us + 0.5))
+                    events[count, 1] = _word(label, sign, cause, body)
+                count += 1
                 reset_us = time_us + rules.refractory_us
                 reference = level if rules.refractory_us == 0.0 else np.nan
                 state[row, RESETS] += 1.0
