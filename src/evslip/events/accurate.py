@@ -15,8 +15,8 @@ from evslip.events.traits import draw_traits, make_rules
 CHANGING = ("glance", "current", "awake", "state", "noise")
 """What of the pixels changes from frame to frame."""
 WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
-"""Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the lower
-fence must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
+"""Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the
+lower one must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
 
 
 class AccuratePixels:

@@ -45,14 +45,6 @@ def stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high
 
 
 @compiled(error_model="numpy")
-def _any(words: np.ndarray, count: int) -> bool:
-    found = np.uint64(0)
-    for i in range(count):
-        found |= words[i]
-    return found != 0
-
-
-@compiled(error_model="numpy")
 def _longer(events: np.ndarray) -> np.ndarray:
     longer = np.empty((2 * len(events), 2), np.int64)
     longer[: len(events)] = events
@@ -64,6 +56,7 @@ def _fire_marked(
     lane: int,
     last_lane: int,
     marks: np.ndarray,
+    mark_words: np.ndarray,
     who: np.ndarray,
     images: np.ndarray,
     frame: int,
@@ -89,8 +82,8 @@ def _fire_marked(
 ) -> tuple[int, int]:
     """Compute the marked pixels of a tile one by one, from start_us to end_us, both within one frame interval.
 
-    Returns the lane that comes next and the number of events so far; the lane is less than last_lane where the events
-    of its pixel need more room, which is to be called again for.
+    mark_words: the same marks, eight a word. Returns the lane that comes next and the number of events so far; the lane
+    is less than last_lane where the events of its pixel need more room, with which this is to be called again.
     """
     frame_us, length_us = times_us[frame + 1] - times_us[frame], end_us - start_us
     share_0, share_1 = (start_us - times_us[frame]) / frame_us, (end_us - times_us[frame]) / frame_us
@@ -100,24 +93,27 @@ def _fire_marked(
     body_0, body_1 = 255, 255
     room = len(events)
     while lane < last_lane:
+        if lane & 7 == 0 and mark_words[lane >> 3] == 0:
+            lane += 8
+            continue
         if marks[lane] == 0:
             lane += 1
             continue
         pixel = who[lane]
         if factor == 0.0:
             byte = np.uint8(images[frame, pixel])
-            current_1, log_1 = table[byte], logs[byte]
+            current_1, log_1 = float(table[byte]), float(logs[byte])
         else:
-            current_1 = images[frame, pixel] * factor + offset
+            current_1 = float(images[frame, pixel] * factor + offset)
             log_1 = math.log(current_1)
         if frame == 0:
-            current_0 = currents[pixel]
+            current_0 = float(currents[pixel])
             log_0 = math.log(current_0)
         elif factor == 0.0:
             byte = np.uint8(images[frame - 1, pixel])
-            current_0, log_0 = table[byte], logs[byte]
+            current_0, log_0 = float(table[byte]), float(logs[byte])
         else:
-            current_0 = images[frame - 1, pixel] * factor + offset
+            current_0 = float(images[frame - 1, pixel] * factor + offset)
             log_0 = math.log(current_0)
         if length_us < frame_us:
             log_0, log_1 = log_0 + (log_1 - log_0) * share_0, log_0 + (log_1 - log_0) * share_1
@@ -273,12 +269,12 @@ def _expose(
                     glance.logarithms(after, log)
                     glance.leaves(work, full, since_end_us, marks)
                 glance.mark_due(work, full, since_end_us, marks)
-                lane = 0 if _any(mark_words, full // 8) else width
+                lane = 0
                 while lane < width:
                     lane, count = _fire_marked(
-                        lane, width, marks, who, images, frame, bodies, columns, table, logs, factor, offset,
-                        times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us, rules,
-                        borrowed(events), count,
+                        lane, width, marks, mark_words, who, images, frame, bodies, columns, table, logs, factor,
+                        offset, times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us,
+                        rules, borrowed(events), count,
                     )  # fmt: skip
                     if lane < width:
                         events = _longer(events)

@@ -1,5 +1,7 @@
-"""Which pixels of a tile have anything to do: those are put side by side, in lanes, so that vector code runs on them
-alone. A lane's numbers lie in the tile's work array, see `glance`."""
+"""Which pixels of a tile have anything to do: those are put side by side, in lanes.
+
+Vector code then runs on them alone. A lane's numbers lie in the tile's work array, see `glance`.
+"""
 
 import numpy as np
 
@@ -7,7 +9,10 @@ from evslip.compiled import compiled
 from evslip.events import glance
 from evslip.events.memory import DUE, GLANCE, due_at_rest, photocurrent_of
 
-AT = tuple(np.uint64(at) for at in (glance.CURRENT_0, glance.LAG, glance.REST, glance.HIGH, glance.LOW, glance.SLOPE, glance.DUE))
+AT = tuple(
+    np.uint64(at)
+    for at in (glance.CURRENT_0, glance.LAG, glance.REST, glance.HIGH, glance.LOW, glance.SLOPE, glance.DUE)
+)
 """Where the rows of `Pixels.glance` lie in the work array."""
 GROUP = 16
 """Neighbours that are looked at together when one of them changes: what a vector holds."""

@@ -28,8 +28,8 @@ GLANCE = 7
 SEEN, LAG, REST, HIGH, LOW, SLOPE, DUE = range(GLANCE)
 """What a glance needs of a pixel: the photocurrent at the last frame; lp - L, which is the sum of two numbers; lp below
 and above which the pixel cannot fire, the first at the beginning of the `Watch`, the second at any time of it; how fast
-the first falls; microseconds after the beginning before which a pixel at rest has nothing to do: neither does noise have
-a candidate, nor does the leak reach the threshold."""
+the first falls; microseconds after the beginning before which a pixel at rest has nothing to do: neither has the noise
+process a candidate, nor does the leak reach the threshold."""
 INSIDE = 1.0 - 1e-6
 """Rounds a time in single precision down."""
 
