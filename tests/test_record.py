@@ -251,8 +251,8 @@ def test_provenance_names_versions():
 
 def test_the_offset_of_the_times_is_guarded_too(tmp_path: Path):
     sample = simulated()
-    sample = replace(sample, events=sample.events._replace(t_us=sample.events.t_us - 2**40))
-    whole = encode(sample)
+    sample = dataclasses.replace(sample, events=sample.events._replace(t_us=sample.events.t_us - 2**40))
+    whole = record.encode(sample)
     place = whole.index((-(2**40) + int(simulated().events.t_us[0])).to_bytes(8, "little", signed=True))
     for byte in range(8):
         damaged = bytearray(whole)
