@@ -1,53 +1,100 @@
-"""How fast files of events are written and read, and how large they are.
+"""How fast files of events are written and read, how large they are, and what memory a conversion takes.
 
 python benchmarks/codecs.py --count 4000000
 """
 
 import argparse
+import os
+import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import FORMATS, READ_ONLY, read_events, write_events
+from evslip.codecs import FORMATS, READ_ONLY, open_events, read_events
+from evslip.codecs.translate import translate
+from evslip.codecs.writers import writing
 from evslip.events.stream import Events
 
 TEXT = {".csv", ".txt"}
 """Written with a tenth of the events."""
+WHOLE = {".npz", ".mat"}
+"""Kept in memory whole."""
+SIZE = (346, 260)
+PIECE = 1 << 18
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=4_000_000)
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
     suffixes = [suffix for suffix, name in FORMATS.items() if name not in READ_ONLY and suffix != ".hdf5"]
+    print("| format | bytes an event | write, Mevents/s | read, Mevents/s | memory of a conversion, MB: once, 4 x |")
+    print("|---|---|---|---|---|")
     for suffix in [*suffixes, ".evt2.raw"]:
-        events = stream(arguments.count // (10 if suffix in TEXT else 1))
+        count = arguments.count // (10 if suffix in TEXT else 1)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"a{suffix}"
+            events = stream(count, 0)
             times = [timed(path, events) for _ in range(arguments.repeats)]
-            write, read = (events.count / min(column) / 1e6 for column in zip(*times, strict=True))
-            print(f"| {suffix} | {path.stat().st_size / events.count:.2f} | {write:.1f} | {read:.1f} |", flush=True)
+            write, read = (count / min(column) / 1e6 for column in zip(*times, strict=True))
+            size = path.stat().st_size / count
+            del events
+            memory = "whole" if suffix in WHOLE else f"{grown(path, count, 1):.0f}, {grown(path, count, 4):.0f}"
+            print(f"| {suffix} | {size:.2f} | {write:.1f} | {read:.1f} | {memory} |", flush=True)
 
 
-def stream(count: int) -> Events:
-    """Events at random pixels of a DAVIS346, 1 million a second."""
-    rng = np.random.default_rng(0)
-    x, y = (rng.integers(0, side, count, np.uint16) for side in (346, 260))
-    return Events(np.sort(rng.integers(0, count, count)), x, y, rng.random(count) < 0.5)
+def stream(count: int, number: int) -> Events:
+    """Events at random pixels of a DAVIS346, 1 million a second; `number` of the stretch of so many."""
+    rng = np.random.default_rng(number)
+    x, y = (rng.integers(0, side, count, np.uint16) for side in SIZE)
+    return Events(np.sort(rng.integers(0, count, count)) + number * count, x, y, rng.random(count) < 0.5)
 
 
 def timed(path: Path, events: Events) -> tuple[float, float]:
-    """Seconds to write and to read."""
-    start = time.perf_counter()
-    write_events(path, events, (346, 260))
-    written = time.perf_counter()
+    """Processor seconds to write and to read."""
+    start = time.process_time()
+    with writing(path, SIZE) as push:
+        push(events)
+    written = time.process_time()
     read = read_events(path)
-    end = time.perf_counter()
+    end = time.process_time()
     assert all(np.array_equal(one, other) for one, other in zip(events[:4], read[:4], strict=True))
     return written - start, end - written
+
+
+def grown(path: Path, count: int, times: int) -> float:
+    """MB by which a process grows that converts a file of `times` stretches of events into the same format."""
+    long, out = path.with_name(f"long-{path.name}"), path.with_name(f"out-{path.name}")
+    with writing(long, SIZE) as push:
+        for number in range(times):
+            part = stream(count, number)
+            for start in range(0, count, PIECE):
+                push(part.select(slice(start, start + PIECE)))
+    child = os.fork()
+    if child == 0:
+        next(open_events(path).parts)  # what is loaded once is no part of it
+        before = resident_mb()
+        peak = 0.0
+
+        def watch(_: int) -> None:
+            nonlocal peak
+            peak = max(peak, resident_mb())
+
+        translate(long, out, progress=watch)
+        print(peak - before, file=path.with_name("peak").open("w"))
+        sys.stdout.flush()
+        os._exit(0)
+    os.waitpid(child, 0)
+    return float(path.with_name("peak").read_text())
+
+
+def resident_mb() -> float:
+    """Memory of this process now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 if __name__ == "__main__":

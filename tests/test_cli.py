@@ -1,5 +1,6 @@
 """The command line as a user meets it: separate processes, exit codes, one line for what is wrong."""
 
+import json
 import subprocess
 import sys
 
@@ -107,7 +108,12 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["calibrate-noise", "OUT/r.h5", "OUT/noise.txt"], ["noise.txt", ".npz"]),
         (["import", "OUT/r.aedat4", "OUT/r.h5"], ["r.aedat4"]),
         (["convert", "OUT/r.raw", "OUT/r.dat"], ["r.raw", "no such file"]),
-        (["convert", "OUT/r.raw", "OUT/r.aedat4"], ["r.aedat4", "written", ".raw"]),
+        (["convert", "OUT/r.raw", "OUT/r.aedat"], ["r.aedat", "written", ".raw"]),
+        (["info", "OUT/r.raw"], ["r.raw", "no such file"]),
+        (["info", "OUT/r.mp4"], ["r.mp4", "known are"]),
+        (["import", "OUT/r.raw", "OUT/r.h5", "--rotate", 45], ["--rotate"]),
+        (["import", "OUT", "OUT/r.h5"], ["isaac_stats.csv", "prophesee_recordings"]),
+        (["publish", "OUT/none", "OUT/new"], ["no such folder"]),
         (["convert", "OUT/r.raw", "OUT/r.dat", "--crop", 1, 2, 3], ["--crop", "'3' is not INT INT INT INT"]),
         (["convert", "OUT/r.mp4", "OUT/r.dat"], ["r.mp4", "read", ".aedat4"]),
         (["detect", "OUT/model", "OUT/r.h5"], ["OUT"]),
@@ -172,3 +178,26 @@ def test_a_recording_is_converted(tmp_path):
     assert "note: a.raw does not hold the labels" in result.stdout
     assert evslip("import", tmp_path / "a.raw", tmp_path / "a.h5").returncode == 0
     assert read_events(tmp_path / "a.h5").count == read_events(tmp_path / "a.raw").count > 0
+
+
+def test_a_recording_is_looked_into_labelled_windowed_and_published(tmp_path):
+    events = random_events(np.random.default_rng(0), 5000, (346, 260), labelled=False)
+    events = events._replace(t_us=np.sort(np.random.default_rng(1).integers(0, 1_000_000, 5000)))
+    write_events(tmp_path / "a.aedat4", events, (346, 260))
+    shown = evslip("info", tmp_path / "a.aedat4")
+    assert shown.returncode == 0
+    assert "346 x 260 pixels (as stated)" in shown.stdout and "5,000" in shown.stdout
+    facts = json.loads(evslip("info", tmp_path / "a.aedat4", "--json").stdout)
+    assert (facts["count"], facts["disorder"], facts["size"]) == (5000, 0, [346, 260])
+    (tmp_path / "l.csv").write_text("0,0.4,hold\n0.4,0.9,slip\n")
+    record = tmp_path / "records" / "a.h5"
+    made = evslip("import", tmp_path / "a.aedat4", record, "--labels", tmp_path / "l.csv", "--mount", "side")
+    assert made.returncode == 0, made.stderr
+    assert "2 labelled intervals" in made.stdout
+    assert "side" in evslip("info", record).stdout
+    cut = evslip("windows", record.parent, tmp_path / "w.h5", "--no-balance", "--vt-snn", tmp_path / "vt")
+    assert "5 windows (3 slip, 2 hold" in cut.stdout
+    assert len(list((tmp_path / "vt" / "prophesee_recordings").iterdir())) == 5
+    assert evslip("import", tmp_path / "vt", tmp_path / "back").stdout.strip().endswith("5 records")
+    assert evslip("publish", record.parent, tmp_path / "out", "--webdataset").returncode == 0
+    assert (tmp_path / "out" / "data" / "recordings-00000.tar").is_file()

@@ -247,3 +247,16 @@ def test_provenance_names_versions():
     versions = record.provenance("h5py")
     assert set(versions) == {"evslip", "numpy", "hdf5", "h5py"}
     assert versions["h5py"] == h5py.__version__
+
+
+def test_the_offset_of_the_times_is_guarded_too(tmp_path: Path):
+    sample = simulated()
+    sample = dataclasses.replace(sample, events=sample.events._replace(t_us=sample.events.t_us - 2**40))
+    whole = record.encode(sample)
+    place = whole.index((-(2**40) + int(simulated().events.t_us[0])).to_bytes(8, "little", signed=True))
+    for byte in range(8):
+        damaged = bytearray(whole)
+        damaged[place + byte] ^= 1
+        (tmp_path / "a.h5").write_bytes(bytes(damaged))
+        with pytest.raises(DataError):
+            record.read(tmp_path / "a.h5")

@@ -46,6 +46,16 @@ def put(group: h5py.Group, name: str, values: np.ndarray) -> None:
     )
 
 
+def put_scalar(group: h5py.Group, name: str, value: np.generic) -> None:
+    """Store one number in the file's metadata, whose checksums guard it: filters work on arrays only."""
+    settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    settings.set_layout(h5py.h5d.COMPACT)
+    settings.set_obj_track_times(False)
+    kind, space = h5py.h5t.py_create(value.dtype, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
+    dataset = h5py.h5d.create(group.id, name.encode(), kind, space, settings)
+    dataset.write(h5py.h5s.ALL, h5py.h5s.ALL, np.array(value))
+
+
 @contextlib.contextmanager
 def opened(path: str | Path) -> Iterator[h5py.File]:
     """Open a file of unknown origin for reading. Whatever is wrong with it becomes a DataError of one line."""

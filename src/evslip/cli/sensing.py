@@ -228,11 +228,11 @@ def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) ->
     if not 0 <= gap_ms < 1e12:
         raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")
     gap_us = round(gap_ms * 1e3)
-    with progress_bar("events", None) as advance:
-        facts = facts_of(file, gap_us, advance)
     known = about(read(file, events=False)) if is_record(file) else {}
     if json:
-        print(dumps(facts.as_json() | {"record": known}, indent=2))
+        print(dumps(facts_of(file, gap_us).as_json() | {"record": known}, indent=2))
         return
+    with progress_bar("events", None) as advance:
+        facts = facts_of(file, gap_us, advance)
     for line in [*facts.lines(gap_us), *(f"{name:>9}  {text}" for name, text in known.items())]:
         console.print(line)

@@ -68,7 +68,7 @@ def put_events(file: h5py.File, events: Events) -> None:
     if fits:
         last_ms = int(times[-1]) // 1000 if events.count else -1
         hdf5.put(file, "ms_to_idx", np.searchsorted(times, np.arange(last_ms + 2) * 1000).astype(np.uint64))
-    file.create_dataset("t_offset", data=np.int64(offset))
+    hdf5.put_scalar(file, "t_offset", np.int64(offset))
 
 
 def get_events(file: h5py.File) -> Events:

@@ -63,7 +63,7 @@ class Hdf5Stream:
             if rest.count:
                 self._store(rest)
             self._finish_index()
-            self._file.create_dataset("t_offset", data=np.int64(self._offset))
+            hdf5.put_scalar(self._file, "t_offset", np.int64(self._offset))
         self._file.close()
         self._check_disk()
 

@@ -148,6 +148,7 @@ def _strips(examples: Mapping[str, Record], picture: Picture | None) -> str:
             "The frames that came with the recording, or none; below them, the events of the "
             f"{SHOWN_US // 1000} ms before: red is brighter, blue is darker."
         )
+        return page.section("Recordings at some moments", note, "".join(rows))
     return page.section("Two samples through their phases", note, "".join(rows))
 
 
@@ -162,7 +163,9 @@ def _moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
     per_span = -(-MOMENTS // len(spans))
     for start, end in spans[:MOMENTS]:
         for k in range(per_span):
-            yield label, start + (2 * k + 1) * (end - start) // (2 * per_span)
+            t_us = start + (2 * k + 1) * (end - start) // (2 * per_span)
+            onset = None if record.intervals else _onset(record)
+            yield ("before the slip" if onset is not None and t_us < onset else label), t_us
 
 
 def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
