@@ -18,6 +18,7 @@ import evslip
 from evslip import dataset
 from evslip.config import dump_config
 from evslip.generation import STAGES, Job, make_sample
+from evslip.runners.attempts import attempt
 
 WARM = 20
 """Samples after which a worker has met all kinds of work, and its memory should stay what it is."""
@@ -64,7 +65,9 @@ def memory(preset: str, count: int) -> None:
         text = dump_config(config)
         dataset.create(Path(folder), text)
         for index in range(count):
-            make_sample(Job(folder, text, "train", index, json.dumps({})))
+            is_done, what = attempt(make_sample, Job(folder, text, "train", index, json.dumps({})))
+            if not is_done:
+                raise SystemExit(str(what))
             seen.append(int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 1e6)
             if index + 1 in (WARM, count) or (index + 1) % max(1, count // 10) == 0:
                 print(f"after {index + 1:4} samples {seen[-1]:6.1f} MB", flush=True)
