@@ -53,7 +53,7 @@ def test_a_cluster_that_loses_a_node_half_way_makes_the_same_bytes(tmp_path, mon
         )
     finally:
         cluster.shutdown()
-    assert watcher.notices[0] == "Ray: 2 nodes, 2 cores"
+    assert watcher.notices[0] == "Ray: nodes: 2, cores: 2"
     assert any("lost" in notice for notice in watcher.notices)
     assert sorted(made.entry["index"] for made in summary.made) == list(range(COUNT))
     assert evslip.open_dataset(tmp_path / "ray").verify() == []

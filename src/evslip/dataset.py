@@ -256,11 +256,9 @@ def finished(
 
     Of one split and some indices only, if given: every other file is left unasked.
     """
-    entries, _ = read_journals(root / JOURNAL)
+    entries, _ = read_journals(root / JOURNAL, split, indices)
     done = {}
     for key, candidates in entries.items():
-        if (split is not None and key[0] != split) or (indices is not None and key[1] not in indices):
-            continue
         size = _size(sample_path(root, *key))
         matching = [entry for entry in candidates if entry["bytes"] == size]
         if matching:

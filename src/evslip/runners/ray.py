@@ -43,8 +43,7 @@ def run_ray(
     ray = _ray()
     with _connected(ray, address or os.environ.get("RAY_ADDRESS"), workers):
         cores = workers or _cores(ray)
-        nodes = sum(node["Alive"] for node in ray.nodes())
-        notice(f"Ray: {nodes} {'node' if nodes == 1 else 'nodes'}, {_cores(ray)} cores")
+        notice(f"Ray: nodes: {sum(node['Alive'] for node in ray.nodes())}, cores: {_cores(ray)}")
         size = max(1, min(CHUNK, len(tasks) // (4 * cores)))
         waiting = deque(tasks[i : i + size] for i in range(0, len(tasks), size))
         chunk = ray.remote(
