@@ -120,10 +120,10 @@ def frames_of(poses: Poses, index: int) -> dict[str, tuple[np.ndarray, np.ndarra
     for name, part in zip(FINGERS, (LEFT, RIGHT), strict=True):
         own = finger_place(part, float(poses.travel_m[index]))
         frames[name] = hand @ finger_turn(part), place + hand @ own
-    for k, link in enumerate(LINKS):
-        # Without an arm that carries the hand, its links are put away under the table.
-        away = poses.links is None
-        frames[link] = (np.eye(3), UNDER_M) if away else (poses.links.turns[index, k], poses.links.places[index, k])
+    # Without an arm that carries the hand, its links are put away under the table.
+    away = np.broadcast_to(UNDER_M, (len(LINKS), 3)), np.broadcast_to(np.eye(3), (len(LINKS), 3, 3))
+    places, turns = away if poses.links is None else (poses.links.places[index], poses.links.turns[index])
+    frames |= {link: (turns[k], places[k]) for k, link in enumerate(LINKS)}
     return frames
 
 
