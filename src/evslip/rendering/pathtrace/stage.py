@@ -47,15 +47,13 @@ class Stage:
             "sampler": {"type": "multijitter"},
         }  # fmt: skip
         self.integrator = mi.load_dict({"type": "path", "max_depth": bounces})
-        self.scene = mi.load_dict(
-            {
-                "type": "scene",
-                "sensor": sensor,
-                "sky": sky(mi, params, background),
-                "lamp": lamp(params, background),
-                **meshes,
-            }
-        )
+        # A dark emitter would make Mitsuba divide zero by zero.
+        lights = {}
+        if params.background.luminance_cd_m2 > 0:
+            lights["sky"] = sky(mi, params, background)
+        if params.light.luminance_cd_m2 > 0:
+            lights["lamp"] = lamp(params, background)
+        self.scene = mi.load_dict({"type": "scene", "sensor": sensor, **lights, **meshes})
         self._handles = mi.traverse(self.scene)
         self._eye = np.zeros(3)
         self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
