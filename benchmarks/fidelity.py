@@ -11,11 +11,12 @@ silhouette    mean distance between the outlines of object and gripper: the area
 shadow        the same for the share of the lamp that table pixels see, 0 to 1: soft edges count by their shift; -, if
               less than 20 px of shadow edge are in view
 offset        shift of the outline that fits best, x and y, px: a renderer off by half a pixel shows here
-bias          mean difference in ln luminance, fast minus traced, of background, table, object and gripper
+bias          mean difference in ln luminance, fast minus traced, of background, table, object, gripper and arm
 """
 
 import argparse
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,6 +31,7 @@ from evslip.errors import GraspFailed, PlanRejected
 from evslip.frame import BODIES, GRIPPER, SURFACE
 from evslip.params import Params
 from evslip.rendering import exposure_scale, recorded_span
+from evslip.rendering.layers import SHARE
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.pathtrace.parts import TABLE
 from evslip.rendering.pathtrace.stage import Stage
@@ -122,7 +124,7 @@ def fast_cover(artist: Raycaster, poses: Poses) -> np.ndarray:
     layers = artist._opening(poses.travel_m[0]).layers
     share = np.zeros(artist.camera.width * artist.camera.height)
     pixels = np.repeat(layers.pixels, np.diff(layers.starts))
-    np.add.at(share, pixels, layers.fragments[9])
+    np.add.at(share, pixels, layers.fragments[SHARE])
     return 1 - (1 - artist._body.total) * (1 - np.minimum(share, 1).reshape(artist._body.total.shape))
 
 
@@ -152,9 +154,9 @@ def shadow_error(traj: Trajectory, camera: Camera, poses: Poses, bodies: np.ndar
     """Distance between the shadows' edges on the table, in pixels; nan where there are none."""
     params = lamp_alone(traj.params, white)
     lens, travel = Lens(params, camera), float(poses.travel_m[0])
-    stage = Stage(params, lens.pinhole, arm=False, bounces=2)
+    stage = Stage(params, lens.pinhole, bounces=2)
     shadowed = _direct(stage, poses, lens, 2 * params.render.spp)
-    bare = Stage(params, lens.pinhole, arm=False, bounces=2, frames=(TABLE,))
+    bare = Stage(params, lens.pinhole, bounces=2, frames=(TABLE,))
     unshadowed = _direct(bare, poses, lens, 2 * params.render.spp)
     fast = Raycaster(params, camera, travel).draw(poses, 0)[0]
     open_to_lamp = open_lamp(params, camera, poses)
@@ -221,7 +223,7 @@ def main() -> None:
     config = load_config("complex", {"render.spp": options.spp})
     print(
         " scene  correlation   no grip    no arm   SSIM  silhouette  shadow  offset x     y   "
-        "bias: background, table, object, gripper"
+        "bias: background, table, object, gripper, arm"
     )
     rows, pictures, index = [], [], 0
     with tempfile.TemporaryDirectory() as folder:
@@ -241,6 +243,7 @@ def main() -> None:
             pictures.append(picture)
             print(tell(str(index), row), flush=True)
             index += 1
+    warnings.simplefilter("ignore", RuntimeWarning)  # columns without a number
     table = np.array([[*row[:-1], *row.bias] for row in rows])
     for name, values in (("mean", np.nanmean(table, 0)), ("median", np.nanmedian(table, 0))):
         print(tell(name, Row(*(float(value) for value in values[:8]), bias=tuple(values[8:].tolist()))))

@@ -62,8 +62,6 @@ class Poses:
         self.object_rotation = np.ascontiguousarray(matrices(body[:, 3:]))
         self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
         """Mean of the two fingers, which mirror each other; of shape (m,)."""
-        self.angles_rad = np.stack([np.interp(at_us, traj.t_us, angle) for angle in traj.joints[:, :7].T], 1)
-        """Of the arm's joints, of shape (m, 7)."""
 
     @cached_property
     def links(self) -> LinkPoses | None:

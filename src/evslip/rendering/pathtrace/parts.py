@@ -5,16 +5,18 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.params import Params
+from evslip.rendering import links
 from evslip.rendering.body import GLOSS
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.hand import Mesh, load_mesh
-from evslip.rendering.pathtrace.links import LINKS
 from evslip.rendering.pathtrace.materials import Paint, textured
 from evslip.rendering.raycast import GRIPPER_GLOSS, SURFACE_GLOSS
 from evslip.shapes import surface_of
 
 OBJECT, TABLE, HAND = "object", "table", "hand"
 FINGERS = ("left", "right")
+LINKS = tuple(f"link{k}" for k in range(links.LINKS))
+"""From the arm's base to the link that carries the hand."""
 LEAST_AREA_M2 = 1e-14
 """Smaller triangles have no direction."""
 _RINGS = (0.25, 1.0, 4.0, 16.0, 64.0, 256.0)

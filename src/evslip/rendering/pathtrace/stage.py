@@ -10,9 +10,8 @@ from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
 from evslip.rendering.hand import LEFT, RIGHT, finger_place, finger_turn
-from evslip.rendering.pathtrace.links import LINKS, link_poses
 from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
-from evslip.rendering.pathtrace.parts import FINGERS, HAND, OBJECT, Part, parts_of
+from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, parts_of
 from evslip.rendering.pathtrace.variant import mitsuba
 from evslip.rendering.poses import Poses
 
@@ -20,6 +19,7 @@ BOUNCES = 8
 """Longest path of light, from the lamp to the camera, in segments."""
 MOST_PATHS = 1 << 24
 """Traced at a time: bounds the memory."""
+UNDER_M = np.array([0.0, 0.0, -5.0])
 NEAR_M, FAR_M = 0.01, 1e5
 
 
@@ -47,23 +47,20 @@ class Stage:
             "sampler": {"type": "multijitter"},
         }  # fmt: skip
         self.integrator = mi.load_dict({"type": "path", "max_depth": bounces})
-        self.scene = mi.load_dict(
-            {
-                "type": "scene",
-                "sensor": sensor,
-                "sky": sky(mi, params, background),
-                "lamp": lamp(params, background),
-                **meshes,
-            }
-        )
+        # A dark emitter would make Mitsuba divide zero by zero.
+        lights = {}
+        if params.background.luminance_cd_m2 > 0:
+            lights["sky"] = sky(mi, params, background)
+        if params.light.luminance_cd_m2 > 0:
+            lights["lamp"] = lamp(params, background)
+        self.scene = mi.load_dict({"type": "scene", "sensor": sensor, **lights, **meshes})
         self._handles = mi.traverse(self.scene)
-        self._has_arm = any(part.frame in LINKS for part in self._parts.values())
         self._eye = np.zeros(3)
         self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
 
     def show(self, poses: Poses, index: int) -> None:
         """Move everything to one instant."""
-        handles, frames = self._handles, frames_of(poses, index, self._has_arm)
+        handles, frames = self._handles, frames_of(poses, index)
         for name, part in self._parts.items():
             if part.frame not in frames:
                 continue
@@ -114,16 +111,17 @@ class Stage:
         return light.T.reshape(len(rays), spp, 3).mean(1)
 
 
-def frames_of(poses: Poses, index: int, arm: bool) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def frames_of(poses: Poses, index: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Axes as columns and origin of every frame that moves, by the names that parts have."""
     hand, place = poses.hand_rotation[index], poses.hand_position[index]
     frames = {HAND: (hand, place), OBJECT: (poses.object_rotation[index], poses.object_position[index])}
     for name, part in zip(FINGERS, (LEFT, RIGHT), strict=True):
         own = finger_place(part, float(poses.travel_m[index]))
         frames[name] = hand @ finger_turn(part), place + hand @ own
-    if arm:
-        places, turns = link_poses(poses.angles_rad[index])
-        frames |= {link: (turns[k], places[k]) for k, link in enumerate(LINKS)}
+    # Without an arm that carries the hand, its links are put away under the table.
+    away = np.broadcast_to(UNDER_M, (len(LINKS), 3)), np.broadcast_to(np.eye(3), (len(LINKS), 3, 3))
+    places, turns = away if poses.links is None else (poses.links.places[index], poses.links.turns[index])
+    frames |= {link: (turns[k], places[k]) for k, link in enumerate(LINKS)}
     return frames
 
 
