@@ -10,7 +10,7 @@ from evslip.errors import DataError
 from evslip.events.stream import Events
 from evslip.frame import OBJECT
 from evslip.learn.evaluate import BATCH, answer, check_geometry, probabilities
-from evslip.learn.network import Network
+from evslip.learn.networks import Network
 from evslip.record import Record
 from evslip.window_set import WindowEvents, Windows, WindowSettings
 from evslip.windows import crop, label_of, moved_before, movements
