@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 
 from evslip import __version__
-from evslip.cli import detecting, first_steps, making, sensing, showing
+from evslip.cli import detecting, first_steps, making, sensing, showing, sweeping
 from evslip.cli.usage import chosen
 from evslip.errors import EvslipError
 
@@ -20,6 +20,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "verify": making.verify,
     "windows": detecting.windows,
     "train": detecting.train,
+    "sweep": sweeping.sweep,
     "evaluate": detecting.evaluate,
     "report": detecting.report,
     "events": sensing.events,
