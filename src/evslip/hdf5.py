@@ -89,6 +89,22 @@ def get(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]
     return dataset[()]
 
 
+def mapped(parent: h5py.Group, name: str, dtype: np.dtype, shape: tuple[int | None, ...]) -> np.ndarray:
+    """An array that was stored in one piece, mapped into memory, to read only. Raises DataError naming file and key."""
+    dataset = _dataset(parent, name)
+    path, offset = Path(parent.file.filename), dataset.id.get_offset()
+    fits = len(dataset.shape) == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, dataset.shape, strict=True)
+    )
+    if dataset.dtype != dtype or not fits:
+        raise DataError(f"{path}: {dataset.name}: {dataset.dtype} of shape {dataset.shape}, expected {dtype} {shape}")
+    if not dataset.size:
+        return np.empty(dataset.shape, dtype)
+    if dataset.chunks is not None or offset is None or offset + dataset.nbytes > path.stat().st_size:
+        raise DataError(f"{path}: {dataset.name}: not stored in one piece inside the file")
+    return np.memmap(path, dtype, "r", offset, dataset.shape)
+
+
 def attribute(node: h5py.Group, name: str, of: type) -> Any:
     """An attribute as str, int or float. Raises DataError naming the file and the key."""
     where = f"{node.file.filename}: {node.name}: attribute {name}"

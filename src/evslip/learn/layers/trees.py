@@ -1,7 +1,7 @@
 """Gradient boosting of small decision trees on histograms, for two classes.
 
-Each tree is complete, of depth 3; its nodes split at quantiles of a feature so that the second-order gain in log loss is
-greatest (Chen & Guestrin 2016). Plain arrays: they are saved as tensors.
+Each tree is complete, of depth 3; its nodes split at quantiles of a feature so that the second-order gain in log loss
+is greatest (Chen & Guestrin 2016). Plain arrays: they are saved as tensors.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,7 @@ class Forest(NamedTuple):
     base: np.ndarray
     """Log odds without any tree, float32 of shape ()."""
     feature: np.ndarray
-    """Feature each node looks at, int64 of shape (trees, 7): node i leads to 2 i + 1, or 2 i + 2 from the threshold on."""
+    """Feature each node looks at, int64 of shape (trees, 7): node i leads to 2i + 1, from the threshold on 2i + 2."""
     threshold: np.ndarray
     """float32 of shape (trees, 7)."""
     leaf: np.ndarray
@@ -34,7 +34,7 @@ class Forest(NamedTuple):
 
 @compiled()
 def _histograms(codes, node, first, gradient, curvature, out):
-    """Sums of gradient and curvature by node (from `first` on), feature and code; out is (nodes, features, codes, 2)."""
+    """Sums of gradient and curvature by node (from `first` on), feature, code; out is (nodes, features, codes, 2)."""
     for i in range(len(codes)):
         place = node[i] - first
         for f in range(codes.shape[1]):
@@ -45,7 +45,8 @@ def _histograms(codes, node, first, gradient, curvature, out):
 def empty_forest() -> Forest:
     """One that says nothing."""
     nodes, leaves = 2**DEPTH - 1, 2**DEPTH
-    feature, threshold = np.zeros((TREES, nodes), np.int64), np.full((TREES, nodes), np.inf, np.float32)
+    feature = np.zeros((TREES, nodes), np.int64)
+    threshold = np.full((TREES, nodes), np.finfo(np.float32).max)  # all go left; finite, as everything saved must be
     return Forest(np.zeros((), np.float32), feature, threshold, np.zeros((TREES, leaves), np.float32))
 
 
