@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 
 from evslip import __version__
-from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing
+from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing, sweeping
 from evslip.cli.usage import chosen
 from evslip.errors import EvslipError
 
@@ -22,6 +22,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "publish": making.publish,
     "windows": detecting.windows,
     "train": detecting.train,
+    "sweep": sweeping.sweep,
     "evaluate": detecting.evaluate,
     "report": detecting.report,
     "events": sensing.events,

@@ -82,26 +82,54 @@ def train(
     epochs: int | None = None,
     batch: int | None = None,
     lr: float | None = None,
+    schedule: Literal["cycle", "constant"] | None = None,
+    optimiser: Literal["adam", "rmsprop"] | None = None,
+    patience: int | None = None,
+    protocol: Literal["trajectory", "paper"] = "trajectory",
+    flip: bool = True,
+    shift_px: int = 0,
+    time_dropout: float = 0.0,
+    event_dropout: float = 0.0,
+    noise: Path | None = None,
+    wandb: bool = False,
     seed: int = 0,
 ) -> None:
-    """Train a detector on windows; validation is on trajectories kept apart.
+    """Train a detector on windows; validation is on trajectories kept apart. Run it again after a stop to go on.
+
+    The course of the training is in the folder `tensorboard` of the model: tensorboard --logdir OUT.
 
     Args:
         windows: HDF5 file made by `evslip windows`.
         out: Folder for the model.
-        model: Name of a network.
-        epochs: Most passes over the windows; training stops earlier when validation stops improving.
+        model: Name of a network: mlp, snn, cnn3d, cnn3d_bn, voxelnet, countnet, evgru, event_rate, rate_map, flow,
+            boosting.
+        epochs: Most passes over the windows; training stops earlier when validation stops improving. What is not given
+            here and in the next five options is what suits the network.
         batch: Windows a step.
         lr: Learning rate.
+        schedule: cycle: the rate rises, then falls to nothing. constant: as in the paper.
+        optimiser: adam (AdamW) or rmsprop.
+        patience: Epochs without a better validation loss before training stops.
+        protocol: trajectory: validation on other trajectories. paper: on other windows of the same ones, as the paper's
+            public code does; for comparison alone.
+        flip: Mirror half of the windows left to right.
+        shift_px: Move each window by up to so many pixels.
+        time_dropout: Silence up to this share of each window's time.
+        event_dropout: Remove up to this share of each window's events.
+        noise: Recording whose events are added to the windows.
+        wandb: Log to Weights & Biases, too; WANDB_MODE=offline keeps it on this machine.
         seed: Seed of initial weights, order and augmentation.
     """
     from evslip.learn import TrainSettings
     from evslip.learn import train as run
     from evslip.window_set import load_windows
 
-    chosen = {"epochs": epochs, "batch": batch, "lr": lr}
-    settings = TrainSettings(model=model, seed=seed, **{k: v for k, v in chosen.items() if v is not None})
-    result = run(load_windows(windows), out, settings)
+    settings = TrainSettings.of(
+        model, epochs=epochs, batch=batch, lr=lr, schedule=schedule, optimiser=optimiser, patience=patience,
+        protocol=protocol, flip=flip, shift_px=shift_px, time_dropout=time_dropout, event_dropout=event_dropout,
+        noise=str(noise or ""), seed=seed,
+    )  # fmt: skip
+    result = run(load_windows(windows), out, settings, wandb=wandb)
     console.print(f"{out}: {result.summary()}")
 
 

@@ -12,7 +12,9 @@ from evslip.learn.evaluate import evaluate
 from evslip.learn.metrics import Metrics
 from evslip.learn.networks import NETWORKS, build_model
 from evslip.learn.settings import TrainSettings
+from evslip.learn.spaces import Range, Space
 from evslip.learn.stream import Detection, Detector, detect
+from evslip.learn.sweep import Sweep, SweepSettings, sweep
 from evslip.learn.train import TrainResult, train
 
 __all__ = [
@@ -20,11 +22,16 @@ __all__ = [
     "Detection",
     "Detector",
     "Metrics",
+    "Range",
+    "Space",
+    "Sweep",
+    "SweepSettings",
     "TrainResult",
     "TrainSettings",
     "build_model",
     "detect",
     "evaluate",
     "load_model",
+    "sweep",
     "train",
 ]

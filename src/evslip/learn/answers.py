@@ -10,7 +10,7 @@ from evslip.errors import DataError
 from evslip.events.stream import Events
 from evslip.frame import OBJECT
 from evslip.learn.evaluate import BATCH, answer, check_geometry, probabilities
-from evslip.learn.network import Network
+from evslip.learn.networks import Network
 from evslip.record import Record
 from evslip.window_set import WindowEvents, Windows, WindowSettings
 from evslip.windows import crop, label_of, moved_before, movements
@@ -105,7 +105,7 @@ def on_windows(network: Network, windows: Windows) -> Answers:
         rotation_deg=windows.rotation_deg,
         translation_mm=windows.translation_mm,
         recent=windows.recent.astype(bool),
-        events=np.diff(windows.offsets),
+        events=windows.events,
         object_events=np.where(bodies, windows.by_body[:, OBJECT], 0) if bodies.any() else np.full(n, UNKNOWN),
         around=Circumstances.unknown(n),
         tracks=tuple(Track(str(name), slice(0, 0), None, None) for name in names),

@@ -39,7 +39,7 @@ def intervals(
 
     `trajectory` is the position of each window's trajectory, (n,); `counts` is what `draws` gives.
     """
-    if counts.shape[1] < 2:
+    if counts.shape[1] < 2 or not len(counts):
         return dict.fromkeys(figures(np.ones((1, len(trajectory)))))
     step = max(1, _AT_ONCE // max(1, len(trajectory)))
     parts = [figures(counts[first : first + step][:, trajectory]) for first in range(0, len(counts), step)]

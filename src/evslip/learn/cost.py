@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from evslip.learn.evaluate import BATCH, answer
-from evslip.learn.network import Network
+from evslip.learn.networks import Network
 from evslip.window_set import WindowEvents
 
 WARM_UP = 3

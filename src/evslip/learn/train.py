@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -51,13 +51,19 @@ class TrainResult:
 
 
 def train(
-    windows: Windows, out: str | Path, settings: TrainSettings | None = None, quiet: bool = False, wandb: bool = False
+    windows: Windows,
+    out: str | Path,
+    settings: TrainSettings | None = None,
+    quiet: bool = False,
+    wandb: bool = False,
+    watch: Callable[[int, dict[str, float]], None] | None = None,
 ) -> TrainResult:
     """Train on most trajectories, choose epoch and threshold on the others, save the detector.
 
     Deterministic on CPU: equal windows and settings give equal weights, and so does a training that was killed and is
     started again. Raises DataError for too little data and for a loss that is not finite; then the best state so far is
-    saved, if there is one. Raises ConfigError if the folder holds another unfinished training.
+    saved, if there is one. Raises ConfigError if the folder holds another unfinished training. `watch` is called with
+    each epoch's number and figures; what it raises stops the training, which can be gone on with.
     """
     settings = settings or TrainSettings()
     out = Path(out)
@@ -86,6 +92,8 @@ def train(
                     state.keep_best()
                 log(len(state.history), row)
                 state.save(out / STATE, of)
+                if watch:
+                    watch(len(state.history), row)
         except _NotFinite as error:
             failure = error
     if not state.best:

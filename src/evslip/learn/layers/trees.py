@@ -45,7 +45,8 @@ def _histograms(codes, node, first, gradient, curvature, out):
 def empty_forest() -> Forest:
     """One that says nothing."""
     nodes, leaves = 2**DEPTH - 1, 2**DEPTH
-    feature, threshold = np.zeros((TREES, nodes), np.int64), np.full((TREES, nodes), np.inf, np.float32)
+    feature = np.zeros((TREES, nodes), np.int64)
+    threshold = np.full((TREES, nodes), np.finfo(np.float32).max)  # all go left; finite, as everything saved must be
     return Forest(np.zeros((), np.float32), feature, threshold, np.zeros((TREES, leaves), np.float32))
 
 

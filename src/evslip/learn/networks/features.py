@@ -6,7 +6,6 @@ from typing import ClassVar
 
 import numpy as np
 import torch
-from torch import nn
 
 from evslip.learn.layers import flow, trees
 from evslip.learn.layers.grids import counts
@@ -17,20 +16,17 @@ _NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(
 
 
 class FeatureNetwork(Network):
-    """Logistic regression on standardised features; a subclass says which ones."""
+    """Logistic regression on standardised features; a subclass says which ones. No gradient descent: the weights are
+    found at once, by Newton's method with a ridge."""
 
-    recommended: ClassVar = {"epochs": 60, "batch": 32, "lr": 5e-2, "patience": 15, "smoothing": 0.0}
+    recommended: ClassVar = {"flip": False}
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)
         number = len(self.prepare(_NOTHING))
         self.register_buffer("mean", torch.zeros(number))
         self.register_buffer("scale", torch.ones(number))
-        self.head = self.make_head(number)
-
-    def make_head(self, number: int) -> nn.Module | None:
-        """What turns so many features into logits."""
-        return nn.Linear(number, 2)
+        self.register_buffer("weight", torch.zeros(number + 1))
 
     @abstractmethod
     def features(self, events: WindowEvents) -> np.ndarray:
@@ -40,24 +36,50 @@ class FeatureNetwork(Network):
         return np.asarray(self.features(events), np.float32)
 
     def fit(self, windows: Windows) -> None:
-        """The features' mean and spread."""
-        values = self.features_of(windows)
-        self.mean = torch.from_numpy(values.mean(0))
-        self.scale = torch.from_numpy(np.maximum(values.std(0), 1e-3))
+        values = np.stack([self.prepare(windows[i]) for i in range(len(windows))])
+        self.learn(values.astype(np.float64), windows.label == SLIP)
 
-    def features_of(self, windows: Windows) -> np.ndarray:
-        """Features of all windows, float32 of shape (n, f)."""
-        return np.stack([self.prepare(windows[i]) for i in range(len(windows))])
+    def learn(self, values: np.ndarray, slips: np.ndarray) -> None:
+        """Find everything from the features (n, f) of windows and whether they are slips."""
+        mean, scale = values.mean(0), np.maximum(values.std(0), 1e-3)
+        self.mean, self.scale = (torch.from_numpy(v.astype(np.float32)) for v in (mean, scale))
+        self.weight = torch.from_numpy(logistic((values - mean) / scale, slips).astype(np.float32))
+
+    def odds(self, values: torch.Tensor) -> torch.Tensor:
+        """Log odds of slip of features (n, f)."""
+        return (values - self.mean) / self.scale @ self.weight[:-1] + self.weight[-1]
 
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
-        values = torch.from_numpy(np.stack(batch)).to(self.device)
-        assert self.head is not None
-        return self.head((values - self.mean) / self.scale)
+        odds = self.odds(torch.from_numpy(np.stack(batch)).to(self.device))
+        return torch.stack([torch.zeros_like(odds), odds], 1)
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the crop."""
         return self.geometry.width, self.geometry.height
+
+
+def logistic(values: np.ndarray, slips: np.ndarray, ridge: float = 1.0, steps: int = 25) -> np.ndarray:
+    """Weights and, last, the offset that make labels likeliest, each weight at the price of ridge/2 times its square.
+
+    `values` is (n, f), the result (f + 1,). Newton's method, its steps halved until they help.
+    """
+    inputs = np.column_stack([values, np.ones(len(values))])
+    price = np.append(np.full(values.shape[1], ridge), 1e-6)
+
+    def loss(weight: np.ndarray) -> float:
+        odds = inputs @ weight
+        return float(np.logaddexp(0, np.where(slips, -odds, odds)).sum() + (price * weight**2).sum() / 2)
+
+    weight = np.zeros(inputs.shape[1])
+    for _ in range(steps):
+        said = 1 / (1 + np.exp(-(inputs @ weight)))
+        gradient = inputs.T @ (said - slips) + price * weight
+        step = np.linalg.solve((inputs.T * (said * (1 - said))) @ inputs + np.diag(price), gradient)
+        while loss(weight - step) > loss(weight) and np.abs(step).max() > 1e-9:
+            step /= 2
+        weight = weight - step
+    return weight
 
 
 class EventRate(FeatureNetwork):
@@ -106,9 +128,6 @@ class Boosting(FeatureNetwork):
         for name, value in trees.empty_forest()._asdict().items():
             self.register_buffer(name, torch.from_numpy(value))
 
-    def make_head(self, number: int) -> None:
-        """Trees need none."""
-
     def features(self, events: WindowEvents) -> np.ndarray:
         number = len(events.t_us)
         grid = counts(events, self.size, self.geometry.length_us, 16, 25)
@@ -120,19 +139,16 @@ class Boosting(FeatureNetwork):
         ]  # fmt: skip
         return np.concatenate([np.log1p(in_space).ravel(), moving(events, self.size), np.log1p(in_time), extra])
 
-    def fit(self, windows: Windows) -> None:
-        """The trees."""
-        forest = trees.boost(self.features_of(windows), (windows.label == SLIP).astype(np.float64))
+    def learn(self, values: np.ndarray, slips: np.ndarray) -> None:
+        forest = trees.boost(values.astype(np.float32), slips.astype(np.float64))
         for name, value in forest._asdict().items():
             setattr(self, name, torch.from_numpy(np.asarray(value)))
 
-    def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
-        values = torch.from_numpy(np.stack(batch)).to(self.device)
+    def odds(self, values: torch.Tensor) -> torch.Tensor:
         count, nodes = self.feature.shape
         node = torch.zeros(len(values), count, dtype=torch.int64, device=self.device)
         every = torch.arange(count, device=self.device)
         for _ in range(trees.DEPTH):
             seen = values.gather(1, self.feature[every, node])
             node = 2 * node + 1 + (seen >= self.threshold[every, node])
-        odds = self.base + self.leaf[every, node - nodes].sum(1)
-        return torch.stack([torch.zeros_like(odds), odds], 1)
+        return self.base + self.leaf[every, node - nodes].sum(1)

@@ -16,20 +16,13 @@ import torch
 from torch import nn
 
 from evslip.compiled import compiled
-from evslip.learn.cnn3d import BINS, CNN3d
-from evslip.learn.occupancy import pooled_size
-from evslip.learn.sparse_conv import output_shape
+from evslip.learn.layers.occupancy import pooled_size
+from evslip.learn.layers.sparse_conv import output_shape
+from evslip.learn.networks.cnn3d import BINS, CNN3d
 
+NEVER = np.iinfo(np.int64).min
 KERNEL_1, STRIDE_1 = (10, 5, 5), (5, 2, 2)
 KERNEL_N, STRIDE_N = (5, 3, 3), (3, 2, 2)
-
-
-def rolling_form(network: nn.Module, hop_us: int) -> "RollingCNN3d | None":
-    """What answers for a network hop by hop with less work than the whole window costs; None if nothing does."""
-    if isinstance(network, CNN3d) and network.device.type == "cpu":
-        rolling = RollingCNN3d(network, hop_us)
-        return rolling if rolling.saves else None
-    return None
 
 
 class RollingCNN3d:
@@ -58,7 +51,7 @@ class RollingCNN3d:
         self._first = np.zeros((counts[0], *first, 2), np.float32)
         self._second = np.zeros((counts[1], *second, 4), np.float32)
         self._third = np.zeros((*third, 8), np.float32)
-        self._turns = [np.full(count, -1, np.int64) for count in counts]
+        self._turns = [np.full(count, NEVER, np.int64) for count in counts]
         weight, self._bias = _folded(network.conv1, network.norm1)
         self._taps = _by_parity(weight)
         self._second_weights = _folded(network.conv2, network.norm2)
