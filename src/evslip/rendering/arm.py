@@ -71,8 +71,7 @@ def cast_links(
     """What casts the links' shadows: turns, places and halves of boxes around them, and the outlines of
     `links.outlines_of`."""
     parts, places, turns = hulls(), links.places[index], links.turns[index]
-    middles = places + np.einsum("kij,kj->ki", turns, parts.centres)
     found = outlines_of(
         parts.facets.vertices, parts.facets.planes, parts.starts, parts.facets.edges, places, turns, lamp, forward
     )
-    return (turns[:CASTERS], middles[:CASTERS], parts.halves[:CASTERS]), found
+    return (turns[:CASTERS], links.middles[index, :CASTERS], parts.halves[:CASTERS]), found

@@ -155,7 +155,7 @@ def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
         if shaded:
             middle = np.empty(3, np.float32)
             reach = around(S, n, middle)
-            shade(S, n, middle[0], middle[1], middle[2], reach, reception, False)
+            shade(S, n, middle[0], middle[1], middle[2], reach, reception, False, True)
         sample(S, n, cells, fetched, levels, per_m, ZERO, -per_m, ZERO, True, PROBES, 1)
         if lowest >= ONE:
             reflect(S, n, ambient)

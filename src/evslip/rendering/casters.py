@@ -64,8 +64,8 @@ class Casters(NamedTuple):
     """Outlines of the boxes there; see `union.rims_of`."""
     rim_counts: np.ndarray
     block_turns: np.ndarray
-    """Boxes that stand in for the object, the palm and the fingers where they keep light from all around away, as above;
-    (b, 3, 3)."""
+    """Axes of the boxes that stand in for the object, the palm and the fingers where they keep light from all around
+    away; (b, 3, 3)."""
     block_places: np.ndarray
     block_halves: np.ndarray
 
@@ -191,9 +191,10 @@ def aim(reception, casters, middle, reach):
 
 
 @kernel
-def shade(S, n, u, v, w, reach, reception, layered):
+def shade(S, n, u, v, w, reach, reception, layered, joint_always):
     """SEEN *= share of the lamp that the chosen casters leave visible from the points U, V, W, which lie within `reach`
     of (u, v, w) in the frame of the reception. layered: some casters may lie behind the points; see `hide_behind`.
+    joint_always: their union counts under narrow lamps, too.
     """
     begin_group(S, n)
     boxes, kinds, edges, starts, outlines, rims, joint, scratch = reception
@@ -212,7 +213,7 @@ def shade(S, n, u, v, w, reach, reception, layered):
             scratch[0, count] = k
             count += 1
     wide = radius > WIDE * joint[12]
-    if (count > 1 or (wide and count > 0)) and overlaps(S, n, wide):
+    if (wide or joint_always) and (count > 1 or (wide and count > 0)) and overlaps(S, n, wide):
         join(S, n, scratch[0], count, rims, kinds, joint)
     if count > 0:
         end_group(S, n)

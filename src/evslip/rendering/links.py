@@ -48,6 +48,8 @@ class LinkPoses(NamedTuple):
     """Origins of the links' frames in metres, of shape (n, LINKS, 3)."""
     turns: np.ndarray
     """Their axes as columns, of shape (n, LINKS, 3, 3)."""
+    middles: np.ndarray
+    """Centres of the boxes around them, of shape (n, LINKS, 3)."""
 
 
 def link_poses(joints_rad: np.ndarray) -> LinkPoses:
@@ -60,7 +62,8 @@ def link_poses(joints_rad: np.ndarray) -> LinkPoses:
         turn = turn @ fixed @ Rotation.from_euler("z", angle[:, None]).as_matrix()
         places.append(place)
         axes.append(turn)
-    return LinkPoses(np.stack(places, 1), np.ascontiguousarray(np.stack(axes, 1)))
+    origins, columns = np.stack(places, 1), np.ascontiguousarray(np.stack(axes, 1))
+    return LinkPoses(origins, columns, origins + np.einsum("nkij,kj->nki", columns, hulls().centres))
 
 
 def carries(joints_rad: np.ndarray, hand_m: np.ndarray) -> bool:
@@ -172,8 +175,8 @@ def posed(places: np.ndarray, turns: np.ndarray) -> Facets:
 
 @kernel
 def in_view(places, turns, centres, halves, camera, turn, slope_x, slope_y):
-    """Whether the camera may see any of the links' boxes, given by centres and halves in their frames. slope_x, slope_y:
-    of the image's borders, half its size over the focal length; camera, turn: where the camera is."""
+    """Whether the camera may see any of the links' boxes, given by centres and halves in their frames. slope_x,
+    slope_y: of the image's borders, half its size over the focal length; camera, turn: where the camera is."""
     point = np.empty(3)
     for k in range(places.shape[0]):
         left, right, low, high, ahead = True, True, True, True, False

@@ -90,7 +90,7 @@ def draw_skin(
                     block(S, n, blockers[k], False)
         if lit > ZERO:
             reach = around(S, n, middle)
-            shade(S, n, middle[0], middle[1], middle[2], reach, reception, True)
+            shade(S, n, middle[0], middle[1], middle[2], reach, reception, True, True)
         _look_up(S, n, functions, faces[start : start + n], places[start : start + n], texels, repeats)
         sample(S, n, cells, fetched, levels, ONE, ZERO, ONE, ZERO, True, PROBES, PROBES)
         for i in range(n):

@@ -96,7 +96,7 @@ def draw_solid(
                 open_face(S, n, f32(half_u), f32(half_v), nodes)
                 if shaded:
                     reach = around(S, n, middle)
-                    shade(S, n, middle[0], middle[1], middle[2], reach, reception, True)
+                    shade(S, n, middle[0], middle[1], middle[2], reach, reception, True, True)
                 sample(
                     S, n, cells, fetched, own, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF,
                     False, PROBES, PROBES,

@@ -33,8 +33,8 @@ LEAST, SOFT = f32(3e-3), f32(0.04)
 """Bodies are joined where more than one hides part of the lamp: those but the darkest together LEAST of it, wholly from
 SOFT on."""
 WIDE = f32(0.06)
-"""Under a lamp of a larger angular radius, boxes are measured in strips wherever they hide part of it: a box smaller than
-the lamp's cone hides more than the product of its wedges."""
+"""Under a lamp of a larger angular radius, boxes are measured in strips wherever they hide part of it: a box smaller
+than the lamp's cone hides more than the product of its wedges."""
 PER_DISC = f32(1 / np.pi)
 FAR, TINY = f32(1e6), f32(1e-9)
 HEIGHT = f32(2 / STRIPS)
@@ -90,8 +90,8 @@ def rims_of(turns, places, halves, lamp, frame, origin, rims, counts):
 
 @kernel
 def join(S, n, joined, count, rims, kinds, joint):
-    """SEEN_NOW of a group of casters: SEEN_NOW so far is what the darkest of them leaves. The union of the boxes `joined`
-    (the first `count`), over the sum of their shares, is that of the casters. rims, kinds, joint: of
+    """SEEN_NOW of a group of casters: SEEN_NOW so far is what the darkest of them leaves. The union of the boxes
+    `joined` (the first `count`), over the sum of their shares, is that of the casters. rims, kinds, joint: of
     `casters.Reception`.
     """
     m00, m01, m02, m10, m11, m12 = joint[0], joint[1], joint[2], joint[3], joint[4], joint[5]
@@ -209,7 +209,8 @@ def _add(S, n, at):
 
 @kernel
 def overlaps(S, n, wide):
-    """Whether `join` matters to any of the points: more than one caster hides part of the lamp, or under a wide lamp any."""
+    """Whether `join` matters to any of the points: more than one caster hides part of the lamp, or under a wide lamp
+    any."""
     most = ZERO
     for i in range(n):
         seen = S[SEEN_NOW + i]
