@@ -1,6 +1,5 @@
 """Light from all around that bodies keep away, against rays over the hemisphere."""
 
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

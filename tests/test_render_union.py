@@ -39,15 +39,14 @@ def seen(points, lamp, radius, boxes, parts=PARTS, own=255):
     )  # fmt: skip
     reception = receive(casters, np.eye(3), np.zeros(3))
     spread(reception, casters, np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0]))
-    S, middle, result = np.zeros(SCRATCH, np.float32), np.empty(3, np.float32), []
+    S, result = np.zeros(SCRATCH, np.float32), []
     for start in range(0, len(points), LANES):
         chunk = points[start : start + LANES]
         n = len(chunk)
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + n] = values
         S[ROOM : ROOM + n], S[SEEN : SEEN + n], S[PART : PART + n] = 1, 1, own
-        reach = around(S, n, middle)
-        shade(S, n, *middle, np.float32(reach), reception, False, True)
+        shade(S, n, *around(S, n), reception, False, True)
         result.append(S[SEEN : SEEN + n].copy())
     return np.concatenate(result)
 
