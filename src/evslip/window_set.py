@@ -107,7 +107,7 @@ class Windows:
     recent: np.ndarray
     """Whether the object moved in the 0.2 s before the window, bool of shape (n,)."""
     by_body: np.ndarray
-    """Events of each body in the crop, in the order of evslip.frame.BODIES, int64 of shape (n, 4)."""
+    """Events of each body in the crop, in the order of evslip.frame.BODIES, int64 of shape (n, 5)."""
     object_map: np.ndarray
     """The object's events in parts of 16 x 16 pixels, at most 65,535; uint16 of shape (n, rows, columns)."""
     dropped: int = 0
