@@ -38,12 +38,12 @@ TINY, PER_TEXEL = f32(1e-20), f32(1 / 65535)
 SQUARE = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]], np.float32)
 TRIANGLE = np.array([[0, 2**0.5], [1.5**0.5, -(0.5**0.5)], [-(1.5**0.5), -(0.5**0.5)]], np.float32)
 """Places of probes along both sides of a footprint: of mean 0, variance 1 and covariance 0."""
-FINER, FLAT = f32(1.5), f32(0.75)
+FINER, FLAT = f32(1.0), f32(0.5)
 """Probes around a middle take the level that is finer than their share of the footprint: where the wanted variance is
 FINER to 4 FINER of the level's, but that it mixes with the next finer one from FLAT of FINER on."""
-SLIMMEST = f32(1 / 3)
+SLIMMEST = f32(0.75)
 """Least ratio of a footprint's variances that the level goes by: probes must not leave gaps along the longer side."""
-LONGEST = f32(50.0)
+LONGEST = f32(26.0)
 """Square of a footprint's longest side over its shorter one that a row of probes stands for; if it is longer, the level
 gets coarser."""
 EVENLY = f32(0.25)
