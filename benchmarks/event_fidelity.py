@@ -41,7 +41,7 @@ Image = tuple[int, np.ndarray]
 def pieces(traj: Trajectory, window_us: int) -> dict[str, tuple[int, int]]:
     """Start and end in microseconds of what is looked at."""
     truth = measure(traj)
-    start, end = phase_times(traj.params)["move"] if "move" in phase_times(traj.params) else truth.span_us
+    start, end = phase_times(traj.params).get("move", truth.span_us)
     middles = {"transport": (start + end) // 2}
     if truth.onset_us is not None:
         middles["onset"] = truth.onset_us
@@ -63,14 +63,16 @@ def dense(traj: Trajectory, times_us: np.ndarray) -> Iterator[Image]:
 def converged(traj: Trajectory, times_us: np.ndarray) -> Iterator[Image]:
     """The mean of FINE x FINE finer pixels, blurred by the same lens as the fast renderer's pixels."""
     camera = hand_camera(traj.params)
-    raycast.SPREAD = np.float32(0)
     scratch = np.empty((camera.height, camera.width), np.float32)
-    for frame in render(traj, times_us=times_us, size=(camera.width * FINE, camera.height * FINE)):
-        luminance = frame.luminance.reshape(camera.height, FINE, camera.width, FINE).mean((1, 3))
-        spread = np.empty_like(luminance)
-        expose(luminance, np.float32(1), SPREAD, scratch, spread)
-        yield frame.t_us, spread
-    raycast.SPREAD = SPREAD
+    raycast.SPREAD = np.float32(0)
+    try:
+        for frame in render(traj, times_us=times_us, size=(camera.width * FINE, camera.height * FINE)):
+            luminance = frame.luminance.reshape(camera.height, FINE, camera.width, FINE).mean((1, 3))
+            spread = np.empty_like(luminance)
+            expose(luminance, np.float32(1), SPREAD, scratch, spread)
+            yield frame.t_us, spread
+    finally:
+        raycast.SPREAD = SPREAD
 
 
 def film(frames: Iterator[Image], size: tuple[int, int]) -> tuple[list[Events], int]:

@@ -9,6 +9,7 @@ from evslip.rendering.lanes import (
     GROUND,
     HALF,
     LANES,
+    LEAST_ROOM,
     ONE,
     OPEN,
     PART,
@@ -23,14 +24,11 @@ from evslip.rendering.lanes import (
     kernel,
 )
 from evslip.rendering.occlusion import PITCH, between, open_run, surface_nodes
-from evslip.rendering.plane import PLANE, describe, meet_plane, reflect, reflect_below_horizon
+from evslip.rendering.plane import PLANE, describe, light_plane, meet_plane, reflect, reflect_below_horizon
 from evslip.rendering.sphere import draw_lamp, glow, meet_sphere, unroll
-from evslip.rendering.texels import sample
+from evslip.rendering.texels import TRIANGLE, sample_along, sample_around, unfold
 
-PROBES = 3
-"""Texture probes along the footprint of a pixel on the surface, which is seen at a grazing angle."""
 ENDLESS = f32(1e30)
-LEAST_ROOM = f32(1e-3)
 
 
 @kernel
@@ -140,26 +138,41 @@ def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
         lowest = min(lowest, S[GROUND + i])
         highest = max(highest, S[GROUND + i])
     if lowest < ONE:
-        unroll(S, n, repetitions, radius, pixel, sphere_levels[0, 1])
         aspect = sphere_levels[0, 1] / sphere_levels[0, 2]
         horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
-        sample(S, n, sphere_cells, fetched, sphere_levels, ONE, ZERO, aspect, horizon, True, 1, 1)
+        unroll(S, n, repetitions, radius, pixel, aspect, horizon)
+        sample_around(S, n, sphere_cells, fetched, sphere_levels, True, TRIANGLE)
         glow(S, n, luminance)
         if lamp_here:
             draw_lamp(S, n, towards, angle, pixel, lamp_luminance)
     if highest > ZERO:
+        if lowest < ONE:
+            _look_below_horizon(S, n, turn, pixel)
         cells, levels, per_m, ambient, gloss, power, lamp_radius, plane = surface
-        meet_plane(
-            S, n, plane, pixel, power, lamp_radius, gloss, per_m * levels[0, 1], PROBES, 1, ENDLESS, ENDLESS
-        )  # fmt: skip
+        meet_plane(S, n, plane, pixel)
+        light_plane(S, n, plane, power, lamp_radius, gloss)
         if shaded:
             u, v, w, reach = around(S, n)
             shade(S, n, u, v, w, reach, reception, False, True)
-        sample(S, n, cells, fetched, levels, per_m, ZERO, -per_m, ZERO, True, PROBES, 1)
+        unfold(S, n, per_m, ZERO, -per_m, ZERO, True)
+        sample_along(S, n, cells, fetched, levels)
         if lowest >= ONE:
             reflect(S, n, ambient)
         else:
             reflect_below_horizon(S, n, ambient)
+
+
+@kernel
+def _look_below_horizon(S, n, turn, pixel):
+    """Move the rays of pixels that the horizon cuts to the middle of what is below it."""
+    length = math.sqrt(turn[2, 0] * turn[2, 0] + turn[2, 1] * turn[2, 1]) + f32(1e-9)
+    down_x, down_y = -pixel * turn[2, 0] / length, -pixel * turn[2, 1] / length
+    for i in range(n):
+        below = min(max(S[GROUND + i], LEAST_ROOM), ONE)
+        shift = HALF * (ONE - below)
+        S[RAY_X + i] += shift * down_x
+        S[RAY_Y + i] += shift * down_y
+        S[ROOM + i] *= below
 
 
 @kernel

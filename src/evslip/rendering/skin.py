@@ -26,7 +26,6 @@ from evslip.rendering.lanes import (
     ROOM,
     SEEN,
     TEX,
-    TEXELS,
     ZERO,
     U,
     V,
@@ -36,10 +35,8 @@ from evslip.rendering.lanes import (
 )  # fmt: skip
 from evslip.rendering.occlusion import block, describe_blockers, faces_any
 from evslip.rendering.shadow import risen
-from evslip.rendering.texels import sample
+from evslip.rendering.texels import SQUARE, sample_around
 
-PROBES = 2
-"""Texture probes along each side of a pixel's footprint."""
 COARSEST = 0.25
 """Longest side of a pixel's footprint, in repetitions of the texture: at a rim it would grow without end."""
 
@@ -91,8 +88,9 @@ def draw_skin(
         if lit > ZERO:
             u, v, w, reach = around(S, n)
             shade(S, n, u, v, w, reach, reception, True, True)
-        _look_up(S, n, functions, faces[start : start + n], places[start : start + n], texels, repeats)
-        sample(S, n, cells, fetched, levels, ONE, ZERO, ONE, ZERO, True, PROBES, PROBES)
+        run = slice(start, start + n)
+        _look_up(S, n, functions, faces[run], places[run], shares[run], texels, repeats)
+        sample_around(S, n, cells, fetched, levels, True, SQUARE)
         for i in range(n):
             S[RESULT + i] = (
                 S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
@@ -141,32 +139,30 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
 
 
 @kernel
-def _look_up(S, n, functions, faces, places, texels, repeats):
-    """U, V = texture coordinates, MAJOR and MINOR = how far apart the probes are: a pixel's steps among them.
+def _look_up(S, n, functions, faces, places, shares, texels, repeats):
+    """U, V = texture coordinates, MAJOR and MINOR = a pixel's steps among them, times its share.
 
     A texture that does not repeat is not looked up beyond its border, where its other side would come in.
     """
-    per_probe = 1.0 / PROBES
     for i in range(n):
         f, x, y = faces[i], places[i, 0], places[i, 1]
         depth = 1.0 / (functions[f, 0, 0] * x + functions[f, 0, 1] * y + functions[f, 0, 2])
         u = depth * (functions[f, 1, 0] * x + functions[f, 1, 1] * y + functions[f, 1, 2])
         v = depth * (functions[f, 2, 0] * x + functions[f, 2, 1] * y + functions[f, 2, 2])
         S[U + i], S[V + i] = f32(u), f32(v)
-        S[MAJOR_U + i] = f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0]) * per_probe)
-        S[MAJOR_V + i] = f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0]) * per_probe)
-        S[MINOR_U + i] = f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1]) * per_probe)
-        S[MINOR_V + i] = f32(depth * (functions[f, 2, 1] - v * functions[f, 0, 1]) * per_probe)
+        S[MAJOR_U + i] = f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0]))
+        S[MAJOR_V + i] = f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0]))
+        S[MINOR_U + i] = f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1]))
+        S[MINOR_V + i] = f32(depth * (functions[f, 2, 1] - v * functions[f, 0, 1]))
     for i in range(n):
         major_u, major_v, minor_u, minor_v = S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i]
         wide = math.sqrt(max(major_u * major_u + major_v * major_v, minor_u * minor_u + minor_v * minor_v))
-        shrink = min(ONE, f32(COARSEST / PROBES) / (wide + f32(1e-12)))
+        shrink = min(shares[i], f32(COARSEST) / (wide + f32(1e-12)))
         S[MAJOR_U + i], S[MAJOR_V + i] = shrink * major_u, shrink * major_v
         S[MINOR_U + i], S[MINOR_V + i] = shrink * minor_u, shrink * minor_v
-        S[TEXELS + i] = shrink * wide * texels
     border = HALF / texels
     for i in range(n):
-        room_u = HALF - max(abs(S[MAJOR_U + i]) + abs(S[MINOR_U + i]), border)
-        room_v = HALF - max(abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i]), border)
+        room_u = HALF - max(HALF * (abs(S[MAJOR_U + i]) + abs(S[MINOR_U + i])), border)
+        room_v = HALF - max(HALF * (abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i])), border)
         S[U + i] = S[U + i] if repeats[0] else HALF + min(max(S[U + i] - HALF, -room_u), room_u)
         S[V + i] = S[V + i] if repeats[1] else HALF + min(max(S[V + i] - HALF, -room_v), room_v)

@@ -7,13 +7,11 @@ import numpy as np
 from evslip.rendering.ambient import irradiance
 from evslip.rendering.casters import OBJECT_PART, aim, around, receive, shade, spread
 from evslip.rendering.lanes import HALF as HALF
-from evslip.rendering.lanes import LANES, ONE, PART, RAY_X, RAY_Y, RESULT, ROOM, ZERO, f32, kernel
+from evslip.rendering.lanes import LANES, LEAST_ROOM, PART, RAY_X, RAY_Y, RESULT, ROOM, ZERO, f32, kernel
 from evslip.rendering.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
-from evslip.rendering.plane import PLANE, describe, meet_plane, reflect
-from evslip.rendering.texels import sample
+from evslip.rendering.plane import PLANE, describe, light_plane, meet_face, reflect
+from evslip.rendering.texels import SQUARE, sample_around, unfold
 
-PROBES = 2
-"""Texture probes along each side of a pixel's footprint."""
 SHADOW_GAP_M = 1e-6
 
 
@@ -61,7 +59,6 @@ def draw_solid(
         for j in range(3):
             frame[j, 0], frame[j, 1], frame[j, 2] = u_axis[j], v_axis[j], normal[j]
         own = levels[level_starts[faces[k] % 3] : level_starts[faces[k] % 3 + 1]]
-        texels_per_m = f32(max(own[0, 1] / (2 * half_u), own[0, 2] / (2 * half_v)))
         light = f32(irradiance(ambient, normal[0], normal[1], normal[2]))
         distance = 0.0
         for j in range(3):
@@ -87,20 +84,17 @@ def draw_solid(
             for x0 in range(first, last, LANES):
                 n = min(LANES, last - x0)
                 for i in range(n):
-                    S[ROOM + i] = ONE
+                    S[ROOM + i] = f32(area[k, row, x0 + i]) + LEAST_ROOM
                     S[RAY_X + i] = (f32(x0 + i) + HALF - f32(width * 0.5)) * pixel
                     S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
-                meet_plane(
-                    S, n, plane32, pixel, power, radius, gloss, texels_per_m, PROBES, PROBES, f32(half_u), f32(half_v)
-                )
+                meet_face(S, n, plane32, pixel, f32(half_u), f32(half_v))
+                light_plane(S, n, plane32, power, radius, gloss)
                 open_face(S, n, f32(half_u), f32(half_v), nodes)
                 if shaded:
                     u, v, w, reach = around(S, n)
                     shade(S, n, u, v, w, reach, reception, True, True)
-                sample(
-                    S, n, cells, fetched, own, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF,
-                    False, PROBES, PROBES,
-                )  # fmt: skip
+                unfold(S, n, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF, False)
+                sample_around(S, n, cells, fetched, own, False, SQUARE)
                 reflect(S, n, light)
                 for i in range(n):
                     out[row, x0 + i] += f32(area[k, row, x0 + i]) * keep[row, x0 + i] * S[RESULT + i]
