@@ -1,18 +1,22 @@
-"""Speed of the event camera, one thread: benchmarks/events.py [--frames N] [--repeat N] [--v2e FOLDER] [--eventcv]
+"""Speed of the event camera, one thread: benchmarks/events.py [--frames N] [--repeat N] [--clip KIND]
+[--cameras NAME ...] [--v2e FOLDER] [--eventcv]
 
 --v2e FOLDER times v2e too, on the same frames as bytes, and prints ratios: FOLDER is a copy of
 https://github.com/SensorsINI/v2e, which needs torch and opencv-python; what else it imports but does not use here is
 replaced by empty modules. --eventcv times that package (pip install eventcv) on the same bytes, on one thread
 too, without its upsampling, which costs a pass over all pixels for each finer step. It decodes sRGB: its events differ.
 
-A textured square turns at 2 revolutions a second before a gradient, filmed at 2000 frames a second. Every figure is the
-best of some runs, and for all but the first frame, on which a camera settles. On one thread the processor's time is
-taken, so that other programs disturb less. "bytes" and "floats" are Mpixel/s for frames in uint8 and linear float32,
-"step" milliseconds for a frame of bytes; "events" counts them per pixel and frame: each costs as much as 50 pixels.
+A textured square turns at 2 revolutions a second before a gradient, filmed at 2000 frames a second, in two clips: in
+"square" the texture goes from bytes of 20 to 255, in "busy" from 2 to 255 and through steeper edges, which makes twice
+the events, or half as many again where there is a low-pass. Every figure is the best of some runs, and for all but the
+first frame, on which a camera settles. On one thread the processor's time is taken, so that other programs disturb
+less. "bytes" and "floats" are Mpixel/s for frames in uint8 and linear float32, "step" milliseconds for a frame of
+bytes; "events" counts them per pixel and frame.
 """
 
 import argparse
 import importlib
+import itertools
 import logging
 import os
 import resource
@@ -28,13 +32,18 @@ from evslip.events import PRESETS, EventCamera
 
 SIZES = ((346, 260), (640, 480), (1280, 720))
 FRAME_US = 500.0
+CLIPS = {"square": (20, 1.0), "busy": (2, 1.3)}
+"""Darkest byte of the texture, and how much its contrast is raised."""
 
 
-def make_clip(size: tuple[int, int], frames: int) -> np.ndarray:
-    """Linear luminance, float32 of shape (frames, height, width)."""
+def make_clip(size: tuple[int, int], frames: int, kind: str = "square") -> np.ndarray:
+    """Linear luminance, float32 of shape (frames, height, width); kind: of CLIPS."""
     width, height = size
     rng = np.random.default_rng(1)
-    texture = rng.uniform(20 / 255, 1.0, (14, 14))
+    darkest, overshoot = CLIPS[kind]
+    texture = rng.uniform(darkest / 255, 1.0, (14, 14))
+    # Contrast beyond black and white, as a sharp picture's edges have it.
+    texture = np.clip(0.5 + overshoot * (texture - 0.5), darkest / 255, 1.0)
     rows, columns = np.mgrid[0:height, 0:width] - np.array([height, width])[:, None, None] / 2
     ground = np.broadcast_to(np.linspace(8 / 255, 180 / 255, width), (height, width))
     half = 0.21 * min(size)
@@ -197,19 +206,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=65)
     parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--clip", choices=CLIPS, help="only this one")
+    parser.add_argument("--cameras", choices=PRESETS, nargs="+", default=list(PRESETS))
     parser.add_argument("--v2e", type=Path)
     parser.add_argument("--eventcv", action="store_true")
     options = parser.parse_args()
     emulator = load_v2e(options.v2e) if options.v2e else None
     eventcv = load_eventcv() if options.eventcv else None
-    print("| size | camera | bytes | floats | step, ms | events | v2e | v2e's events | times v2e |")
-    print("|---|---|---|---|---|---|---|---|---|")
-    for size in SIZES:
-        clip = make_clip(size, options.frames)
+    print("| clip | size | camera | bytes | floats | step, ms | events | v2e | v2e's events | times v2e |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for kind, size in itertools.product([options.clip] if options.clip else CLIPS, SIZES):
+        clip = make_clip(size, options.frames, kind)
         times_us = FRAME_US * np.arange(len(clip))
         in_bytes = (255 * np.clip(clip, 0, 1)).astype(np.uint8)
-        row = f"| {size[0]}x{size[1]} |"
-        for name in PRESETS:
+        row = f"| {kind} | {size[0]}x{size[1]} |"
+        for name in options.cameras:
             speed, step, events = measure(name, in_bytes, times_us, options.repeat)
             floats, _, _ = measure(name, clip, times_us, options.repeat)
             theirs = " | | "

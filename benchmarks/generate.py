@@ -1,24 +1,38 @@
-"""Seconds, events and bytes a sample, by stage.
+"""Seconds, events and bytes a sample, by stage; and the memory of a worker.
 
-python benchmarks/generate.py [--preset simple] [--count 16] [--workers 2]
+python benchmarks/generate.py [--preset simple] [--count 16] [--workers 2] [--memory 500]
+
+With --memory so many samples are made in this process instead, and its resident memory is watched.
 """
 
 import argparse
+import json
+import resource
 import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 
 import evslip
-from evslip.generation import STAGES
+from evslip import dataset
+from evslip.config import dump_config
+from evslip.generation import STAGES, Job, make_sample
+from evslip.runners.attempts import attempt
+
+WARM = 20
+"""Samples after which a worker has met all kinds of work, and its memory should stay what it is."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--preset", default="simple")
+    parser.add_argument("--preset", default="simple", help="a preset or a TOML file")
     parser.add_argument("--count", type=int, default=16)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--memory", type=int, default=0, metavar="COUNT")
     options = parser.parse_args()
+    if options.memory:
+        return memory(options.preset, options.memory)
     with tempfile.TemporaryDirectory() as warm_up:
         start = time.perf_counter()
         evslip.generate(options.preset, warm_up, 1, workers=1)
@@ -26,17 +40,41 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         summary = evslip.generate(options.preset, folder, options.count, workers=options.workers)
         frames = [record.stats["frames"] for record in evslip.open_dataset(folder)]
+        files = sum(path.is_file() for path in Path(folder).rglob("*"))
     made = summary.made
     print(f"{options.preset}, {len(made)} samples, {options.workers} workers")
     print(f"{'wall seconds a sample':28} {summary.seconds / len(made):8.2f}")
     for stage in STAGES:
         print(f"{stage + ', CPU seconds':28} {np.mean([m.seconds[stage] for m in made]):8.2f}")
+    print(f"{'sum, CPU seconds':28} {np.mean([sum(m.seconds.values()) for m in made]):8.2f}")
     events = np.array([m.entry["events"] for m in made])
     size = np.array([m.entry["bytes"] for m in made])
     print(f"{'frames a sample':28} {np.mean(frames):8.0f}")
     print(f"{'events a sample':28} {events.mean():8,.0f}")
     print(f"{'megabytes a sample':28} {size.mean() / 1e6:8.2f}")
     print(f"{'bytes an event':28} {size.sum() / max(1, events.sum()):8.2f}")
+    print(f"{'files in the folder':28} {files:8}")
+    return None
+
+
+def memory(preset: str, count: int) -> None:
+    """Print the resident memory of one worker over `count` samples."""
+    config = evslip.load_config(preset)
+    seen = []
+    with tempfile.TemporaryDirectory() as folder:
+        text = dump_config(config)
+        dataset.create(Path(folder), text)
+        for index in range(count):
+            is_done, what = attempt(make_sample, Job(folder, text, "train", index, json.dumps({})))
+            if not is_done:
+                raise SystemExit(str(what))
+            seen.append(int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 1e6)
+            if index + 1 in (WARM, count) or (index + 1) % max(1, count // 10) == 0:
+                print(f"after {index + 1:4} samples {seen[-1]:6.1f} MB", flush=True)
+    rest = np.array(seen[WARM:])
+    halves = np.median(rest[: len(rest) // 2]), np.median(rest[len(rest) // 2 :])
+    print(f"after the first {WARM}: {rest.min():.1f} to {rest.max():.1f} MB; medians of the halves differ by ", end="")
+    print(f"{halves[1] - halves[0]:+.1f} MB; peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
 
 
 if __name__ == "__main__":

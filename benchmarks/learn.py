@@ -1,58 +1,101 @@
-"""Binning and training step against their plain dense forms: python benchmarks/learn.py [WINDOWS.h5] [--batch 16]
+"""Training steps and binning against their plain dense forms: python benchmarks/learn.py [WINDOWS.h5] [--batch 32] [--threads N]
 
-Without a file: windows of random edges, about as dense as simulated ones (40,000 events).
+A step is the forward pass, the loss, the backward pass and the optimiser's update. The dense form is the same network
+in plain PyTorch on grids that lie ready in memory; ours begins with the windows' occupied cells. Binning is compared
+with numpy and, where it is installed, with tonic's ToFrame. Without a file: windows of drifting points, about as dense
+as simulated ones (40,000 events). Names of networks choose some of them.
+The time is the least of several; with --threads 1 it is processor time, which others on the machine hardly change.
 """
 
 import argparse
+import importlib.util
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+import numba
 import numpy as np
 import torch
 from torch.nn import functional
 
 from evslip.learn import build_model
-from evslip.learn.sparse_conv import dense
+from evslip.learn.layers import trains
+from evslip.learn.layers.occupancy import Binner, dense
+from evslip.learn.networks.cnn3d import CNN3d
+from evslip.learn.networks.mlp import MLP
+from evslip.learn.networks.snn import SNN
 from evslip.window_set import WindowEvents, load_windows
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("windows", nargs="?")
-    parser.add_argument("--batch", type=int, default=16)
+    parser.add_argument("--batch", type=int, default=32)
+    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--threads", type=int)
+    parser.add_argument("--networks", nargs="+", default=["mlp", "snn", "cnn3d", "cnn3d_bn"])
     options = parser.parse_args()
+    if options.threads:
+        torch.set_num_threads(options.threads)
+        numba.set_num_threads(options.threads)
     windows = [made_up(seed) for seed in range(options.batch)]
     if options.windows:
         stored = load_windows(options.windows)
-        windows = [stored[i] for i in range(min(options.batch, len(stored)))]
+        order = np.random.default_rng(0).permutation(len(stored))[: options.batch]
+        windows = [stored[int(i)] for i in order]
     events = np.mean([len(window.t_us) for window in windows])
     print(f"{len(windows)} windows of {events:,.0f} events on average, {torch.get_num_threads()} threads")
+    binning(windows, options.repeats)
+    for name in options.networks:
+        training_step(name, windows, options.repeats)
 
-    network = build_model("cnn3d_bn")
-    binned = median_ms(lambda: [network.prepare(window) for window in windows]) / len(windows)
-    plain = median_ms(lambda: [by_numpy(window) for window in windows[:4]], 3) / len(windows[:4])
-    row("binning and pooling, a window", binned, plain)
 
+def binning(windows: Sequence[WindowEvents], repeats: int) -> None:
+    """Milliseconds a window to bin and pool."""
+    for bins in (150, 350):
+        binner = Binner(200, 250, 160_000, bins)
+        ours = best_ms(lambda b=binner: [b(*window) for window in windows], repeats) / len(windows)
+        plain = best_ms(lambda n=bins: [by_numpy(window, n) for window in windows[:2]], 2) / 2
+        row(f"binning, {bins} bins", ours, plain, "numpy")
+        if importlib.util.find_spec("tonic"):
+            frames = best_ms(by_tonic(windows[:4], bins), 2) / 4
+            row(f"binning, {bins} bins", ours, frames, "tonic ToFrame")
+
+
+def training_step(name: str, windows: Sequence[WindowEvents], repeats: int) -> None:
+    """Milliseconds a step on the whole batch, from coordinates and dense."""
+    torch.manual_seed(0)
+    network = build_model(name)
     batch = [network.prepare(window) for window in windows]
     labels = torch.arange(len(batch)) % 2
+    plain, ready = densely(network, batch)
+    optimiser = torch.optim.AdamW(network.parameters(), lr=1e-5, fused=True)
 
-    def step(forward: Callable[[], torch.Tensor]) -> Callable[[], None]:
-        return lambda: functional.cross_entropy(forward(), labels).backward()
+    def step(loss: Callable[[], torch.Tensor]) -> Callable[[], None]:
+        def run() -> None:
+            optimiser.zero_grad()
+            loss().backward()
+            optimiser.step()
 
-    row("training step from coordinates", median_ms(step(lambda: network(batch))), median_ms(step(densely(batch)), 3))
+        return run
+
+    ours = best_ms(step(lambda: network.step(batch, labels, 0.0)[0]), repeats)
+    row(f"training step, {name}", ours, best_ms(step(lambda: plain(ready, labels)), max(2, repeats // 3)), "dense")
 
 
-def densely(batch: list) -> Callable[[], torch.Tensor]:
-    """The same network with its first layer dense, on ready-made grids."""
-    network = build_model("cnn3d_bn")
-    grids = dense(batch, network.grid)  # type: ignore[arg-type]
-    rest = torch.nn.Sequential(
-        *(network.get_submodule(name) for name in ("conv1", "norm1")), torch.nn.ReLU(),
-        *(network.get_submodule(name) for name in ("conv2", "norm2")), torch.nn.ReLU(),
-        *(network.get_submodule(name) for name in ("conv3", "norm3")), torch.nn.ReLU(),
-        torch.nn.Flatten(), network.get_submodule("head"),
-    )  # fmt: skip
-    return lambda: rest(grids)
+def densely(network: torch.nn.Module, batch: list) -> tuple[Callable[..., torch.Tensor], torch.Tensor]:
+    """The loss of the same network with its first layer dense, and the grids it begins with."""
+    if isinstance(network, CNN3d):
+        return lambda x, y: functional.cross_entropy(network.rest(network.conv1(x)), y), dense(batch, network.grid)
+    if isinstance(network, MLP):
+        return lambda x, y: functional.cross_entropy(network.dense(x), y), trains.dense(
+            batch, network.grid[0], network.units
+        )
+    assert isinstance(network, SNN)
+
+    def loss(grids: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:
+        return network.loss(network.rest(network.linear1(grids)), labels)
+
+    return loss, trains.dense(batch, network.grid[0], network.units)
 
 
 def made_up(seed: int, count: int = 40_000) -> WindowEvents:
@@ -65,27 +108,42 @@ def made_up(seed: int, count: int = 40_000) -> WindowEvents:
     return WindowEvents(t_us.astype(np.uint32), np.minimum(x, 199), np.minimum(y, 249), rng.random(count) < 0.5)
 
 
-def by_numpy(window: WindowEvents) -> torch.Tensor:
+def by_numpy(window: WindowEvents, bins: int) -> torch.Tensor:
     """Binary occupancy by indexing, then average pooling."""
-    grid = torch.zeros(2, 350, 250, 200)
+    grid = torch.zeros(2, bins, 250, 200)
     rows_columns = window.y.astype(np.int64), window.x.astype(np.int64)
-    grid[np.where(window.p, 0, 1), window.t_us.astype(np.int64) * 350 // 160_000, *rows_columns] = 1
+    grid[np.where(window.p, 0, 1), window.t_us.astype(np.int64) * bins // 160_000, *rows_columns] = 1
     return functional.avg_pool2d(grid, 4, 4, padding=1)
 
 
-def median_ms(work: Callable[[], object], repeats: int = 10) -> float:
-    """Median wall time of a call in milliseconds, after one to warm up."""
+def by_tonic(windows: Sequence[WindowEvents], bins: int) -> Callable[[], object]:
+    """tonic's frames of the same bins, without pooling."""
+    from tonic.transforms import ToFrame  # pyright: ignore[reportMissingImports]
+
+    transform = ToFrame(sensor_size=(200, 250, 2), n_time_bins=bins)
+    kind = [("x", "<i2"), ("y", "<i2"), ("t", "<i8"), ("p", "<i1")]
+    events = []
+    for window in windows:
+        structured = np.empty(len(window.t_us), kind)
+        structured["x"], structured["y"], structured["t"], structured["p"] = window.x, window.y, window.t_us, window.p
+        events.append(structured)
+    return lambda: [transform(each) for each in events]
+
+
+def best_ms(work: Callable[[], object], repeats: int) -> float:
+    """Least time of a call in milliseconds, after one to warm up: others on the machine can only add to it."""
+    clock = time.process_time if torch.get_num_threads() == 1 else time.perf_counter
     work()
     times = []
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = clock()
         work()
-        times.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(times))
+        times.append(clock() - start)
+    return 1e3 * min(times)
 
 
-def row(name: str, ours_ms: float, plain_ms: float) -> None:
-    print(f"{name:32} {ours_ms:9.2f} ms   dense {plain_ms:9.2f} ms   {plain_ms / ours_ms:6.1f} x")
+def row(name: str, ours_ms: float, plain_ms: float, plain: str) -> None:
+    print(f"{name:26} {ours_ms:9.2f} ms   {plain:13} {plain_ms:9.2f} ms   {plain_ms / ours_ms:6.1f} x", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,3 +1,4 @@
+import collections
 import dataclasses
 import json
 import os
@@ -108,7 +109,7 @@ def test_an_undamaged_data_set_verifies(root: Path):
 
 
 @pytest.mark.slow
-def test_every_flipped_bit_is_found(root: Path):
+def test_a_flipped_bit_in_any_byte_is_found(root: Path):
     shutil.rmtree(root / "samples")
     shutil.rmtree(root / "journal")
     add(root, dataclasses.replace(simulated(0, events=1, steps=1), provenance={}, stats={}))
@@ -117,9 +118,9 @@ def test_every_flipped_bit_is_found(root: Path):
     assert data.verify() == []
     with path.open("r+b", buffering=0) as file:
         for position in range(len(whole)):
-            for bit in range(8):
-                os.pwrite(file.fileno(), bytes([whole[position] ^ 1 << bit]), position)
-                assert len(data.verify()) == 1, f"bit {bit} of byte {position}"
+            bit = position * 5 % 8
+            os.pwrite(file.fileno(), bytes([whole[position] ^ 1 << bit]), position)
+            assert len(data.verify()) == 1, f"bit {bit} of byte {position}"
             os.pwrite(file.fileno(), whole[position : position + 1], position)
     assert data.verify() == []
 
@@ -138,7 +139,7 @@ def test_flipped_bits_in_records_are_found(root: Path):
 
 
 def test_every_flipped_bit_in_a_journal_is_found(root: Path):
-    (path,) = (root / "journal").iterdir()
+    (path,) = (root / "journal").rglob("*.jsonl")
     whole = path.read_bytes()
     first = whole.index(b"\n") + 1
     # The first line and the end of the last one, where a flip may look like a line torn by a kill.
@@ -148,6 +149,58 @@ def test_every_flipped_bit_in_a_journal_is_found(root: Path):
             flipped[position] ^= 1 << bit
             path.write_bytes(flipped)
             assert open_dataset(root).verify(), f"bit {bit} of byte {position}"
+
+
+def test_every_flipped_bit_in_the_configuration_and_the_plan_is_found(root: Path):
+    data = open_dataset(root)
+    for path in (root / "plan-train.json", root / "config.toml"):
+        whole = path.read_bytes()
+        for position in range(len(whole)):
+            for bit in range(8) if path.suffix == ".json" else [position * 5 % 8]:
+                path.write_bytes(whole[:position] + bytes([whole[position] ^ 1 << bit]) + whole[position + 1 :])
+                assert any(path.name in problem for problem in data.verify()), f"bit {bit} of byte {position}"
+        path.write_bytes(whole)
+    assert data.verify() == []
+
+
+def test_a_plan_of_the_first_versions_still_counts(root: Path):
+    (root / "plan-train.json").write_text('{"count": 9}\n')
+    data = open_dataset(root)
+    assert data.verify() == []
+    assert data.status()["requested"] == 11
+    (root / "plan-train.json").unlink()
+    assert data.verify() == [f"{root / 'plan-train.json'}: missing"]
+
+
+def test_journals_of_the_first_versions_still_count(root: Path):
+    for path in (root / "journal").rglob("*.jsonl"):
+        path.rename(root / "journal" / path.name)
+    for folder in [path for path in (root / "journal").iterdir() if path.is_dir()]:
+        folder.rmdir()
+    add(root, simulated(5))
+    assert len(dataset.finished(root)) == 8
+    assert open_dataset(root).verify() == []
+
+
+def test_no_folder_of_a_million_samples_holds_more_than_ten_thousand_files(tmp_path: Path):
+    folders = collections.Counter(dataset.sample_path(tmp_path, "train", i).parent for i in range(0, 1_000_000, 50))
+    assert len(folders) <= 10_000
+    assert max(folders.values()) * 50 <= 10_000
+    # A worker lives for 200 samples and writes one journal.
+    journals = collections.Counter(journal.Journal(tmp_path)._path.parent for _ in range(5000))
+    assert len(journals) <= 256
+    assert max(journals.values()) < 100
+
+
+def test_only_the_samples_asked_for_are_looked_at(root: Path):
+    assert set(dataset.finished(root, "train", range(1, 3))) == {("train", 1), ("train", 2)}
+
+
+def test_a_run_notices_that_its_folder_was_taken_away(root: Path):
+    dataset.require_config(root, TOML)
+    shutil.rmtree(root)
+    with pytest.raises(DataError, match=r"config\.toml: is not there on .*expected a folder that all nodes share"):
+        dataset.require_config(root, TOML)
 
 
 def test_truncated_missing_surplus_and_temporary_files_are_found(root: Path):
@@ -164,6 +217,7 @@ def test_truncated_missing_surplus_and_temporary_files_are_found(root: Path):
         "samples/test/000/0000009.h5": "surplus, no journal knows it",
         "samples/train/000/.0000000.h5.0123abcd.tmp": "a temporary file left behind",
         "journal/.a.jsonl.0123abcd.tmp": "a temporary file left behind",
+        "journal/notes.txt": "surplus, not a journal",
         ".config.toml.0123abcd.tmp": "a temporary file left behind",
     }.items():
         (root / name).write_text("x")
@@ -192,7 +246,7 @@ def test_killed_between_rename_and_journal_the_sample_is_made_again(root: Path):
 
 
 def test_a_torn_last_line_costs_one_sample_and_no_more(root: Path):
-    (path,) = (root / "journal").iterdir()
+    (path,) = (root / "journal").rglob("*.jsonl")
     whole = path.read_bytes()
     last = whole[:-1].rindex(b"\n") + 1
     for end in (last + 1, (last + len(whole)) // 2, len(whole) - 2):
@@ -205,7 +259,7 @@ def test_a_torn_last_line_costs_one_sample_and_no_more(root: Path):
 
 
 def test_the_newline_alone_may_be_missing(root: Path):
-    (path,) = (root / "journal").iterdir()
+    (path,) = (root / "journal").rglob("*.jsonl")
     path.write_bytes(path.read_bytes()[:-1])
     assert len(dataset.finished(root)) == 7
     assert open_dataset(root).verify() == []
@@ -215,7 +269,7 @@ def test_several_journals_are_read_as_one(root: Path):
     entry = add(root, simulated(0))
     for _ in range(2):
         journal.Journal(root / "journal").append(entry)
-    assert len(list((root / "journal").iterdir())) == 3
+    assert len(list((root / "journal").rglob("*.jsonl"))) == 3
     assert len(dataset.finished(root)) == 7
     assert open_dataset(root).verify() == []
 
@@ -275,6 +329,7 @@ for index in range(10_000):
 def test_killed_at_any_moment_nothing_is_corrupt(tmp_path: Path):
     root = tmp_path / "data"
     dataset.create(root, TOML)
+    dataset.plan(root, "train", 1)
     script = WRITER.format(tests=str(Path(__file__).parent))
     rng = np.random.default_rng(0)
     for _ in range(5):
@@ -403,13 +458,15 @@ def test_a_failed_append_does_not_glue_two_lines(tmp_path: Path, monkeypatch: py
         log.append(entry)
     log.append(entry)
     assert journal.read_journals(tmp_path) == ({("train", 0): [entry]}, [])
-    assert sorted(len(p.read_bytes()) for p in tmp_path.iterdir())[0] == 10
-    assert json.loads(max(p.read_text() for p in tmp_path.iterdir() if p.stat().st_size > 10))["name"] == "train/0"
+    torn, whole = sorted((p.read_bytes() for p in tmp_path.rglob("*.jsonl")), key=len)
+    assert len(torn) == 10
+    assert json.loads(whole)["name"] == "train/0"
 
 
 def test_generating_again_removes_what_a_killed_rewriter_of_a_finished_sample_left(tmp_path: Path):
     root = tmp_path / "data"
     dataset.create(root, TOML)
+    dataset.plan(root, "train", 5)
     add(root, simulated(3))
     left = dataset.sample_path(root, "train", 3).with_name(".0000003.h5.0123abcd.tmp")
     other = dataset.sample_path(root, "train", 4).with_name(".0000004.h5.0123abcd.tmp")

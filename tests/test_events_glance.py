@@ -45,8 +45,8 @@ def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
             lag,
             0,
         )
-        look = glance.look_long if glance.changes(work, base, gain) else glance.look
-        look(work, gain, marks)
+        look = glance.look_long if glance.changes(work, 16, base, gain) else glance.look
+        look(work, 16, gain, F(0.0), marks)
         assert (work[glance.LAG], work[glance.REST]) == singles(glance.added(F(lag), F(0.0), step))
         assert (work[glance.LAG_0], work[glance.CURRENT_0]) == (F(lag), current_1)
 

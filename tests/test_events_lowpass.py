@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from evslip.events.lowpass import advance, advance_far, decayed, exponent
+from evslip.events.lowpass import advance, advance_far, exponent
 
 changes = st.floats(-4.0, 4.0)
 logs = st.floats(-2.0, 5.5)
@@ -48,9 +48,3 @@ def test_a_step_decays_exponentially(k, lag):
     # Constant input: lp approaches it as exp(-K), whatever K is.
     assert exponent(1.0, 1.0, math.e, math.e, k, 0.0) == k
     assert advance(1.0, 1.0, math.e, math.e, 1.0 + lag, 0.0, k) == pytest.approx(1.0 + lag * math.exp(-k), abs=1e-12)
-
-
-@settings(deadline=None)
-@given(st.floats(1e-300, 1e3))
-def test_decayed_keeps_its_digits(k):
-    assert decayed(k) == pytest.approx(-math.expm1(-k), rel=1e-9)

@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 import evslip
+from evslip import dataset
+from evslip.config import dump_config
 from evslip.errors import ConfigError
+from evslip.generation import Job, make_sample
+from evslip.progress import Progress
 
 SMALL = {"camera.width": 64, "camera.height": 48, "render.max_motion_px": 2.0}
 """A camera that makes whole samples in a fraction of a second."""
@@ -92,6 +96,10 @@ def test_another_configuration_is_refused_with_the_difference(finished):
         ({"workers": 0}, "workers: 0"),
         ({"split": "validation"}, "split: 'validation'"),
         ({"runner_name": "cloud"}, "runner: 'cloud'"),
+        ({"runner_name": "local:head"}, "runner: 'local:head'"),
+        ({"part": (0, 2)}, "part: 0/2"),
+        ({"part": (3, 2)}, "part: 3/2"),
+        ({"limit_s": 0.0}, "limit_s: 0"),
     ],
 )
 def test_wrong_arguments_leave_no_folder_behind(arguments, words, tmp_path):
@@ -120,6 +128,30 @@ def test_an_object_out_of_reach_at_some_index_is_a_rejection_there(tmp_path):
     kind, reason = rejection["rejection"]
     assert kind == "unreachable"
     assert "object.x_m 0.9" in reason
+
+
+def test_parts_make_up_the_whole_and_leave_each_others_samples_alone(finished, tmp_path):
+    made = [evslip.generate(small_config(), tmp_path, 4, part=(i, 3), workers=1).made for i in (3, 1, 2)]
+    assert [[m.entry["index"] for m in part] for part in made] == [[2, 3], [0], [1]]
+    assert records(tmp_path) == records(finished)
+    assert evslip.open_dataset(tmp_path).status()["missing"] == 0
+
+
+def test_progress_begins_with_what_is_there(finished):
+    told = []
+
+    class Listener(Progress):
+        def begin(self, count, skipped):
+            told.append((count, skipped))
+
+    evslip.generate(small_config(), finished, 4, part=(2, 2), workers=1, progress=Listener())
+    assert told == [(2, 2)]
+
+
+def test_other_versions_on_a_node_are_refused(tmp_path):
+    dataset.create(tmp_path, toml := dump_config(small_config()))
+    with pytest.raises(ConfigError, match=r"sample train/0: mujoco .*but 1\.0 where the run was started"):
+        make_sample(Job(str(tmp_path), toml, "train", 0, '{"mujoco": "1.0"}'))
 
 
 def test_a_configuration_that_failed_can_be_mended_in_its_folder(tmp_path):

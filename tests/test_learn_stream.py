@@ -11,6 +11,7 @@ from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.evaluate import probabilities
+from evslip.learn.recent import LEAST, Recent
 from evslip.window_set import WindowSettings
 from evslip.windows import windows_of
 from slip_records import HELD, SIZE, slip_record, turning
@@ -39,7 +40,7 @@ def test_answers_equal_those_on_the_windows(model: Path) -> None:
     detector = Detector(model)
     expected = probabilities(detector._network, windows)
     np.testing.assert_allclose(found.p_slip[which], expected, atol=1e-5)
-    np.testing.assert_array_equal(found.events[which], np.diff(windows.offsets))
+    np.testing.assert_array_equal(found.events[which], windows.events)
 
 
 def test_silence_is_answered_too(model: Path) -> None:
@@ -50,7 +51,7 @@ def test_silence_is_answered_too(model: Path) -> None:
     answers = detector.follow(empty_events(), until_us=1_500_000)
     assert answers.t_us.tolist() == [1_160_000, 1_260_000, 1_360_000, 1_460_000]
     assert answers.events.tolist() == [1, 0, 0, 0]
-    assert detector._kept.count == 0
+    assert len(detector._kept.t_us) == 0
 
 
 def test_memory_is_bounded_by_a_window(model: Path) -> None:
@@ -59,7 +60,7 @@ def test_memory_is_bounded_by_a_window(model: Path) -> None:
     for i in range(0, events.count, 500):
         detector.follow(events.select(slice(i, i + 500)))
         kept = detector._kept
-        assert not kept.count or kept.t_us[-1] - kept.t_us[0] <= 160_000
+        assert not len(kept.t_us) or kept.t_us[-1] - kept.t_us[0] <= 160_000
 
 
 def test_events_out_of_order_are_refused(model: Path) -> None:
@@ -74,3 +75,40 @@ def test_events_out_of_order_are_refused(model: Path) -> None:
 def test_wrong_hop(model: Path, hop_s: float) -> None:
     with pytest.raises(ConfigError, match="hop_s"):
         Detector(model, hop_s=hop_s)
+
+
+@pytest.mark.parametrize("name", ["cnn3d", "cnn3d_bn", "evgru"])
+@pytest.mark.parametrize("hop_ms", [1, 7, 20])
+def test_what_a_hop_brings_anew_gives_the_answers_of_the_whole_window(name: str, hop_ms: int, tmp_path: Path) -> None:
+    torch.manual_seed(1)
+    network = build_model(name)
+    for norm in network.modules():
+        if isinstance(norm, torch.nn.BatchNorm3d):
+            norm.running_mean.uniform_(-0.1, 0.1)  # type: ignore[union-attr]
+            norm.running_var.uniform_(0.01, 0.1)  # type: ignore[union-attr]
+    save_model(tmp_path, network, Description(name, 0.5, WindowSettings(), {}))
+    events = slip_record("a", turning(600, 1900, 15.0)).events.between(500_000, 760_000)
+    # A silent gap of 0.3 s, in which the detector's memory of phases goes stale.
+    later = events._replace(t_us=events.t_us + 560_000)
+    rolling, plain = (Detector(tmp_path, hop_s=hop_ms / 1e3, incremental=kind) for kind in (True, False))
+    assert rolling._rolling is not None and plain._rolling is None
+    for part in (events, later):
+        pieces = np.array_split(np.arange(part.count), 5)
+        found = [rolling.follow(part.select(piece)) for piece in pieces]
+        expected = plain.follow(part)
+        np.testing.assert_array_equal(np.concatenate([f.t_us for f in found]), expected.t_us)
+        np.testing.assert_array_equal(np.concatenate([f.events for f in found]), expected.events)
+        np.testing.assert_allclose(np.concatenate([f.p_slip for f in found]), expected.p_slip, atol=1e-5)
+
+
+def test_the_buffer_of_recent_events_stays_small_and_right() -> None:
+    rng, recent, kept = np.random.default_rng(0), Recent(), np.empty(0, np.int64)
+    for step in range(200):
+        count = int(rng.integers(0, 20_000 if step < 20 else 200))
+        t_us = np.sort(rng.integers(step * 1000, (step + 1) * 1000, count))
+        recent.add(Events(t_us, *(np.zeros(count, kind) for kind in (np.uint8, np.uint8, bool))))
+        recent.forget((step - 5) * 1000)
+        kept = np.concatenate([kept, t_us])
+        kept = kept[kept >= (step - 5) * 1000]
+        np.testing.assert_array_equal(recent.t_us, kept)
+    assert len(recent._columns[0]) < 10 * len(kept) + LEAST

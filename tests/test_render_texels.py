@@ -1,19 +1,25 @@
 import numpy as np
 import pytest
 
-from evslip.rendering.lanes import LANES, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, TEX, TEXELS, U, V
-from evslip.rendering.texels import bake, sample
+from evslip.rendering.lanes import LANES, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, TEX, U, V
+from evslip.rendering.texels import SQUARE, TRIANGLE, bake, sample_along, sample_around
+
+AROUND = {"square": SQUARE, "triangle": TRIANGLE}
 
 
-def lookup(image, u, v, texels, wrap=True, probes=(1, 1), major=(0.0, 0.0)):
+def lookup(image, u, v, side, wrap=True, probes="square", length=1.0, angle=0.0):
+    """side: of the footprint, in texels along u; length: of its longer side, at `angle` to u, in sides."""
     cells, levels = bake(image.astype(np.float32), wrap)
     S, fetched = np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64)
-    n = len(u)
-    footprint = ((MAJOR_U, major[0]), (MAJOR_V, major[1]), (MINOR_U, -major[1]), (MINOR_V, major[0]))
-    for slot, values in ((U, u), (V, v), (TEXELS, texels), *footprint):
-        S[slot : slot + n] = values
-    one, zero = np.float32(1), np.float32(0)
-    sample(S, n, cells, fetched, levels, one, zero, one, zero, wrap, *probes)
+    n, (rows, columns) = len(u), image.shape
+    along, across = (length * np.cos(angle), length * np.sin(angle)), (-np.sin(angle), np.cos(angle))
+    values = (u, v, *(side * w[k] / (columns, rows)[k] for w in (along, across) for k in range(2)))
+    for slot, value in zip((U, V, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V), values, strict=True):
+        S[slot : slot + n] = value
+    if probes == "row":
+        sample_along(S, n, cells, fetched, levels)
+    else:
+        sample_around(S, n, cells, fetched, levels, wrap, AROUND[probes])
     return S[TEX : TEX + n]
 
 
@@ -24,9 +30,9 @@ def image():
 
 def test_texel_centres_return_the_texels(image):
     u, v = (np.arange(50) + 0.5) / 64, np.full(50, 3.5 / 32)
-    assert lookup(image, u, v, 0.5) == pytest.approx(image[3, :50], abs=2e-5)
-    assert lookup(image, u + 2, v - 1, 0.5) == pytest.approx(image[3, :50], abs=1e-4)
-    assert lookup(image, u, v, 0.5, wrap=False) == pytest.approx(image[3, :50], abs=2e-5)
+    assert lookup(image, u, v, 1e-4) == pytest.approx(image[3, :50], abs=2e-5)
+    assert lookup(image, u + 2, v - 1, 1e-4) == pytest.approx(image[3, :50], abs=1e-4)
+    assert lookup(image, u, v, 1e-4, wrap=False) == pytest.approx(image[3, :50], abs=2e-5)
 
 
 def test_a_wide_footprint_returns_the_mean(image):
@@ -39,21 +45,50 @@ def test_a_wide_footprint_returns_the_mean(image):
 def test_the_border_continues_or_repeats(image):
     outside = np.full(2, -0.3 / 64)
     v = np.full(2, 3.5 / 32)
-    assert lookup(image, outside, v, 0.5, wrap=False) == pytest.approx(image[3, 0], abs=2e-5)
-    assert lookup(image, outside, v, 0.5) == pytest.approx(0.2 * image[3, 0] + 0.8 * image[3, -1], abs=0.3)
+    assert lookup(image, outside, v, 1e-4, wrap=False) == pytest.approx(image[3, 0], abs=2e-5)
+    assert lookup(image, outside, v, 1e-4) == pytest.approx(0.2 * image[3, 0] + 0.8 * image[3, -1], abs=0.3)
 
 
 def test_continuous_in_place_and_footprint(image):
     steps = np.linspace(0, 1, LANES)
     moved = lookup(image, 0.3 + steps / 20, 0.2 + 0 * steps, 1.3)
     widened = lookup(image, 0.3 + 0 * steps, 0.2, 1 + 3 * steps)
-    for values in (moved, widened):
+    lengthened = lookup(image, 0.3 + 0 * steps, 0.2, 1.3, probes="row", length=1 + 4 * steps, angle=0.4)
+    for values in (moved, widened, lengthened):
         assert 0.05 < np.ptp(values) < 0.9
         assert np.abs(np.diff(values)).max() < 0.05
 
 
-@pytest.mark.parametrize("footprint", [1.0, 1.5, 2.0, 3.0, 5.7])
-def test_a_constant_stays_constant(footprint):
+@pytest.mark.parametrize("probes", ["square", "triangle", "row"])
+@pytest.mark.parametrize("side", [0.01, 1.0, 1.5, 2.0, 3.0, 5.7])
+def test_a_constant_stays_constant(probes, side):
     grey = np.full((16, 16), 0.4)
-    values = lookup(grey, np.linspace(-1, 1, 40), np.zeros(40), footprint, probes=(4, 1), major=(0.1, 0.2))
+    values = lookup(grey, np.linspace(-1, 1, 40), np.zeros(40), side, probes=probes, length=4.3, angle=0.7)
     assert values == pytest.approx(0.4, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("probes", "length"), [("square", 1.0), ("square", 1.6), ("triangle", 1.0), ("row", 2.0), ("row", 6.3)]
+)
+@pytest.mark.parametrize("side", [0.3, 1.0, 2.3, 4.1, 7.7])
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_a_texture_is_blurred_as_much_as_by_the_footprint(probes, length, side, angle):
+    # A texture of x^2 exceeds x^2 where it is looked up by the variance of the lookup, on average over the places. Of a
+    # mean over the footprint that is side^2 / 12, and 1/6 more since texels are joined linearly.
+    rng = np.random.default_rng(0)
+    u, v = 64 + rng.uniform(-8, 8, (2, 2048))
+    x, y = np.meshgrid(np.arange(128) + 0.5 - 64, np.arange(128) + 0.5 - 64)
+
+    def spread(direction):
+        ramp, place = direction[0] * x + direction[1] * y, direction[0] * (u - 64) + direction[1] * (v - 64)
+        means = []
+        for image, largest in ((0.5 + ramp / 256, 256), ((ramp / 128) ** 2, 128**2)):
+            chunks = [slice(k, k + LANES) for k in range(0, len(u), LANES)]
+            found = [lookup(image, u[c] / 128, v[c] / 128, side, True, probes, length, angle) for c in chunks]
+            means.append(np.concatenate(found) * largest)
+        return np.mean(means[0] - 128 - place), np.mean(means[1] - place**2)
+
+    for direction, width in (((np.cos(angle), np.sin(angle)), length), ((-np.sin(angle), np.cos(angle)), 1.0)):
+        shift, variance = spread(direction)
+        assert shift == pytest.approx(0, abs=0.05)
+        assert variance == pytest.approx((width * side) ** 2 / 12 + 1 / 6, rel=0.13 if width == 2.0 else 0.06, abs=0.02)

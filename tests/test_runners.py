@@ -18,14 +18,48 @@ def test_every_task_is_done_once_by_any_number_of_workers():
         assert sorted(run_local(math.sqrt, [float(i * i) for i in range(7)], workers)) == list(range(7))
 
 
-def test_an_exception_of_a_task_ends_the_run():
-    with pytest.raises(ValueError, match=r"domain|negative|nonneg"):
-        list(run_local(math.sqrt, [4.0, -1.0], 2))
+def test_a_task_that_raises_is_named_at_the_end_and_the_others_are_done():
+    done, notices = [], []
+    with pytest.raises(EvslipError, match=r"1 not done: -1\.0: ValueError: .*; run the same command again"):
+        done.extend(run_local(math.sqrt, [-1.0, 4.0, 9.0], 2, notices.append))
+    assert sorted(done) == [2.0, 3.0]
+    assert len(notices) == 1
 
 
-def test_a_worker_that_dies_is_one_clear_line():
-    with pytest.raises(EvslipError, match="worker process died"):
-        list(run_local(os._exit, [3], 1))
+def test_an_error_of_use_ends_the_run_at_once():
+    with pytest.raises(ConfigError, match="expected one of local"):
+        list(run_local(runner, ["cloud", "local"], 1))
+
+
+def test_a_worker_that_dies_is_replaced_and_its_task_given_up_after_three_times():
+    done, notices = [], []
+    with pytest.raises(EvslipError, match=r"1 not done: 3: its worker process died .*, 3 times"):
+        done.extend(run_local(die_at_three, [1, 2, 3, 4, 5], 2, notices.append))
+    assert sorted(done) == [1, 2, 4, 5]
+    assert [("again" in notice) for notice in notices] == [True, True, False]
+
+
+def test_workers_that_all_die_end_the_run():
+    with pytest.raises(EvslipError, match="failures in a row"):
+        list(run_local(os._exit, range(100), 1))
+
+
+def test_a_task_that_hangs_is_given_up_and_the_others_are_done():
+    done = []
+    with pytest.raises(EvslipError, match=r"1 not done: 60\.0: it took longer than 5 s"):
+        done.extend(run_local(sleep, [0.1, 60.0, 0.2, 0.3], 2, limit_s=5.0))
+    assert sorted(done) == [0.1, 0.2, 0.3]
+
+
+def die_at_three(task: int) -> int:
+    if task == 3:
+        os._exit(1)
+    return task
+
+
+def sleep(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
 
 
 def test_closing_early_ends_the_workers_at_once():

@@ -45,6 +45,23 @@ def write_bytes(path: Path, data: bytes) -> None:
         write_into(file, data, path)
 
 
+def write_new(path: Path, data: bytes) -> None:
+    """Write a file unless there is one, also one that another process writes at this moment. Raises StorageError."""
+    candidate = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+    write_bytes(candidate, data)
+    try:
+        with storage_errors(path):
+            try:
+                os.link(candidate, path)
+            except (FileExistsError, FileNotFoundError):
+                pass  # the other was first, and may have swept the candidate away
+            except OSError:  # a file system without links
+                candidate.replace(path)
+            sync_folder(path.parent)
+    finally:
+        candidate.unlink(missing_ok=True)
+
+
 def write_into(file: BinaryIO, data: bytes | memoryview, path: Path) -> None:
     """Write all of `data` to the unbuffered file of `path`. Raises StorageError."""
     rest = memoryview(data)

@@ -32,6 +32,8 @@ class Camera(NamedTuple):
     height: int
     focal_px: float
     distortion: Distortion = NO_DISTORTION
+    is_mounted: bool = True
+    """Whether it is fixed to the hand. If not, it stands in the world, and position and rotation are in that frame."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Image positions (x right, y down, in pixels) and depths in metres of points (..., 3) given in camera axes.
@@ -110,9 +112,23 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     return camera
 
 
-def _facing(backward: np.ndarray) -> np.ndarray:
-    """Axes right, up, backward as columns, with the hand's -z as nearly up as can be."""
+SCENE_EYE, SCENE_AIM = (1.45, -1.25, 0.85), (0.25, -0.02, 0.32)
+"""Where the scene camera stands, and what it looks at: all of the robot and its workplace are in view."""
+SCENE_FOV_DEG = 27.0
+"""Vertical field of view of the scene camera."""
+
+
+def scene_camera(size: tuple[int, int]) -> Camera:
+    """A camera beside the table that sees the whole robot; `size` is (width, height) in pixels."""
+    position = np.array(SCENE_EYE)
+    backward = position - SCENE_AIM
+    focal_px = 0.5 * size[1] / math.tan(math.radians(SCENE_FOV_DEG) / 2)
+    return Camera(position, _facing(backward, (0.0, 0.0, 1.0)), *size, focal_px, is_mounted=False)
+
+
+def _facing(backward: np.ndarray, upward: tuple[float, float, float] = (0.0, 0.0, -1.0)) -> np.ndarray:
+    """Axes right, up, backward as columns, with `upward`, the hand's -z, as nearly up as can be."""
     backward = backward / np.linalg.norm(backward)
-    right = np.cross([0.0, 0.0, -1.0], backward)
+    right = np.cross(upward, backward)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(backward, right), backward], axis=1)

@@ -1,18 +1,20 @@
 """A folder of records. What is in it is known from the files alone, so any run can take up where another was killed.
 
 config.toml                         what the samples are drawn from
-plan-{split}.json                   how many samples were asked for
+plan-{split}.json                   how many samples were asked for, and the sha256 of config.toml
 samples/{split}/000/0000007.h5      records, a thousand a folder
-journal/*.jsonl                     name, size and sha256 of every finished record
+journal/{00..ff}/*.jsonl            name, size and sha256 of every finished record
 """
 
 import functools
 import hashlib
 import json
 import os
+import platform
 import re
 import tomllib
-from collections.abc import Callable, Iterator
+import zlib
+from collections.abc import Callable, Container, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -109,14 +111,24 @@ class Dataset:
         `progress` is called with the number of files checked and the number in all.
         """
         entries, problems = read_journals(self.root / JOURNAL)
+        begun = {split for split, _ in entries}
+        lines = [line for split in self.splits for line in _plan_problems(self.root, split, split in begun)]
+        problems += dict.fromkeys(lines)
         expected = {sample_path(self.root, *key): wanted for key, wanted in entries.items() if key[0] in self.splits}
-        folders = [self.root / SAMPLES / split for split in self.splits]
+        samples = self.root / SAMPLES
+        folders = [samples] if self.splits == SPLITS else [samples / split for split in self.splits]
         present = sorted(path for folder in folders for path in folder.rglob("*") if not path.is_dir())
         problems += [f"{path}: missing" for path in sorted(expected.keys() - set(present))]
+        kept = [path for path in sorted((self.root / JOURNAL).rglob("*")) if not path.is_dir()]
         problems += [
             f"{path}: a temporary file left behind"
-            for folder in (self.root, self.root / JOURNAL)
-            for path in sorted(folder.glob(".*.tmp"))
+            for path in [*sorted(self.root.glob(".*.tmp")), *kept]
+            if _TEMPORARY.fullmatch(path.name)
+        ]
+        problems += [
+            f"{path}: surplus, not a journal"
+            for path in kept
+            if path.suffix != ".jsonl" and not _TEMPORARY.fullmatch(path.name)
         ]
         for done, path in enumerate(present, 1):
             if _TEMPORARY.fullmatch(path.name):
@@ -150,33 +162,58 @@ def open_dataset(path: str | Path) -> Dataset:
 
 
 def create(root: Path, config_toml: str) -> None:
-    """Make a data set, or check that the one there has the same configuration. One without a sample yet takes the new.
+    """Make a data set, or check that the one there has the same configuration.
 
     Raises ConfigError with the difference if not, DataError if the folder holds something else, StorageError.
     """
     path = root / CONFIG
-    if path.exists():
-        differences = list(_differences(_leaves(_toml(path)), _leaves(tomllib.loads(config_toml))))
-        if differences and not finished(root):
-            atomic.write_text(path, config_toml)
-        elif differences:
-            shown = "; ".join(differences[:3]) + (f"; and {len(differences) - 3} more" if len(differences) > 3 else "")
-            raise ConfigError(f"{root}: holds a data set of another configuration: {shown}")
-    else:
+    if not path.exists():
         with atomic.storage_errors(root):
-            foreign = [p.name for p in root.iterdir() if not _TEMPORARY.fullmatch(p.name)] if root.is_dir() else []
-        if foreign:
+            names = [p.name for p in root.iterdir()] if root.is_dir() else []
+        foreign = [name for name in names if name != CONFIG and not _TEMPORARY.fullmatch(name)]
+        if foreign and not path.exists():  # another process may have made it meanwhile
             raise DataError(f"{root}: holds {sorted(foreign)[0]} but no {CONFIG}; expected a data set or a new folder")
-        atomic.write_text(path, config_toml)
+        try:
+            atomic.write_new(path, config_toml.encode())
+        except StorageError:
+            if not path.exists():  # as in `add`
+                raise
+    require_config(root, config_toml)
     _sweep(path)
     _sweep_finished(root)
+
+
+def require_config(root: Path, config_toml: str) -> None:
+    """Raise ConfigError with the difference unless the data set's configuration is this one, DataError without one."""
+    path = root / CONFIG
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise DataError(f"{path}: is not there on {platform.node()}; expected a folder that all nodes share") from None
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be read: {error}") from None
+    if text == config_toml:
+        return
+    try:
+        there = tomllib.loads(text)
+    except ValueError as error:
+        raise DataError(f"{path}: cannot be read: {error}") from None
+    differences = list(_differences(_leaves(there), _leaves(tomllib.loads(config_toml))))
+    if differences:
+        shown = "; ".join(differences[:3]) + (f"; and {len(differences) - 3} more" if len(differences) > 3 else "")
+        raise ConfigError(f"{root}: holds a data set of another configuration: {shown}; expected a new folder")
 
 
 def plan(root: Path, split: str, count: int) -> None:
     """Note that a split shall have at least `count` samples. Raises StorageError."""
     path = _plan_path(root, split)
     if count > _planned(root, split):
-        atomic.write_text(path, json.dumps({"count": count}) + "\n")
+        try:
+            atomic.write_bytes(path, _plan_bytes(count, _sha256(root / CONFIG)))
+        except StorageError:
+            # As in `add`: another process's sweep may have taken our temporary file; then its plan is in place.
+            if count > _planned(root, split):
+                raise
     _sweep(path)
 
 
@@ -212,9 +249,14 @@ def add(root: Path, sample: Record, data: bytes) -> Entry:
     return entry
 
 
-def finished(root: Path) -> dict[tuple[str, int], Entry]:
-    """Entries of the samples that are journaled and whose file is there with the right size, by (split, index)."""
-    entries, _ = read_journals(root / JOURNAL)
+def finished(
+    root: Path, split: str | None = None, indices: Container[int] | None = None
+) -> dict[tuple[str, int], Entry]:
+    """Entries of the samples that are journaled and whose file is there with the right size, by (split, index).
+
+    Of one split and some indices only, if given: every other file is left unasked.
+    """
+    entries, _ = read_journals(root / JOURNAL, split, indices)
     done = {}
     for key, candidates in entries.items():
         size = _size(sample_path(root, *key))
@@ -245,16 +287,42 @@ def _plan_path(root: Path, split: str) -> Path:
     return root / f"plan-{split}.json"
 
 
-def _planned(root: Path, split: str) -> int:
+def _plan_bytes(count: int, config_sha256: str | None) -> bytes:
+    plan = {"count": count, "config_sha256": config_sha256}
+    return json.dumps({**plan, "crc32": zlib.crc32(json.dumps(plan).encode())}).encode() + b"\n"
+
+
+def _plan_problems(root: Path, split: str, is_needed: bool) -> list[str]:
+    """What is wrong with a plan and, by the hash in it, with the configuration; one line a problem."""
+    path = _plan_path(root, split)
+    if not path.is_file():
+        return [f"{path}: missing"] if is_needed else []
+    data, plan = path.read_bytes(), _plan(root, split)
+    if data == json.dumps({"count": plan.get("count")}).encode() + b"\n":  # as the first versions wrote it
+        return []
+    if data != _plan_bytes(plan.get("count", 0), plan.get("config_sha256")):
+        return [f"{path}: damaged"]
+    if plan["config_sha256"] != _sha256(root / CONFIG):
+        return [f"{root / CONFIG}: damaged, its sha256 is not the one in {path.name}"]
+    return []
+
+
+def _plan(root: Path, split: str) -> dict[str, Any]:
     try:
-        return int(json.loads(_plan_path(root, split).read_bytes())["count"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return 0
+        plan = json.loads(_plan_path(root, split).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return plan if isinstance(plan, dict) else {}
+
+
+def _planned(root: Path, split: str) -> int:
+    count = _plan(root, split).get("count")
+    return count if isinstance(count, int) else 0
 
 
 def _sweep(path: Path) -> None:
     """Remove temporary files that killed writers of this path left beside it."""
-    for left in path.parent.glob(f".{path.name}.*.tmp"):
+    for left in path.parent.glob(f".*{path.name}.*.tmp"):
         left.unlink(missing_ok=True)
 
 
@@ -281,13 +349,6 @@ def _sha256(path: Path) -> str | None:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return None
-
-
-def _toml(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot be read: {error}") from None
 
 
 def _leaves(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:

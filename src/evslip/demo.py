@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.config import load_config
-from evslip.console import console, progress_bar
+from evslip.console import console, samples_bar
 from evslip.dataset import Dataset, open_dataset
 from evslip.errors import ConfigError
 from evslip.generation import generate
@@ -33,8 +33,8 @@ def run_demo(out: Path, *, count: int, workers: int | None, seed: int) -> Path:
     data, model = out / "data", out / "model"
     made = []
     for split, number in (("train", count - held_out), ("test", held_out)):
-        with progress_bar(f"generate {split}", number) as advance:
-            run = generate(config, data, number, split=split, workers=workers, progress=lambda _: advance())
+        with samples_bar(f"generate {split}") as progress:
+            run = generate(config, data, number, split=split, workers=workers, progress=progress)
         made += run.made
     if made:
         events = np.mean([m.entry["events"] for m in made])

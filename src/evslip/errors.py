@@ -12,12 +12,15 @@ class ConfigError(EvslipError):
 class PlanRejected(ConfigError):
     """The robot cannot do the motion of one sample. Of a sample among others a rejection, recorded at its index.
 
-    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "collision", "grip".
+    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "too_long", "collision", "grip".
     """
 
     def __init__(self, kind: str, message: str):
         super().__init__(message)
         self.kind = kind
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.kind, str(self))
 
 
 class DataError(EvslipError):
@@ -41,3 +44,6 @@ class GraspFailed(EvslipError):
     def __init__(self, kind: str, message: str):
         super().__init__(message)
         self.kind = kind
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        return type(self), (self.kind, str(self))

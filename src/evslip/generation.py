@@ -1,8 +1,10 @@
 """From an index to a record, and from a configuration to a data set."""
 
-import os
+import functools
+import json
+import platform
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,8 +20,10 @@ from evslip.events.stream import empty_events
 from evslip.frame import Frame
 from evslip.journal import Entry
 from evslip.params import Params
+from evslip.progress import Progress
 from evslip.record import Record, encode, provenance
 from evslip.rendering import render
+from evslip.rendering.pathtrace import variant
 from evslip.runners import runner
 from evslip.simulation import check_reach, simulate
 from evslip.truth import measure
@@ -27,6 +31,8 @@ from evslip.truth import measure
 STAGES = ("physics", "frames", "events", "file")
 TRIED = 8
 """Samples whose plans are tried before a folder is made."""
+LIMIT_S = 3600.0
+"""A sample that takes longer is taken to hang: hundreds of times what one of 346 x 260 pixels takes."""
 
 
 @dataclass
@@ -52,6 +58,11 @@ class Job:
     config_toml: str
     split: str
     index: int
+    versions: str
+    """Of the packages that determine the bytes, where the run was started."""
+
+    def __str__(self) -> str:
+        return f"sample {self.split}/{self.index}"
 
 
 class Made(NamedTuple):
@@ -95,8 +106,10 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
 
 
 def _check(config: Config, count: int, split: str) -> None:
-    """Raise ConfigError for what can be known to fail, before a folder is made: also a motion that the robot can do in
-    none of a few samples."""
+    """Raise ConfigError or MissingExtraError for what can be known to fail, before a folder is made: also a motion that
+    the robot can do in none of a few samples."""
+    if config.render.renderer == "pathtrace":
+        variant.check_installed()
     camera_for(draw(config, count - 1, split))
     rejected = []
     for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):
@@ -114,19 +127,35 @@ def _check(config: Config, count: int, split: str) -> None:
 def _record(params: Params, **parts: Any) -> Record:
     name = f"{params.split}/{params.index:07d}"
     size = (params.camera.width, params.camera.height)
-    versions = provenance("mujoco", "numba", "scipy", "example-robot-data")
+    traced = params.render.renderer == "pathtrace" and parts["kind"] == "simulated"
+    versions = _versions() | (_tracer_versions() if traced else {})
     return Record(
         name=name, split=params.split, index=params.index, size=size, params=params, provenance=versions, **parts
     )
 
 
+@functools.cache
+def _versions() -> dict[str, str]:
+    return provenance("mujoco", "numba", "scipy", "example-robot-data")
+
+
+@functools.cache
+def _tracer_versions() -> dict[str, str]:
+    return provenance("mitsuba", "drjit") | {"mitsuba_variant": variant.mitsuba().variant()}
+
+
 def make_sample(job: Job) -> Made:
-    """Make one sample and put it into its data set."""
+    """Make one sample and put it into its data set. Raises ConfigError, DataError, StorageError."""
     watch = Stopwatch()
+    for package, version in json.loads(job.versions).items():
+        if _versions().get(package) != version:
+            here = f"{package} {_versions().get(package)} on {platform.node()}"
+            raise ConfigError(f"{job}: {here}, but {version} where the run was started; install the same everywhere")
+    dataset.require_config(Path(job.root), job.config_toml)
     try:
         record = make_record(draw(config_from_text(job.config_toml), job.index, job.split), watch)
     except ConfigError as error:
-        raise ConfigError(f"sample {job.split}/{job.index}: {error}") from None
+        raise ConfigError(f"{job}: {error}") from None
     with watch.stage("file"):
         entry = dataset.add(Path(job.root), record, encode(record))
     return Made(entry, watch.seconds)
@@ -138,37 +167,45 @@ def generate(
     count: int,
     *,
     split: str = "train",
+    part: tuple[int, int] = (1, 1),
     workers: int | None = None,
     runner_name: str = "local",
-    progress: Callable[[Made], None] | None = None,
+    limit_s: float = LIMIT_S,
+    progress: Progress | None = None,
 ) -> Summary:
-    """Fill a data set with the samples 0 to count - 1 of a split.
+    """Fill a data set with the samples 0 to count - 1 of a split, or with part i of n of them, (i, n).
 
     Samples that are there already are left alone, so running it again resumes. The records' bytes do not depend on
-    `workers` or the runner. Raises ConfigError (also when the folder holds a data set of another configuration) and
-    StorageError.
+    `workers`, the parts or the runner: "local", "ray" or "ray:ADDRESS". A sample that takes longer than `limit_s`, or
+    breaks its worker again and again, is left out, and the others are made. Raises ConfigError (also when the folder
+    holds a data set of another configuration), DataError, StorageError, and EvslipError naming what was left out.
     """
     start = time.perf_counter()
     if not isinstance(config, Config):
         config = load_config(config)
     if count < 1:
         raise ConfigError(f"count: {count} is out of range, expected 1 or more")
-    workers = len(os.sched_getaffinity(0)) if workers is None else workers
-    if workers < 1:
+    if not 1 <= part[0] <= part[1]:
+        raise ConfigError(f"part: {part[0]}/{part[1]} is wrong, expected I/N with I from 1 to N")
+    if workers is not None and workers < 1:
         raise ConfigError(f"workers: {workers} is out of range, expected 1 or more")
+    if limit_s <= 0:
+        raise ConfigError(f"limit_s: {limit_s:g} is out of range, expected more than 0")
     run = runner(runner_name)
     _check(config, count, split)
-    root, text = Path(out).absolute(), dump_config(config)
+    root, text, told = Path(out).absolute(), dump_config(config), progress or Progress()
+    indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
     dataset.create(root, text)
     dataset.plan(root, split, count)
-    finished = dataset.finished(root)
-    jobs = [Job(str(root), text, split, i) for i in range(count) if (split, i) not in finished]
+    finished = dataset.finished(root, split, indices)
+    versions = json.dumps(_versions())
+    jobs = [Job(str(root), text, split, i, versions) for i in indices if (split, i) not in finished]
+    told.begin(len(indices), len(indices) - len(jobs))
     made = []
-    for result in run(make_sample, jobs, min(workers, max(1, len(jobs)))):
+    for result in run(make_sample, jobs, workers, told.notice, limit_s) if jobs else ():
         made.append(result)
-        if progress:
-            progress(result)
-    return Summary(made, count - len(jobs), time.perf_counter() - start)
+        told.made(result)
+    return Summary(made, len(indices) - len(jobs), time.perf_counter() - start)
 
 
 class _Frames:

@@ -110,6 +110,22 @@ def check_claim(dataset: h5py.Dataset) -> None:
         raise DataError(f"{dataset.file.filename}: {dataset.name}: claims {dataset.nbytes} bytes but stores {stored}")
 
 
+def mapped(parent: h5py.Group, name: str, dtype: np.dtype, shape: tuple[int | None, ...]) -> np.ndarray:
+    """An array that was stored in one piece, mapped into memory, to read only. Raises DataError naming file and key."""
+    dataset = _dataset(parent, name)
+    path, offset = Path(parent.file.filename), dataset.id.get_offset()
+    fits = len(dataset.shape) == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, dataset.shape, strict=True)
+    )
+    if dataset.dtype != dtype or not fits:
+        raise DataError(f"{path}: {dataset.name}: {dataset.dtype} of shape {dataset.shape}, expected {dtype} {shape}")
+    if not dataset.size:
+        return np.empty(dataset.shape, dtype)
+    if dataset.chunks is not None or offset is None or offset + dataset.nbytes > path.stat().st_size:
+        raise DataError(f"{path}: {dataset.name}: not stored in one piece inside the file")
+    return np.memmap(path, dtype, "r", offset, dataset.shape)
+
+
 def attribute(node: h5py.Group, name: str, of: type) -> Any:
     """An attribute as str, int or float. Raises DataError naming the file and the key."""
     where = f"{node.file.filename}: {node.name}: attribute {name}"

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, NamedTuple, cast, get_args
 
+from evslip import atomic
 from evslip.codecs.inputs import require_file
 from evslip.errors import DataError
 
@@ -39,7 +40,7 @@ def read_intervals(path: str | Path) -> tuple[Interval, ...]:
         cells = [cell.strip().lower() for cell in row]
         if not any(cells) or cells[0].startswith("#") or (not found and cells[0] == COLUMNS[0]):
             continue
-        interval = _interval(cells)
+        interval = interval_of(cells)
         if interval is None:
             raise DataError(
                 f"{path}: line {number} is {','.join(row)[:60]!r}, expected start_s,end_s,label: seconds from 0 "
@@ -62,16 +63,23 @@ def check_intervals(intervals: Iterable[Interval], where: object) -> None:
         last = interval
 
 
-def _interval(cells: list[str]) -> Interval | None:
-    if len(cells) != 3 or cells[2] not in LABELS:
+def interval_of(row: object) -> Interval | None:
+    """start_s, end_s, label as an interval; None for what is none. Numbers may be text."""
+    if not isinstance(row, list | tuple) or len(row) != len(COLUMNS) or row[2] not in LABELS:
         return None
     try:
-        start_s, end_s = float(cells[0]), float(cells[1])
-    except ValueError:
+        start_s, end_s = float(row[0]), float(row[1])
+    except (TypeError, ValueError):
         return None
     if not 0 <= start_s < end_s < _LATEST_S:
         return None
-    return Interval(round(start_s * 1e6), round(end_s * 1e6), cast(Label, cells[2]))
+    return Interval(round(start_s * 1e6), round(end_s * 1e6), cast(Label, row[2]))
+
+
+def write_intervals(path: str | Path, intervals: Iterable[Interval]) -> None:
+    """Write what `read_intervals` reads. Raises StorageError."""
+    rows = [f"{start / 1e6:.6f},{end / 1e6:.6f},{label}" for start, end, label in intervals]
+    atomic.write_text(Path(path), "\n".join([",".join(COLUMNS), *rows]) + "\n")
 
 
 def _told(interval: Interval) -> str:

@@ -32,6 +32,8 @@ APPROACH_S, CLOSE_S, OPEN_S = 0.5, 0.35, 0.15
 """Nominal times of coming down or going up, of closing and of opening."""
 RETREAT_AFTER_S = 0.2
 RATE_HZ = 60
+LONGEST_S = 1000.0
+"""At 1 kHz the physics then takes about 1 GB."""
 
 
 class Plan(NamedTuple):
@@ -76,9 +78,15 @@ def finger_travel(params: Params, t_s: np.ndarray) -> np.ndarray:
 
 def plan(params: Params, model: mujoco.MjModel) -> Plan:
     """Commands for the whole motion. Raises PlanRejected where the robot cannot go, cannot go so fast, or would run
-    something into the table or the hand."""
+    something into the table or the hand, and for a motion that lasts too long."""
     clearance.check_grip(params)
     duration = duration_s(params)
+    if duration > LONGEST_S:
+        raise PlanRejected(
+            "too_long",
+            f"motion: {params.motion.kind} takes {duration:,.0f} s, expected at most {LONGEST_S:,.0f}; "
+            "give motion.duration_s, motion.cycles, motion.hold_s or the way-points less time",
+        )
     coarse_s = np.linspace(0, duration, round(duration * RATE_HZ) + 1)
     clearance.check_object(params, coarse_s, *tool_path(params, coarse_s))
     t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S

@@ -1,9 +1,10 @@
 """Many labelled windows, in memory and as one file."""
 
+import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, get_args
 
 import h5py
 import numpy as np
@@ -11,10 +12,15 @@ import numpy as np
 from evslip import atomic, hdf5
 from evslip.errors import ConfigError, DataError
 from evslip.frame import BODIES
+from evslip.window_events import WindowEvents, unpack
 
 HOLD, SLIP = 0, 1
 LabelMode = Literal["motion", "angular", "paper"]
-FORMAT, VERSION = "evslip windows", 1
+__all__ = ["HOLD", "SLIP", "WindowEvents", "WindowSettings", "Windows", "load_windows"]
+
+FORMAT, VERSION = "evslip windows", 2
+MAP_PX = 16
+"""Side of the parts of the picture in which the object's events are counted."""
 
 
 @dataclass(frozen=True)
@@ -74,30 +80,20 @@ class WindowSettings:
             )
 
 
-class WindowEvents(NamedTuple):
-    """The events of one window in its crop, as views."""
-
-    t_us: np.ndarray
-    """Microseconds since the window's start, uint32 of shape (n,)."""
-    x: np.ndarray
-    """Columns in the crop, uint8 of shape (n,)."""
-    y: np.ndarray
-    """Rows in the crop, uint8 of shape (n,)."""
-    p: np.ndarray
-    """Polarity, bool of shape (n,)."""
-
-
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Many windows: all events in four long arrays (coordinates, never dense grids), and what is known of each."""
+    """Many windows: what is known of each, and all events, packed, in memory or where they lie in a file."""
 
     settings: WindowSettings
-    t_us: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    p: np.ndarray
-    offsets: np.ndarray
-    """Window i has the events offsets[i] to offsets[i + 1]; int64 of shape (n + 1,)."""
+    packed: np.ndarray
+    """Entries of `evslip.window_events.pack`, uint8 of shape (m, 3), possibly mapped from a file."""
+    first: np.ndarray
+    """Window i has the entries first[i] to last[i]; int64 of shape (n,)."""
+    last: np.ndarray
+    events: np.ndarray
+    """How many events each window has, int64 of shape (n,)."""
+    checksum: np.ndarray
+    """CRC-32 of each window's entries, uint32 of shape (n,)."""
     label: np.ndarray
     """HOLD or SLIP, uint8 of shape (n,)."""
     name: np.ndarray
@@ -111,7 +107,9 @@ class Windows:
     recent: np.ndarray
     """Whether the object moved in the 0.2 s before the window, bool of shape (n,)."""
     by_body: np.ndarray
-    """Events of each body in the crop, in the order of evslip.frame.BODIES, int64 of shape (n, 4)."""
+    """Events of each body in the crop, in the order of evslip.frame.BODIES, int64 of shape (n, 5)."""
+    object_map: np.ndarray
+    """The object's events in parts of 16 x 16 pixels, at most 65,535; uint16 of shape (n, rows, columns)."""
     dropped: int = 0
     """Windows whose movement lay between hold and slip."""
 
@@ -119,20 +117,18 @@ class Windows:
         return len(self.label)
 
     def __getitem__(self, index: int) -> WindowEvents:
-        part = slice(self.offsets[index], self.offsets[index + 1])
-        return WindowEvents(self.t_us[part], self.x[part], self.y[part], self.p[part])
+        """The events of a window. Raises DataError if they are damaged."""
+        entries = self.packed[self.first[index] : self.last[index]]
+        whole = zlib.crc32(entries) == self.checksum[index]
+        events = unpack(entries, int(self.events[index])) if whole else None
+        if events is None:
+            where = f"{self.name[index]}, {self.start_us[index]} us"
+            raise DataError(f"the events of window {index} ({where}) are damaged; make the windows again")
+        return events
 
     def take(self, which: np.ndarray) -> "Windows":
-        """The windows of an index array or mask, events copied."""
-        which = np.flatnonzero(which) if which.dtype == bool else which
-        parts = [self[int(i)] for i in which]
-        sizes = np.array([len(part.t_us) for part in parts], np.int64)
-        changed = {
-            name: np.concatenate([getattr(self, name)[:0], *(getattr(part, name) for part in parts)])
-            for name in WindowEvents._fields
-        }
-        kept = {name: getattr(self, name)[which] for name in _PER_WINDOW}
-        return replace(self, **changed, **kept, offsets=np.concatenate([[0], np.cumsum(sizes)]))
+        """The windows of an index array or mask. Their events stay where they are."""
+        return replace(self, **{name: getattr(self, name)[which] for name in _PER_WINDOW})
 
     def balanced(self, seed: int = 0) -> "Windows":
         """As many holds as slips: windows of the commoner label are removed at random. With one label alone, all."""
@@ -162,16 +158,44 @@ class Windows:
         parts = self.take(~side), self.take(side)
         for part in parts:
             if len(np.unique(part.label)) < 2:
+                self._require_both_labels()
                 counts = f"{len(names)} trajectories ({slips.sum()} with slip windows)"
                 raise DataError(f"{counts} are too few to have holds and slips on both sides of a split")
         return parts
+
+    def split_as_paper(self, fold: int = 0) -> tuple["Windows", "Windows"]:
+        """Two sets of windows, the second a fifth of either label, whichever trajectories they are from.
+
+        The splits of the paper's public code: five stratified folds, shuffled, with seed 100 (scikit-learn's
+        StratifiedKFold), over the holds and then the slips. Windows of one simulation are alike and come to lie on both
+        sides, so the scores are too good. Raises DataError for fewer than five windows of a label.
+        """
+        self._require_both_labels()
+        order = np.argsort(self.label, kind="stable")
+        number, rng = np.bincount(self.label, minlength=2), np.random.RandomState(100)
+        if number.min() < 5:
+            raise DataError(f"{number[HOLD]} hold and {number[SLIP]} slip windows: expected at least 5 of either")
+        folds = np.empty(len(self), np.int64)
+        for label in (HOLD, SLIP):
+            # The i-th fold has every fifth of the sorted labels from the i-th on.
+            sizes = [(self.label[order][first::5] == label).sum() for first in range(5)]
+            own = np.arange(5).repeat(sizes)
+            rng.shuffle(own)
+            folds[order[self.label[order] == label]] = own
+        return self.take(folds != fold), self.take(folds == fold)
+
+    def _require_both_labels(self) -> None:
+        slips = int((self.label == SLIP).sum())
+        if slips in (0, len(self)):
+            only, missing = ("hold", "slip") if not slips else ("slip", "hold")
+            raise DataError(f"all {len(self)} windows are of the label {only}; training needs {missing} windows, too")
 
     def summary(self) -> str:
         """One line for a person."""
         slips = int((self.label == SLIP).sum())
         return (
             f"{len(self)} windows ({slips} slip, {len(self) - slips} hold, {self.dropped} between were dropped) "
-            f"of {len(np.unique(self.name))} trajectories, {len(self.t_us):,} events"
+            f"of {len(np.unique(self.name))} trajectories, {self.events.sum():,} events"
         )
 
     def save(self, path: str | Path) -> None:
@@ -180,17 +204,23 @@ class Windows:
 
     def _fill(self, file: h5py.File) -> None:
         file.attrs.update({"format": FORMAT, "version": VERSION, "dropped": self.dropped, **asdict(self.settings)})
+        ends = np.cumsum(self.last - self.first)
+        changed = {"last": ends, "first": ends - (self.last - self.first), "name": np.char.encode(self.name, "utf-8")}
         for name, (dtype, _) in _ARRAYS.items():
-            values = np.char.encode(self.name, "utf-8") if name == "name" else getattr(self, name).astype(dtype)
-            hdf5.put(file, name, values)
+            values = changed.get(name, getattr(self, name))
+            hdf5.put(file, name, values if name == "name" else values.astype(dtype))
+        # Neither in pieces nor compressed: so it can be mapped into memory.
+        packed = file.create_dataset("packed", (int(ends[-1]) if len(ends) else 0, 3), np.uint8)
+        for i, end in enumerate(ends):
+            if self.last[i] > self.first[i]:
+                packed[end - (self.last[i] - self.first[i]) : end] = self.packed[self.first[i] : self.last[i]]
 
 
 _ARRAYS = {
-    "t_us": (np.uint32, ()),
-    "x": (np.uint8, ()),
-    "y": (np.uint8, ()),
-    "p": (np.uint8, ()),
-    "offsets": (np.int64, ()),
+    "first": (np.int64, ()),
+    "last": (np.int64, ()),
+    "events": (np.int64, ()),
+    "checksum": (np.uint32, ()),
     "label": (np.uint8, ()),
     "name": ("S", ()),
     "start_us": (np.int64, ()),
@@ -198,8 +228,9 @@ _ARRAYS = {
     "translation_mm": (np.float32, ()),
     "recent": (np.uint8, ()),
     "by_body": (np.int64, (len(BODIES),)),
+    "object_map": (np.uint16, (None, None)),
 }
-_PER_WINDOW = ("label", "name", "start_us", "rotation_deg", "translation_mm", "recent", "by_body")
+_PER_WINDOW = tuple(_ARRAYS)
 
 
 def stored_settings(stored: Mapping[str, Any]) -> dict[str, Any]:
@@ -210,38 +241,42 @@ def stored_settings(stored: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def load_windows(path: str | Path) -> Windows:
-    """Read a file that Windows.save wrote. Raises DataError."""
+    """Read a file that Windows.save wrote; events stay in it until they are asked for. Raises DataError."""
     with hdf5.opened(path) as file:
         if file.attrs.get("format") != FORMAT:
             raise DataError(f"{path}: an HDF5 file, but not one that `evslip windows` wrote")
         version = hdf5.attribute(file, "version", int)
         if version != VERSION:
-            raise DataError(f"{path}: version {version} of the format; this evslip reads version {VERSION}")
+            raise DataError(
+                f"{path}: version {version} of the format; this evslip reads version {VERSION}: make the windows again"
+            )
         values = stored_settings(file.attrs)
         plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in values.items()}
         kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
         arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, (_, tail) in _ARRAYS.items()}
-        windows = Windows(WindowSettings(**plain), dropped=hdf5.attribute(file, "dropped", int), **arrays)
+        packed = hdf5.mapped(file, "packed", np.dtype(np.uint8), (None, 3))
+        windows = Windows(WindowSettings(**plain), packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
     return _checked(windows, path)
 
 
 def _checked(windows: Windows, path: str | Path) -> Windows:
-    number, events = len(windows.label), len(windows.t_us)
-    lengths = np.diff(windows.offsets)
-    settings = windows.settings
+    number, entries = len(windows.label), len(windows.packed)
     right = (
         all(len(getattr(windows, name)) == number for name in _PER_WINDOW)
-        and all(len(getattr(windows, name)) == events for name in ("x", "y", "p"))
-        and len(windows.offsets) == number + 1
-        and windows.offsets[0] == 0
-        and windows.offsets[-1] == events
-        and (lengths >= 0).all()
+        and (windows.first >= 0).all()
+        and (windows.first <= windows.last).all()
+        and (windows.last <= entries).all()
+        and (windows.events >= 0).all()
+        and (windows.events <= windows.last - windows.first).all()
         and (windows.label <= SLIP).all()
-        and windows.t_us.max(initial=0) <= settings.length_s * 1e6
-        and windows.x.max(initial=0) < settings.width
-        and windows.y.max(initial=0) < settings.height
+        and windows.object_map.shape[1:] == map_shape(windows.settings)
     )
     if not right:
         raise DataError(f"{path}: its arrays contradict one another; make the windows again")
     names = np.char.decode(windows.name, "utf-8", "replace")
-    return replace(windows, name=names, p=windows.p > 0, recent=windows.recent > 0)
+    return replace(windows, name=names, recent=windows.recent > 0)
+
+
+def map_shape(settings: WindowSettings) -> tuple[int, int]:
+    """Rows and columns of an object map."""
+    return -(-settings.height // MAP_PX), -(-settings.width // MAP_PX)

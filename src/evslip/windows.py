@@ -1,6 +1,7 @@
 """Cutting records into labelled windows: slices of the stream that hold, or slip, as the ground truth says."""
 
 import math
+import zlib
 from collections import defaultdict
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -10,11 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from evslip.errors import DataError
 from evslip.events.stream import Events
-from evslip.frame import BODIES
+from evslip.frame import BODIES, OBJECT
 from evslip.intervals import Interval
 from evslip.record import Record
 from evslip.truth import Truth
-from evslip.window_set import HOLD, SLIP, Windows, WindowSettings
+from evslip.window_events import WindowEvents, pack
+from evslip.window_set import HOLD, MAP_PX, SLIP, Windows, WindowSettings, map_shape
 
 UNCERTAIN = 2
 """Movement between hold and slip; such a window is dropped."""
@@ -39,9 +41,10 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
                 _append(columns, record, settings, movement, label)
     if not columns:
         raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
-    arrays = {name: np.concatenate(parts) for name, parts in columns.items() if name != "offsets"}
-    offsets = np.concatenate([[0], np.cumsum(np.concatenate(columns["offsets"]))])
-    windows = Windows(settings, offsets=offsets, dropped=dropped, **arrays)
+    sizes = np.array([len(part) for part in columns["packed"]])
+    arrays = {name: np.concatenate(columns.pop(name)) for name in list(columns)}
+    last = np.cumsum(sizes)
+    windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, **arrays)
     return windows.balanced(settings.seed) if settings.balance else windows
 
 
@@ -127,25 +130,37 @@ def _append(
     events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
     inside = crop(events, record.size, settings)
     bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
+    packed = pack(WindowEvents((inside.t_us - start_us).astype(np.uint32), inside.x, inside.y, inside.p))
     row = {
-        "t_us": (inside.t_us - start_us).astype(np.uint32),
-        "x": inside.x,
-        "y": inside.y,
-        "p": inside.p,
-        "offsets": np.array([inside.count]),
+        "packed": packed,
+        "events": np.array([inside.count]),
+        "checksum": np.array([zlib.crc32(packed)], np.uint32),
         "label": np.array([label], np.uint8),
         "name": np.array([record.name]),
         "start_us": np.array([start_us]),
         "rotation_deg": np.array([movement.rotation_deg], np.float32),
         "translation_mm": np.array([movement.translation_mm], np.float32),
-        "recent": np.array([_moved_before(record, start_us, settings)]),
+        "recent": np.array([moved_before(record, start_us, settings)]),
         "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
+        "object_map": _object_map(inside, settings)[None],
     }
     for name, value in row.items():
         columns[name].append(value)
 
 
-def _moved_before(record: Record, start_us: int, settings: WindowSettings) -> bool:
+def _object_map(inside: Events, settings: WindowSettings) -> np.ndarray:
+    rows, columns = map_shape(settings)
+    if inside.body is None:
+        return np.zeros((rows, columns), np.uint16)
+    its = inside.body == OBJECT
+    cell = inside.y[its].astype(np.int64) // MAP_PX * columns + inside.x[its] // MAP_PX
+    number = np.bincount(cell, minlength=rows * columns).reshape(rows, columns)
+    return np.minimum(number, np.iinfo(np.uint16).max).astype(np.uint16)
+
+
+def moved_before(record: Record, start_us: int, settings: WindowSettings) -> bool:
+    """Whether the object moved, by the limits of a hold, in the 0.2 s before a time; or, of a labelled recording, was
+    said to slip."""
     truth, since_us = record.truth, start_us - RECENT_S * 1e6
     if record.intervals:
         slips = [interval for interval in record.intervals if interval.label == "slip"]

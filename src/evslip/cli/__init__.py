@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable
 
 from evslip import __version__
-from evslip.cli import detecting, first_steps, making, sensing, showing
+from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing, sweeping
 from evslip.cli.usage import chosen
 from evslip.errors import EvslipError
 
@@ -18,9 +18,11 @@ VERBS: dict[str, Callable[..., None]] = {
     "generate": making.generate,
     "status": making.status,
     "verify": making.verify,
+    "render": drawing.render,
     "publish": making.publish,
     "windows": detecting.windows,
     "train": detecting.train,
+    "sweep": sweeping.sweep,
     "evaluate": detecting.evaluate,
     "report": detecting.report,
     "events": sensing.events,
@@ -29,6 +31,11 @@ VERBS: dict[str, Callable[..., None]] = {
     "import": sensing.import_,
     "info": sensing.info,
     "detect": detecting.detect,
+    "view": seeing.view,
+    "video": seeing.video,
+    "rerun": seeing.rerun,
+    "label": seeing.label,
+    "label-agreement": seeing.label_agreement,
     "doctor": first_steps.doctor,
 }
 

@@ -1,12 +1,13 @@
 """Verbs that train, measure and use detectors."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from evslip.cli.options import Split
-from evslip.console import console
+from evslip.console import console, print_table, progress_bar
+from evslip.errors import ConfigError
 
 
 def windows(
@@ -23,6 +24,7 @@ def windows(
     hold_mm: float = 0.1,
     balance: bool = True,
     seed: int = 0,
+    visualize: Path | None = None,
     vt_snn: Path | None = None,
 ) -> None:
     """Cut a data set, or imported recordings, into labelled windows.
@@ -42,9 +44,12 @@ def windows(
         hold_mm: By motion, a window is hold only below this slide.
         balance: Remove windows of the commoner label at random until both are equally many.
         seed: Seed of that removal.
+        visualize: Folder for a video and single pictures of every window, named by label and change of angle; 17 files
+            and about 4 s a window.
         vt_snn: Folder in which to write the windows in VT-SNN's layout, too: prophesee_recordings/rotate_01_td.mat ...
     """
     from evslip.dataset import Dataset
+    from evslip.errors import ConfigError
     from evslip.recordings import open_samples
     from evslip.vt_snn import export_windows
     from evslip.window_set import WindowSettings
@@ -54,11 +59,19 @@ def windows(
         hold_mm=hold_mm, balance=balance, seed=seed,
     )  # fmt: skip
     samples = open_samples(dataset)
-    cut = (samples.split(split) if split and isinstance(samples, Dataset) else samples).windows(settings)
+    samples = samples.split(split) if split and isinstance(samples, Dataset) else samples
+    if visualize is not None and not isinstance(samples, Dataset):
+        raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
+    cut = samples.windows(settings)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")
     if vt_snn is not None:
         console.print(f"{vt_snn}: {export_windows(cut, vt_snn)} files")
+    if visualize is not None and isinstance(samples, Dataset):
+        from evslip.view.window_pictures import write_windows
+
+        with progress_bar("windows", len(cut)) as advance:
+            write_windows(visualize, cut, samples, advance)
 
 
 def train(
@@ -69,43 +82,101 @@ def train(
     epochs: int | None = None,
     batch: int | None = None,
     lr: float | None = None,
+    schedule: Literal["cycle", "constant"] | None = None,
+    optimiser: Literal["adam", "rmsprop"] | None = None,
+    patience: int | None = None,
+    protocol: Literal["trajectory", "paper"] = "trajectory",
+    flip: bool = True,
+    shift_px: int = 0,
+    time_dropout: float = 0.0,
+    event_dropout: float = 0.0,
+    noise: Path | None = None,
+    wandb: bool = False,
     seed: int = 0,
 ) -> None:
-    """Train a detector on windows; validation is on trajectories kept apart.
+    """Train a detector on windows; validation is on trajectories kept apart. Run it again after a stop to go on.
+
+    The course of the training is in the folder `tensorboard` of the model: tensorboard --logdir OUT.
 
     Args:
         windows: HDF5 file made by `evslip windows`.
         out: Folder for the model.
-        model: Name of a network.
-        epochs: Most passes over the windows; training stops earlier when validation stops improving.
+        model: Name of a network: mlp, snn, cnn3d, cnn3d_bn, voxelnet, countnet, evgru, event_rate, rate_map, flow,
+            boosting.
+        epochs: Most passes over the windows; training stops earlier when validation stops improving. What is not given
+            here and in the next five options is what suits the network.
         batch: Windows a step.
         lr: Learning rate.
+        schedule: cycle: the rate rises, then falls to nothing. constant: as in the paper.
+        optimiser: adam (AdamW) or rmsprop.
+        patience: Epochs without a better validation loss before training stops.
+        protocol: trajectory: validation on other trajectories. paper: on other windows of the same ones, as the paper's
+            public code does; for comparison alone.
+        flip: Mirror half of the windows left to right.
+        shift_px: Move each window by up to so many pixels.
+        time_dropout: Silence up to this share of each window's time.
+        event_dropout: Remove up to this share of each window's events.
+        noise: Recording whose events are added to the windows.
+        wandb: Log to Weights & Biases, too; WANDB_MODE=offline keeps it on this machine.
         seed: Seed of initial weights, order and augmentation.
     """
     from evslip.learn import TrainSettings
     from evslip.learn import train as run
     from evslip.window_set import load_windows
 
-    chosen = {"epochs": epochs, "batch": batch, "lr": lr}
-    settings = TrainSettings(model=model, seed=seed, **{k: v for k, v in chosen.items() if v is not None})
-    result = run(load_windows(windows), out, settings)
+    settings = TrainSettings.of(
+        model, epochs=epochs, batch=batch, lr=lr, schedule=schedule, optimiser=optimiser, patience=patience,
+        protocol=protocol, flip=flip, shift_px=shift_px, time_dropout=time_dropout, event_dropout=event_dropout,
+        noise=str(noise or ""), seed=seed,
+    )  # fmt: skip
+    result = run(load_windows(windows), out, settings, wandb=wandb)
     console.print(f"{out}: {result.summary()}")
 
 
-def evaluate(model: Positional[Path], windows: Positional[Path], *, out: Path | None = None) -> None:
-    """Measure a detector on windows it has not been trained on.
+def evaluate(
+    models_and_data: Annotated[Positional[tuple[Path, ...]], arg(metavar="MODEL... DATA")],
+    *,
+    out: Path | None = None,
+    split: Split | None = None,
+    hop_s: float = 0.02,
+    resamples: int = 1000,
+) -> None:
+    """Examine detectors on data that they have not been trained on, and compare them.
+
+    Scores with confidence intervals, detected slips, false alarms and latency, accuracy by circumstances, cost:
+    printed, and written as JSON, as a page and as pictures.
 
     Args:
-        model: Folder of the model.
-        windows: HDF5 file made by `evslip windows`.
-        out: JSON file for the figures; default: evaluation.json in the model's folder.
+        models_and_data: Folders of models, then what to examine them on: a data set, a record, a folder of records, or
+            a file of `evslip windows` (scores alone: alarms and circumstances need records).
+        out: Folder for the four files; default: the model's folder, of several models the folder `evaluation`.
+        split: Of a data set, only this split; default: test if there is one, else all.
+        hop_s: Time between two answers on records; latencies are exact to it.
+        resamples: Resamples of the trajectories that the confidence intervals come from.
     """
-    from evslip.learn import evaluate as run
-    from evslip.window_set import load_windows
+    from evslip.learn.assessment import assess
+    from evslip.learn.comparison import compare
+    from evslip.learn.exam import open_exam
+    from evslip.view.evaluation import alarm_table, comparison_table, short_names, write_evaluation
 
-    metrics = run(model, load_windows(windows))
-    metrics.save(out or model / "evaluation.json")
-    console.print(metrics.table())
+    *models, data = models_and_data
+    if not models:
+        raise ConfigError(f"evaluate: {data} alone is named; expected one or more models, then the data")
+    exam = open_exam(data, split)
+    found = []
+    for model in models:
+        with progress_bar(f"evaluate {model.name}", len(exam) or None) as advance:
+            found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, progress=advance))
+    folder = out or (models[0] if len(models) == 1 else Path("evaluation"))
+    write_evaluation(folder, found)
+    scores = found[0].scores
+    console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {exam.name}")
+    print_table(comparison_table(compare(found)))
+    if any(one.own for one in found):
+        print_table(list(zip(*alarm_table(found, short_names(found)), strict=True)))
+    for note in dict.fromkeys(note for one in found for note in one.notes):
+        console.print(f"note: {note}")
+    console.print(f"{folder / 'evaluation.html'}, evaluation.json, scores.png, circumstances.png")
 
 
 def report(

@@ -5,8 +5,8 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.console import console, progress_bar
-from evslip.errors import EvslipError
+from evslip.console import console, progress_bar, samples_bar
+from evslip.errors import ConfigError, EvslipError
 
 
 def generate(
@@ -17,7 +17,9 @@ def generate(
     workers: int | None = None,
     split: Split = "train",
     set: Overrides = (),
+    part: str = "1/1",
     runner: str = "local",
+    limit_s: float = 3600.0,
 ) -> None:
     """Generate samples into a data set. Run it again to resume or to add more.
 
@@ -25,20 +27,21 @@ def generate(
         preset: Name of a preset (demo, simple, complex) or a TOML file.
         out: Folder of the data set.
         count: Number of samples the split shall have.
-        workers: Worker processes; default: one a core. The result does not depend on it.
+        workers: Worker processes; default: one a core of the machine or cluster. The result does not depend on it.
         split: Which split; train and test share no parameter value.
         set: Override, such as object.mass_kg=0.05; may be given several times.
-        runner: Who does the work.
+        part: I/N makes the I-th of N parts of the samples, for jobs that share the folder; I counts from 1.
+        runner: Who does the work: local, ray (the cluster of RAY_ADDRESS, else this machine) or ray:ADDRESS.
+        limit_s: A sample that takes longer is taken to hang, and left out.
     """
     from evslip.config import load_config
     from evslip.generation import STAGES
     from evslip.generation import generate as run
 
     config = load_config(preset, overrides(set))
-    with progress_bar(f"generate {split}", count) as advance:
-        summary = run(
-            config, out, count, split=split, workers=workers, runner_name=runner, progress=lambda made: advance()
-        )
+    options = {"split": split, "part": _part(part), "workers": workers, "runner_name": runner, "limit_s": limit_s}
+    with samples_bar(f"generate {split}" + (f" {part}" if part != "1/1" else "")) as progress:
+        summary = run(config, out, count, **options, progress=progress)
     entries = [made.entry for made in summary.made]
     rejected = sum(entry["kind"] == "rejected" for entry in entries)
     made = f"{len(entries)} samples made ({rejected} rejected)"
@@ -49,6 +52,13 @@ def generate(
         events = sum(entry["events"] for entry in entries) / len(entries)
         size = sum(entry["bytes"] for entry in entries) / len(entries)
         console.print(f"a sample on average, processor time: {each}; {events:,.0f} events, {size / 1e6:.2f} MB")
+
+
+def _part(text: str) -> tuple[int, int]:
+    number, _, parts = text.partition("/")
+    if not (number.isdecimal() and parts.isdecimal()):
+        raise ConfigError(f"part: {text!r} is wrong, expected I/N such as 3/100")
+    return int(number), int(parts)
 
 
 def status(dataset: Positional[Path]) -> None:

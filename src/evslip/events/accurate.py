@@ -5,17 +5,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from evslip.events import kernel, pixel
+from evslip.events import kernel, memory, pixel
 from evslip.events.glance import TILE
-from evslip.events.kernel import Pixels, Watch
+from evslip.events.memory import Pixels, Scale, Watch
 from evslip.events.optics import WHITE, Intensity, photocurrent
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules
 
-CHANGING = ("glance", "current", "state", "noise")
+CHANGING = ("glance", "current", "awake", "state", "noise")
 """What of the pixels changes from frame to frame."""
-WATCH_US = 2.0**14
-"""Fences are set for so long: longer is less work, but a fence must hold whatever leaks meanwhile."""
+WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
+"""Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the
+lower one must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
 
 
 class AccuratePixels:
@@ -26,13 +27,16 @@ class AccuratePixels:
         traits = draw_traits(model, shape, seed)
         self.theta_on, self.theta_off = traits[..., pixel.ON], traits[..., pixel.OFF]
         self.pixels = Pixels(
-            np.zeros((kernel.GLANCE, count), np.float32),
+            np.zeros((memory.GLANCE, count), np.float32),
             np.zeros(count),
+            np.zeros(count, np.uint8),
             np.zeros((count, pixel.STATE)),
             np.zeros((2, count if model.photoreceptor_noise > 0 else 0)),
             traits.reshape(count, pixel.TRAITS),
         )
         self._watch = Watch(0.0, 0.0)
+        leak_per_us = float(np.mean(traits[..., pixel.MEAN_LEAK] / traits[..., pixel.ON]))
+        self._watch_us = min(WATCH_DRIFT / leak_per_us, LONGEST_WATCH_US) if leak_per_us > 0.0 else LONGEST_WATCH_US
         self.rules = make_rules(model, intensity, seed)
         self._intensity: Intensity = intensity
         self._dark = model.dark
@@ -41,25 +45,27 @@ class AccuratePixels:
         tiles = -(-count // TILE)
         cuts = TILE * np.linspace(0, tiles, min(threads, tiles) + 1).astype(int)
         self._cuts = np.minimum(cuts, count).tolist()
-        self._table = photocurrent(np.arange(256), intensity, model.dark)
+        table = photocurrent(np.arange(256), intensity, model.dark)
+        self._bytes = Scale(table, memory.logarithms(table), 0.0, 0.0)
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
         image, scale = self.scaled(image)
-        kernel.begin(image.reshape(-1), scale, time_us, self.pixels, self.rules)
-        self._watch = Watch(time_us, time_us)
+        memory.begin(image.reshape(-1), scale, time_us, self.pixels, self.rules)
+        self._watch = Watch(time_us, time_us + self._watch_us)
+        memory.watch_over(0, len(self.pixels.current), self.pixels, time_us)
 
     def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
         images, scale = self.scaled(images)
         images, masks = (frames.reshape(len(frames), len(self.pixels.current)) for frames in (images, masks))
         over = bool(times_us[-1] > self._watch.until_us)
         if over:
-            self._watch = Watch(float(times_us[0]), float(max(times_us[-1], times_us[0] + WATCH_US)))
+            self._watch = Watch(float(times_us[0]), float(max(times_us[-1], times_us[0] + self._watch_us)))
 
         def band(pixels: tuple[int, int]) -> np.ndarray:
             if over:
-                kernel.watch_over(*pixels, self.pixels, self._watch)
+                memory.watch_over(*pixels, self.pixels, self._watch.since_us)
             return kernel.expose(
-                images, times_us, masks, self._columns, *pixels, scale, self._watch, self.pixels, self.rules
+                images, times_us, masks, self._columns, *pixels, scale, self._watch.since_us, self.pixels, self.rules
             )
 
         if len(self._cuts) == 2:
@@ -80,10 +86,10 @@ class AccuratePixels:
         """Have all fences set anew, because the pixels were changed from outside."""
         self._watch = Watch(0.0, 0.0)
 
-    def scaled(self, image: np.ndarray) -> tuple[np.ndarray, kernel.Scale]:
+    def scaled(self, image: np.ndarray) -> tuple[np.ndarray, Scale]:
         """An image, and how its values become photocurrents."""
         if image.dtype == np.uint8:
-            return image, kernel.Scale(self._table, 0.0, 0.0)
+            return image, self._bytes
         if self._intensity == "linear":
-            return image, kernel.Scale(self._table, WHITE, WHITE * self._dark)
-        return photocurrent(image, self._intensity, self._dark), kernel.Scale(self._table, 1.0, 0.0)
+            return image, self._bytes._replace(factor=WHITE, offset=WHITE * self._dark)
+        return photocurrent(image, self._intensity, self._dark), self._bytes._replace(factor=1.0)

@@ -20,7 +20,7 @@ from evslip.events.v2e import V2EPixels
 from evslip.frame import NO_BODY, Frame
 from evslip.params import Params
 
-CHUNK_FRAMES, CHUNK_BYTES = 16, 1 << 24
+CHUNK_FRAMES, CHUNK_BYTES = 32, 1 << 24
 """`run` works on so many frames at once, or on as many as fit into so many bytes."""
 
 Mode = Literal["accurate", "v2e"]

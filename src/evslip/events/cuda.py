@@ -7,9 +7,10 @@ import numpy as np
 from numba import cuda as numba_cuda
 
 from evslip.errors import MissingExtraError
-from evslip.events import glance, kernel, pixel
+from evslip.events import glance, pixel
 from evslip.events.accurate import AccuratePixels
 from evslip.events.lowpass import advance_far
+from evslip.events.memory import LAG, REST, SEEN
 from evslip.events.optics import Intensity
 from evslip.events.pixel import Interval, next_noise
 from evslip.events.presets import PixelModel
@@ -102,7 +103,7 @@ def _expose(
         state[0, k] = states_of[p, k]
     for k in range(pixel.TRAITS):
         traits[0, k] = traits_of[p, k]
-    seen, lag, rest = memory[kernel.SEEN, p], memory[kernel.LAG, p], memory[kernel.REST, p]
+    seen, lag, rest = memory[SEEN, p], memory[LAG, p], memory[REST, p]
     before = currents[p]
     noise_0, noise_1 = 0.0, 0.0
     if rules.noise > 0.0:
@@ -176,7 +177,7 @@ def _expose(
         return
     for k in range(pixel.STATE):
         states_of[p, k] = state[0, k]
-    memory[kernel.SEEN, p], memory[kernel.LAG, p], memory[kernel.REST, p] = seen, lag, rest
+    memory[SEEN, p], memory[LAG, p], memory[REST, p] = seen, lag, rest
     currents[p] = before
     if rules.noise > 0.0:
         noise_of[0, p], noise_of[1, p] = noise_0, noise_1

@@ -19,10 +19,10 @@ from evslip.compiled import compiled
 
 F = np.float32
 
-TILE = 512
-"""Pixels a tile: its numbers fit into the nearest cache."""
-CURRENT_0, CURRENT_1, CHANGE, EXPONENT, LOG, LAG_0, LAG, REST, HIGH, LOW, DUE = range(0, 11 * TILE, TILE)
-WORK = 11 * TILE
+TILE = 2048
+"""Pixels a tile. Of most tiles few pixels have anything to do, and their numbers fit into the nearest cache."""
+CURRENT_0, CURRENT_1, CHANGE, EXPONENT, LOG, LAG_0, LAG, REST, HIGH, LOW, SLOPE, DUE = range(0, 12 * TILE, TILE)
+WORK = 12 * TILE
 """Where the numbers of a tile lie in its work array, float32 of shape (WORK,). In one array at fixed distances, so that
 the compiler knows that what a loop writes is not what it reads."""
 NARROW, NARROW_PRODUCT = F(0.25), F(0.16)
@@ -34,6 +34,7 @@ MARGIN = 1.5e-5
 FORGOTTEN = F(1e-12)
 """Smaller lags are none: numbers that decay for ever become slow ones."""
 
+_CURRENT_1 = np.uint64(CURRENT_1)
 _ONE, _TWO, _HALF = F(1), F(2), F(0.5)
 _A3, _A5, _A7 = F(1 / 3), F(1 / 5), F(1 / 7)
 _M2, _M4, _M6 = F(1 / 3), F(4 / 45), F(44 / 945)
@@ -104,14 +105,21 @@ def whole_step(
 
 
 @compiled(error_model="numpy")
-def currents(image: np.ndarray, table: np.ndarray, scale: F, offset: F, out: np.ndarray) -> None:
-    """Photocurrents of a tile: of bytes by `table`, of shape (256,), when scale is 0, else scale * value + offset."""
-    if scale == 0.0:
-        for i in range(len(image)):
-            out[i] = table[np.uint8(image[i])]
-    else:
-        for i in range(len(image)):
-            out[i] = image[i] * scale + offset
+def currents(
+    image: np.ndarray, runs: np.ndarray, found: int, table: np.ndarray, scale: F, offset: F, work: np.ndarray
+) -> None:
+    """Photocurrents of all lanes: of bytes by `table`, of shape (256,), when scale is 0, else scale * value + offset.
+
+    runs: see `lanes.choose`.
+    """
+    for run in range(found):
+        pixel, at, length = runs[run, 0], _CURRENT_1 + runs[run, 1], runs[run + 1, 1] - runs[run, 1]
+        if scale == 0.0:
+            for i in range(length):
+                work[at + i] = table[np.uint8(image[pixel + i])]
+        else:
+            for i in range(length):
+                work[at + i] = image[pixel + i] * scale + offset
 
 
 @compiled(error_model="numpy")
@@ -138,10 +146,10 @@ def added(lag: F, rest: F, step: F) -> tuple[F, F]:
 
 
 @compiled(error_model="numpy")
-def changes(work: np.ndarray, base: F, gain: F) -> bool:
-    """First half of a glance: `change_and_exponent` of a tile. Returns whether any K is more than BRIEF."""
+def changes(work: np.ndarray, count: int, base: F, gain: F) -> bool:
+    """First half of a glance: `change_and_exponent` of the first lanes. Returns whether any K is more than BRIEF."""
     long = False
-    for i in range(TILE):
+    for i in range(count):
         change, exponent = change_and_exponent(work[CURRENT_0 + i], work[CURRENT_1 + i], base, gain)
         work[CHANGE + i], work[EXPONENT + i] = change, exponent
         long |= exponent > BRIEF
@@ -169,11 +177,14 @@ def marked(log_0: F, change: F, exponent: F, lag_0: F, lag_1: F, high: F, low: F
 
 
 @compiled(error_model="numpy")
-def look(work: np.ndarray, gain: F, marks: np.ndarray) -> None:
-    """Second half of a glance, where no K is more than BRIEF: moves current, log and lag of a tile, and marks it."""
-    for i in range(TILE):
+def look(work: np.ndarray, count: int, gain: F, end_us: F, marks: np.ndarray) -> None:
+    """Second half of a glance, where no K is more than BRIEF: moves current, log and lag, and marks.
+
+    end_us: microseconds after the beginning of the watch.
+    """
+    for i in range(count):
         current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
-        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i], work[LOW + i]
+        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i] - work[SLOPE + i] * end_us, work[LOW + i]
         lost, j0, c = _weights_brief(k)
         lag_1, rest = moved(current_0, current_1, change, k, gain, lag, work[REST + i], lost, j0, c)
         marks[i] = marked(log, change, k, lag, lag_1, high, low)
@@ -182,11 +193,11 @@ def look(work: np.ndarray, gain: F, marks: np.ndarray) -> None:
 
 
 @compiled(error_model="numpy")
-def look_long(work: np.ndarray, gain: F, marks: np.ndarray) -> None:
+def look_long(work: np.ndarray, count: int, gain: F, end_us: F, marks: np.ndarray) -> None:
     """`look` for any K: both weights are computed, which is vector code, and one of them is taken."""
-    for i in range(TILE):
+    for i in range(count):
         current_0, current_1, change, k = work[CURRENT_0 + i], work[CURRENT_1 + i], work[CHANGE + i], work[EXPONENT + i]
-        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i], work[LOW + i]
+        log, lag, high, low = work[LOG + i], work[LAG + i], work[HIGH + i] - work[SLOPE + i] * end_us, work[LOW + i]
         lost, j0, c = _weights_brief(k)
         lost_long, j0_long, c_long = _weights_long(k)
         lost, j0, c = lost_long if k > BRIEF else lost, j0_long if k > BRIEF else j0, c_long if k > BRIEF else c
@@ -197,14 +208,16 @@ def look_long(work: np.ndarray, gain: F, marks: np.ndarray) -> None:
 
 
 @compiled(error_model="numpy")
-def leaves(log: np.ndarray, high: np.ndarray, low: np.ndarray, out: np.ndarray) -> None:
+def leaves(work: np.ndarray, count: int, end_us: F, marks: np.ndarray) -> None:
     """The same without low-pass, where lp is L, known to lie within (low, high) at the start."""
-    for i in range(len(out)):
-        out[i] = 0 if (log[i] < high[i]) & (log[i] > low[i]) else 1
+    for i in range(count):
+        log, high = work[LOG + i], work[HIGH + i] - work[SLOPE + i] * end_us
+        marks[i] = 0 if (log < high) & (log > work[LOW + i]) else 1
+        work[CURRENT_0 + i] = work[CURRENT_1 + i]
 
 
 @compiled(error_model="numpy")
-def mark_due(due_us: np.ndarray, end_us: F, out: np.ndarray) -> None:
-    """Add 1 to the mark of each pixel that has something to do by end_us anyway."""
-    for i in range(len(out)):
-        out[i] |= np.uint8(1) if due_us[i] <= end_us else np.uint8(0)
+def mark_due(work: np.ndarray, count: int, end_us: F, marks: np.ndarray) -> None:
+    """Add 1 to the mark of each lane that has something to do by end_us anyway."""
+    for i in range(count):
+        marks[i] |= np.uint8(1) if work[DUE + i] <= end_us else np.uint8(0)

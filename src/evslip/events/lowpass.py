@@ -31,21 +31,6 @@ MAX_CHANGE, MAX_PRODUCT = 0.8, 0.16
 
 
 @compiled(error_model="numpy", inline="always")
-def decayed(exponent: float) -> float:
-    """1 - exp(-exponent) to full relative accuracy; branch-free, so that loops over it become vector code."""
-    r = min(exponent, 40.0) * 0.015625
-    e = r * (1.0 - r * (1 / 2 - r * (1 / 6 - r * (1 / 24 - r * (1 / 120 - r * (1 / 720 - r * (
-        1 / 5040 - r * (1 / 40320 - r * (1 / 362880 - r / 3628800)))))))))  # fmt: skip
-    # 1 - exp(-2 r) = e (2 - e), six times: 2^6 = 64.
-    e = e * (2.0 - e)
-    e = e * (2.0 - e)
-    e = e * (2.0 - e)
-    e = e * (2.0 - e)
-    e = e * (2.0 - e)
-    return e * (2.0 - e)
-
-
-@compiled(error_model="numpy", inline="always")
 def exponent(log_0: float, log_1: float, current_0: float, current_1: float, base: float, gain: float) -> float:
     """K of an interval; base and gain already multiplied by its length."""
     x = log_1 - log_0
@@ -59,7 +44,7 @@ def exponent(log_0: float, log_1: float, current_0: float, current_1: float, bas
 @compiled(error_model="numpy", inline="always")
 def weights(exponent: float) -> tuple[float, float, float]:
     """1 - exp(-K), j0 and C for any K."""
-    lost = decayed(exponent)
+    lost = -math.expm1(-exponent)
     inverse = 1.0 / max(exponent, 1e-12)
     far = (exponent * (2.0 - lost) - 2.0 * lost) * inverse * inverse * inverse
     near = 1 / 6 - exponent * (1 / 12 - exponent * (1 / 40 - exponent * (1 / 180 - exponent * (1 / 1008))))
@@ -99,7 +84,7 @@ def advance_far(
     steepest = base + gain * max(current_0, current_1)
     count = 1 << halvings(log_1 - log_0, steepest)
     change = (log_1 - log_0) / count
-    ratio = math.exp(change)
+    ratio = math.exp(change) if count > 1 else 1.0
     base, gain = base / count, gain / count
     log, current = log_0, current_0
     for part in range(count):

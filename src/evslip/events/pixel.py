@@ -154,6 +154,11 @@ def _stays(interval: Interval, reference: float, drift: float, on: float, off: f
     return top - reference + drift < on and bottom - reference > -off
 
 
+@compiled(error_model="numpy", inline="always")
+def _word(label: int, sign: int, cause: int, body: int) -> int:
+    return label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
+
+
 @compiled(error_model="numpy", forceinline=True)
 def fire(
     interval: Interval,
@@ -189,6 +194,25 @@ def fire(
         if _stays(interval, reference, leak * (interval.end_us - reset_us), on, off):
             return count
         reference = np.nan
+    plain = not rules.lowpass and rules.noise == 0.0 and rules.refractory_us == 0.0
+    if plain and rate == 0.0 and traits[row, MEAN_LEAK] == 0.0:
+        # The same as below, for a pixel that has nothing but its thresholds.
+        place = 0.0
+        while True:
+            place, sign = crossing(interval.log_0 - reference, change, 0.0, 0.0, place, 1.0, on, off)
+            if sign == 0:
+                break
+            time_us = interval.start_us + place * length
+            if count < room:
+                body = body_0 if time_us < interval.middle_us else body_1
+                events[count, 0] = np.int64(math.floor(time_us + 0.5))
+                events[count, 1] = _word(label, sign, SIGNAL, body)
+            count += 1
+            reference += on if sign > 0 else -off
+            state[row, RESET_US] = time_us
+            state[row, RESETS] += 1.0
+        state[row, REFERENCE] = reference
+        return count
     noise_rise = interval.noise_1 - interval.noise_0
     parts = 1
     if rules.lowpass:
@@ -262,15 +286,17 @@ def fire(
                 break
             w = place
             if fired:
+                body = body_0 if time_us < interval.middle_us else body_1
                 if count < room:
-                    body = body_0 if time_us < interval.middle_us else body_1
                     events[count, 0] = np.int64(math.floor(time_us + 0.5))
-                    events[count, 1] = label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
+                    events[count, 1] = _word(label, sign, cause, body)
                 count += 1
                 reset_us = time_us + rules.refractory_us
                 reference = level if rules.refractory_us == 0.0 else np.nan
                 state[row, RESETS] += 1.0
                 leak = next_leak(rules, traits[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
+        if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
+            break
         log_a, current_a, value_a = log_b, current_b, value_b
     state[row, REFERENCE], state[row, RESET_US] = reference, reset_us
     state[row, LEAK_SLOPE], state[row, CANDIDATE_US] = leak, candidate_us

@@ -12,8 +12,8 @@ from safetensors.torch import load, save
 import evslip
 from evslip import atomic
 from evslip.errors import DataError, EvslipError
-from evslip.learn.network import Geometry, Network
-from evslip.learn.registry import build_model
+from evslip.learn.networks import build_model
+from evslip.learn.networks.network import Geometry, Network
 from evslip.window_set import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"

@@ -10,7 +10,7 @@ import torch
 from evslip.errors import DataError
 from evslip.learn.checkpoint import geometry_of, load_model
 from evslip.learn.metrics import Metrics, measure
-from evslip.learn.network import Network
+from evslip.learn.networks.network import Network
 from evslip.window_set import Windows
 
 BATCH = 32

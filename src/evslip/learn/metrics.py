@@ -5,10 +5,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import rankdata
 
 from evslip import atomic
-from evslip.window_set import SLIP, Windows
+from evslip.learn import bootstrap, tally
+from evslip.window_set import Windows
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,18 @@ class Metrics:
     """Of slip: harmonic mean of precision and recall."""
     auroc: float
     """Chance that a random slip scores higher than a random hold; independent of the threshold."""
+    auprc: float
+    """Average precision: area under precision over recall of slip; independent of the threshold."""
+    ece: float
+    """Mean difference between probability and share of slips in 15 equal bins of probability."""
+    brier: float
+    """Mean squared difference between probability and truth."""
     confusion: list[list[int]]
     """Rows: truth hold, slip; columns: said hold, slip."""
     without_recent: float
     """Balanced accuracy without the windows that follow a slip within 0.2 s."""
+    intervals: dict[str, bootstrap.Interval | None] = field(default_factory=dict)
+    """Of the figures above: what 95 % of resamples of the trajectories give; None where they do not say."""
     probabilities: list[float] = field(default_factory=list)
     """Slip probability of every window."""
     labels: list[int] = field(default_factory=list)
@@ -57,12 +65,8 @@ class Metrics:
 
 
 def auroc(labels: np.ndarray, scores: np.ndarray) -> float:
-    """Area under the ROC curve by ranks (Mann-Whitney U), ties counted half; nan with one class alone."""
-    positive = labels == SLIP
-    n1, n0 = int(positive.sum()), int((~positive).sum())
-    if not n1 or not n0:
-        return float("nan")
-    return float((rankdata(scores)[positive].sum() - n1 * (n1 + 1) / 2) / (n1 * n0))
+    """Area under the ROC curve, ties counted half; nan with one class alone."""
+    return float(tally.auroc(tally.tally(labels, scores)))
 
 
 def confusion(labels: np.ndarray, said: np.ndarray) -> np.ndarray:
@@ -72,9 +76,7 @@ def confusion(labels: np.ndarray, said: np.ndarray) -> np.ndarray:
 
 def balanced_accuracy(labels: np.ndarray, said: np.ndarray) -> float:
     """Mean recall of the labels that occur."""
-    table = confusion(labels, said)
-    seen = table.sum(1) > 0
-    return float((np.diag(table)[seen] / table.sum(1)[seen]).mean()) if seen.any() else float("nan")
+    return float(tally.balanced_accuracy(tally.counts(tally.tally(labels, said), 0.5)))
 
 
 def best_threshold(labels: np.ndarray, scores: np.ndarray, names: np.ndarray) -> float:
@@ -96,23 +98,35 @@ def best_threshold(labels: np.ndarray, scores: np.ndarray, names: np.ndarray) ->
 
 def measure(windows: Windows, scores: np.ndarray, threshold: float) -> Metrics:
     """All scores of slip probabilities, of shape (n,), for n windows."""
-    labels, names, recent = windows.label, windows.name, windows.recent.astype(bool)
+    return measured(windows.label, windows.name, windows.start_us, windows.recent.astype(bool), scores, threshold)
+
+
+def measured(
+    labels: np.ndarray,
+    names: np.ndarray,
+    starts_us: np.ndarray,
+    recent: np.ndarray,
+    scores: np.ndarray,
+    threshold: float,
+    resamples: int = bootstrap.RESAMPLES,
+) -> Metrics:
+    """All scores of n windows, each array of shape (n,)."""
     said = scores >= threshold
-    table = confusion(labels, said)
-    (_, false_slip), (missed, right_slip) = table
-    old = ~recent
+    trajectories, which = np.unique(names, return_inverse=True)
+    found = tally.tally(labels, scores)
+    draws = bootstrap.draws(len(trajectories), resamples)
     return Metrics(
         windows=len(labels),
-        trajectories=len(np.unique(names)),
+        trajectories=len(trajectories),
         threshold=threshold,
-        accuracy=float((said == (labels == SLIP)).mean()),
-        balanced_accuracy=balanced_accuracy(labels, said),
-        f1=float(2 * right_slip / max(1, 2 * right_slip + false_slip + missed)),
-        auroc=auroc(labels, scores),
-        confusion=table.tolist(),
-        without_recent=balanced_accuracy(labels[old], said[old]) if old.any() else float("nan"),
+        **{name: float(value) for name, value in tally.headline(found, threshold).items()},
+        confusion=confusion(labels, said).tolist(),
+        without_recent=balanced_accuracy(labels[~recent], said[~recent]),
+        intervals=bootstrap.intervals(
+            lambda weights: tally.headline(tally.tally(labels, scores, weights), threshold), which, draws
+        ),
         probabilities=scores.astype(float).tolist(),
         labels=labels.astype(int).tolist(),
         names=names.tolist(),
-        starts_us=windows.start_us.tolist(),
+        starts_us=starts_us.tolist(),
     )

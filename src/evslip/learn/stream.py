@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from evslip.errors import ConfigError, DataError
-from evslip.events.stream import Events, concatenate, empty_events
+from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluate import BATCH, answer
+from evslip.learn.recent import Recent
+from evslip.learn.rolling import rolling_form
 from evslip.window_set import WindowEvents
 from evslip.windows import crop
 
@@ -43,17 +45,22 @@ class Detector:
 
     `size` is the sensor's (width, height); another one than the detector was trained for is aligned at its centre:
     pixels beyond the crop are ignored, pixels that the sensor lacks stay silent. Memory is bounded by the events of one
-    window and one push. Raises DataError for a model that cannot be read.
+    window and one push. Where the network has a form that computes only what a hop brings anew it is used, unless
+    `incremental` is False; the answers agree within 1e-5. Raises DataError for a model that cannot be read.
     """
 
-    def __init__(self, model: str | Path, *, size: tuple[int, int] | None = None, hop_s: float = 0.005):
+    def __init__(
+        self, model: str | Path, *, size: tuple[int, int] | None = None, hop_s: float = 0.005, incremental: bool = True
+    ):
         if not 0.001 <= hop_s <= 1000:
             raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected 0.001 to 1000")
         self._network, self.description = load_model(model)
         self._settings = self.description.windows
         self._size = size or (self._settings.sensor_width, self._settings.sensor_height)
         self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
-        self._kept = empty_events()
+        self._rolling = rolling_form(self._network, self._hop_us) if incremental else None
+        self._kept = Recent()
+        self._turn = 0
         self._last_us: int | None = None
         self._next_us = 0
         self._newest = float("nan")
@@ -76,21 +83,24 @@ class Detector:
         DataError for events that lie before those pushed earlier or more than an hour after them.
         """
         now = self._advance(events, until_us)
-        stream = concatenate([self._kept, Events(*events[:4])])
+        self._kept.add(crop(Events(*events[:4]), self._size, self._settings))
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
-        counts = np.zeros(len(ends), np.int64)
+        bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
+        counts = bounds[1] - bounds[0]
         p_slip = np.full(len(ends), self._silent, np.float32)
-        bounds = np.searchsorted(stream.t_us, (ends - self._length_us, ends))
-        busy = np.flatnonzero(bounds[1] > bounds[0])
-        for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
-            windows = [
-                self._window(stream.select(slice(*bounds[:, i])), int(ends[i]) - self._length_us) for i in chosen
-            ]
-            counts[chosen] = [len(window.t_us) for window in windows]
-            p_slip[chosen] = answer(self._network, [self._network.prepare(window) for window in windows])
+        busy = np.flatnonzero(counts)
+        if self._rolling is not None:
+            for i in busy:
+                window = self._kept.part(slice(*bounds[:, i]))
+                p_slip[i] = self._rolling(self._turn + int(i), *window, int(ends[i]) - self._length_us)
+        else:
+            for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
+                windows = [self._window(slice(*bounds[:, i]), int(ends[i]) - self._length_us) for i in chosen]
+                p_slip[chosen] = answer(self._network, [self._network.prepare(window) for window in windows])
         if len(ends):
             self._next_us = int(ends[-1]) + self._hop_us
-        self._kept = stream.select(slice(int(np.searchsorted(stream.t_us, self._next_us - self._length_us)), None))
+            self._turn += len(ends)
+        self._kept.forget(self._next_us - self._length_us)
         return Detection(ends, p_slip, counts, self.description.threshold)
 
     def _advance(self, events: Events, until_us: int | None) -> int:
@@ -110,9 +120,9 @@ class Detector:
         self._last_us = last
         return last
 
-    def _window(self, events: Events, start_us: int) -> WindowEvents:
-        inside = crop(events, self._size, self._settings)
-        return WindowEvents((inside.t_us - start_us).astype(np.uint32), inside.x, inside.y, inside.p)
+    def _window(self, which: slice, start_us: int) -> WindowEvents:
+        t_us, x, y, p = self._kept.part(which)
+        return WindowEvents((t_us - start_us).astype(np.uint32), x, y, p)
 
 
 def detect(model: str | Path, events: Events, size: tuple[int, int], *, hop_s: float = 0.02) -> Detection:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evslip.camera import Camera, hand_camera
+from evslip.camera import Camera, hand_camera, scene_camera
 from evslip.errors import ConfigError
 from evslip.frame import Frame
 from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
@@ -15,10 +15,16 @@ from evslip.rendering.schedule import check_span, frame_times
 from evslip.textures import linear_to_srgb
 from evslip.trajectory import Trajectory
 
-__all__ = ["OUTPUTS", "RENDERERS", "frame_times", "render", "render_color"]
+__all__ = ["OUTPUTS", "RENDERERS", "VIEWS", "frame_times", "pictures", "render", "render_color"]
 
-RENDERERS = {"raycast": "evslip.rendering.raycast:Raycaster"}
-"""Name -> module:class. A renderer is made from (params, camera, held finger travel, channel) and draws poses."""
+RENDERERS = {
+    "raycast": "evslip.rendering.raycast:Raycaster",
+    "pathtrace": "evslip.rendering.pathtrace.tracer:Pathtracer",
+}
+"""Name -> module:class. A renderer is made from (params, camera, held finger travel) and draws poses: `draw` gives
+luminance and body indices, `color` linear RGB."""
+VIEWS = ("wrist", "scene")
+"""The camera on the hand, and one beside the table that sees the whole robot."""
 MIDDLE_GREY = 0.25
 """What the median of the first held frame becomes when the exposure is set per sample."""
 
@@ -30,13 +36,14 @@ def render(
     end_us: int | None = None,
     size: tuple[int, int] | None = None,
     times_us: np.ndarray | None = None,
-    renderer: str = "raycast",
+    renderer: str | None = None,
     outputs: Collection[str] = (),
 ) -> Iterator[Frame]:
     """Frames of a trajectory from the hand camera, luminance relative to white.
 
     By default the recorded span (`evslip.truth.measure(traj).span_us`) at times from `frame_times`; `times_us` (sorted
-    integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its own.
+    integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its own. `renderer`: of
+    RENDERERS; default: the parameters' render.renderer.
     `outputs`, of OUTPUTS: what else the frames shall hold, see `Frame`. Raises ConfigError.
     """
     check_outputs(outputs)
@@ -47,27 +54,62 @@ def render(
         times_us = frame_times(traj, start, end, camera=camera)
     times_us = np.asarray(times_us, np.int64)
     check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
-    artist = _make(renderer, traj, camera, span)
+    artist = make_artist(renderer, traj, camera, span)
     scale = exposure_scale(artist, traj, camera, span[0])
     return _draw(artist, traj, camera, times_us, scale, Outputs(traj, camera, outputs) if outputs else None)
 
 
 def render_color(
-    traj: Trajectory, t_us: int, *, size: tuple[int, int] | None = None, view: str = "hand", renderer: str = "raycast"
+    traj: Trajectory,
+    t_us: int,
+    *,
+    size: tuple[int, int] | None = None,
+    view: str = "wrist",
+    renderer: str | None = None,
 ) -> np.ndarray:
     """A picture of one instant, sRGB uint8 of shape (height, width, 3), exposed as the luminance frames are.
 
-    What is brighter than white is clipped. Raises ConfigError.
+    `view`: of VIEWS. What is brighter than white is clipped. Raises ConfigError, and MissingExtraError for pathtrace.
     """
-    if view != "hand":
-        raise ConfigError(f"view: {view!r} is unknown; expected hand")
-    camera = hand_camera(traj.params, size)
-    span = recorded_span(traj)
-    check_span(traj, t_us, t_us + 1) if t_us < int(traj.t_us[-1]) else check_span(traj, t_us - 1, t_us)
-    scale = exposure_scale(_make(renderer, traj, camera, span), traj, camera, span[0])
-    poses = Poses(traj, camera, np.array([t_us]))
-    channels = [_make(renderer, traj, camera, span, channel).draw(poses, 0, scale)[0] for channel in range(3)]
-    return np.round(linear_to_srgb(np.stack(channels, -1)) * 255).astype(np.uint8)
+    return next(pictures(traj, np.array([t_us]), size=size, view=view, renderer=renderer))
+
+
+def pictures(
+    traj: Trajectory,
+    times_us: np.ndarray,
+    *,
+    size: tuple[int, int] | None = None,
+    view: str = "wrist",
+    renderer: str | None = None,
+    color: bool = True,
+) -> Iterator[np.ndarray]:
+    """As `render_color`, of several instants (sorted); with color=False grey, of shape (height, width)."""
+    camera, span = view_camera(traj, view, size), recorded_span(traj)
+    first, last = (int(traj.t_us[0]), int(traj.t_us[-1]))
+    for t_us in times_us:
+        if not first <= t_us <= last:
+            raise ConfigError(
+                f"time {t_us / 1e6:g} s is outside of the trajectory, {first / 1e6:g} to {last / 1e6:g} s"
+            )
+    artist = make_artist(renderer, traj, camera, span)
+    scale = exposure_scale(artist, traj, camera, span[0])
+    poses = Poses(traj, camera, np.asarray(times_us, np.int64))
+
+    def drawn() -> Iterator[np.ndarray]:
+        for index in range(len(times_us)):
+            linear = artist.color(poses, index, scale) if color else artist.draw(poses, index, scale)[0]
+            yield np.round(linear_to_srgb(linear) * 255).astype(np.uint8)
+
+    return drawn()
+
+
+def view_camera(traj: Trajectory, view: str, size: tuple[int, int] | None = None) -> Camera:
+    """The camera of one of VIEWS. Raises ConfigError."""
+    if view == "wrist":
+        return hand_camera(traj.params, size)
+    if view != "scene":
+        raise ConfigError(f"view: {view!r} is unknown; expected one of {', '.join(VIEWS)}")
+    return scene_camera(size or (traj.params.camera.width, traj.params.camera.height))
 
 
 def recorded_span(traj: Trajectory) -> tuple[int, int]:
@@ -91,13 +133,16 @@ def exposure_scale(artist: Any, traj: Trajectory, camera: Camera, first_us: int)
     return MIDDLE_GREY / median
 
 
-def _make(name: str, traj: Trajectory, camera: Camera, span: tuple[int, int], *channel: int) -> Any:
+def make_artist(name: str | None, traj: Trajectory, camera: Camera, span: tuple[int, int]) -> Any:
+    """A renderer by its name, or by the parameters' for None, for a trajectory of a known recorded span. Raises
+    ConfigError."""
+    name = traj.params.render.renderer if name is None else name
     if name not in RENDERERS:
         raise ConfigError(f"renderer: {name!r} is unknown; expected one of {', '.join(RENDERERS)}")
     module, _, attribute = RENDERERS[name].partition(":")
     kind: Callable[..., Any] = getattr(import_module(module), attribute)
     inside = (traj.t_us >= span[0]) & (traj.t_us <= span[1])
-    return kind(traj.params, camera, float(np.median(traj.joints[inside, 7:9].mean(1))), *channel)
+    return kind(traj.params, camera, float(np.median(traj.joints[inside, 7:9].mean(1))))
 
 
 def _draw(

@@ -17,18 +17,21 @@ TILE_W, TILE_H = 32, 8
 (
     RAY_X, RAY_Y,  # ray through the pixel: (RAY_X, RAY_Y, -1) in camera axes
     U, V, W,  # receiver point, in the frame of its pass
-    MAJOR_U, MAJOR_V, MINOR_U, MINOR_V,  # footprint of one probe: both sides of a parallelogram
-    TEXELS,  # width of a probe in texels of the finest level
+    MAJOR_U, MAJOR_V, MINOR_U, MINOR_V,  # footprint of the pixel: both sides of a parallelogram
+    TEXELS, HELD,  # variance in squares of the finest texels: what is wanted, what the levels have
     LIT, GLOSS, SEEN, SEEN_NOW,  # lamp's diffuse and specular part; share of the lamp seen, so far and past one group
-    TEX, WHERE, FRAC_X, FRAC_Y, WEIGHT,  # texture value; cell, place in it and weight of one probe
+    TEX, WHERE, FRAC_X, FRAC_Y, WEIGHT, FADED,  # texture value; cell, place in it, weights of one level and one probe
     GROUND,  # share of the pixel below the horizon
     RESULT,
     NORMAL_X, NORMAL_Y, NORMAL_Z, AMBIENT,  # where they differ from pixel to pixel
     LAMP_X, LAMP_Y, LAMP_Z, HIDDEN,  # receiver point in the lamp's frame; what an outline hides
     ROOM,  # share of the pixel that the point stands for, over which shadows are blurred
     PER_DEPTH, BLUR, STRETCH,  # 1 / way to the lamp; a pixel's blur across and how much longer shadows' blur is along
-) = (slot * LANES for slot in range(33))  # fmt: skip
-SCRATCH = 33 * LANES
+    SUM_HIDDEN, SUM_OUTLINED,  # what all casters of a group hide, each alone, and of it what outlines do
+    PART, OPEN,  # number of the body that the point belongs to; share of the light from all around that reaches it
+    MORE,  # the first of many that `union` and `occlusion` share
+) = (slot * LANES for slot in range(40))  # fmt: skip
+SCRATCH = 116 * LANES
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)
@@ -40,3 +43,5 @@ formula = compiled(**_OPTIONS, forceinline=True)
 
 f32 = np.float32
 ZERO, HALF, ONE, TWO = f32(0), f32(0.5), f32(1), f32(2)
+LEAST_ROOM = f32(1e-3)
+"""Of ROOM, so that nothing is divided by zero."""

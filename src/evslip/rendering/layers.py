@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.camera import Camera
-from evslip.rendering.hand import HAND, assemble
+from evslip.rendering.hand import assemble
 from evslip.rendering.lanes import LANES, kernel
 
 GRID = 8
@@ -22,7 +22,7 @@ SAME_DIRECTION = 0.95
 """Cosine between normals that may be merged."""
 NEAR_M = 0.01
 
-(X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, VIEW_X, VIEW_Y, VIEW_Z, SHARE, FINGER, RED, GREEN, BLUE, LUMA) = range(15)
+(X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, VIEW_X, VIEW_Y, VIEW_Z, SHARE, BODY, RED, GREEN, BLUE, LUMA, OPEN) = range(16)
 """Rows of `Layers.fragments`."""
 LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Of linear RGB (ITU-R BT.709)."""
@@ -30,8 +30,9 @@ LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 class Layers(NamedTuple):
     fragments: np.ndarray
-    """float32 of shape (15, n), in the order of the pixels; see the row names above. Positions and directions in camera
-    axes, SHARE of the pixel's area, FINGER 1 on a finger and 0 on the hand."""
+    """float32 of shape (16, n), in the order of the pixels; see the row names above. Positions and directions in camera
+    axes, SHARE of the pixel's area, BODY: HAND, LEFT or RIGHT of `hand`, OPEN: share of the light from all around that
+    the other parts let pass."""
     pixels: np.ndarray
     """Flat index of every pixel that has fragments, of shape (m,)."""
     starts: np.ndarray
@@ -76,10 +77,10 @@ def _bounds(points: np.ndarray) -> np.ndarray:
 
 @kernel
 def _rasterise(image, normals, albedo, parts, width, height, focal):
-    """Fragments (15, n) and their flat pixel indices (n,) of triangles: image (t, 3, 3) holds x, y in samples and the
+    """Fragments (16, n) and their flat pixel indices (n,) of triangles: image (t, 3, 3) holds x, y in samples and the
     depth of each corner."""
     capacity = 2 * width * height
-    fragments = np.zeros((15, capacity), np.float32)
+    fragments = np.zeros((16, capacity), np.float32)
     where = np.empty(capacity, np.int64)
     depth = np.empty((BAND * GRID, width * GRID), np.float32)
     owner = np.empty((BAND * GRID, width * GRID), np.int32)
@@ -206,4 +207,4 @@ def _write(cluster, fragments, at):
         fragments[VIEW_X + k, at] = -cluster[k] / away
         fragments[RED + k, at] = cluster[6 + k]
     fragments[SHARE, at] = samples / (GRID * GRID)
-    fragments[FINGER, at] = 0.0 if cluster[10] == HAND else 1.0
+    fragments[BODY, at] = cluster[10]

@@ -7,8 +7,10 @@ import numpy as np
 from evslip.camera import Camera
 from evslip.compiled import compiled
 from evslip.errors import ConfigError
+from evslip.params import Params
 from evslip.rendering.hand import LEFT, RIGHT, assemble
 from evslip.rendering.layers import NEAR_M
+from evslip.rendering.links import hulls, posed
 from evslip.rendering.poses import Poses
 from evslip.shapes import surface_of
 from evslip.trajectory import Trajectory
@@ -17,8 +19,8 @@ OUTPUTS = ("depth", "normal", "motion")
 """Names of the arrays of `evslip.frame.Frame` that are made on request."""
 HALF_STEP_US = 500
 """Motion is measured between poses this long before and after: together one step of the simulation's record."""
-OBJECT, SURFACE, SKY = RIGHT + 1, RIGHT + 2, RIGHT + 3
-"""Parts of the scene, after those of the gripper in `hand`."""
+OBJECT, SURFACE, SKY, FIRST_LINK = RIGHT + 1, RIGHT + 2, RIGHT + 3, RIGHT + 4
+"""Parts of the scene, after those of the gripper in `hand`; the last is the first of the arm's links."""
 
 
 def check_outputs(names: Collection[str]) -> None:
@@ -33,49 +35,80 @@ class Outputs:
 
     def __init__(self, traj: Trajectory, camera: Camera, names: Collection[str]):
         """names: of OUTPUTS."""
-        self._traj, self._camera, self._names = traj, camera, names
-        self._rays = camera.rays()
-        self._object = surface_of(traj.params)
-        # How far from its place in a pinhole's image any pixel looks: triangles are sought that much farther around.
-        x = self._rays[..., 0] * camera.focal_px + camera.width / 2 - (np.arange(camera.width) + 0.5)
-        y = camera.height / 2 - self._rays[..., 1] * camera.focal_px - (np.arange(camera.height) + 0.5)[:, None]
-        self._reach = np.array([np.abs(x).max(), np.abs(y).max()])
-        self._travel_m: float | None = None
+        self._traj, self._camera, self._names, self._sight = traj, camera, names, Sight(traj.params, camera)
 
     def at(self, t_us: int) -> dict[str, np.ndarray]:
         """The arrays of one instant by name, with shapes and units as in `Frame`."""
         first, last = int(self._traj.t_us[0]), int(self._traj.t_us[-1])
         around = (t_us, max(first, t_us - HALF_STEP_US), min(last, t_us + HALF_STEP_US))
         poses = Poses(self._traj, self._camera, np.array(around))
-        depth, normal, part = self._cast(poses)
+        depth, normal, part = self._sight.cast(poses, 0)
         made = {}
         if "depth" in self._names:
             made["depth"] = np.where(part == SKY, np.inf, depth).astype(np.float32)
         if "normal" in self._names:
             made["normal"] = normal.astype(np.float32)
         if "motion" in self._names:
-            points = self._rays * depth[..., None]
-            before, after = (self._camera.project(self._carried(points, part, poses, k))[..., :2] for k in (1, 2))
+            before, after = (
+                self._camera.project(self._sight.carried(depth, part, poses, 0, k))[..., :2] for k in (1, 2)
+            )
             made["motion"] = ((after - before) / ((around[2] - around[1]) * 1e-6)).astype(np.float32)
         return made
 
-    def _cast(self, poses: Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Depth, normal and part of what each ray meets at the first of the poses."""
-        depth, normal, part = (array.copy() for array in self._gripper(float(poses.travel_m[0])))
-        origin, turn = poses.camera_position[0], poses.camera_rotation[0]
-        body, axes = self._object, turn.T @ poses.object_rotation[0]
-        corners = (body.vertices @ axes.T + turn.T @ (poses.object_position[0] - origin))[body.faces]
+
+class Sight:
+    """What the ray through the middle of each pixel meets, and where that is at another time."""
+
+    def __init__(self, params: Params, camera: Camera):
+        self._camera, self._radius_m = camera, params.background.radius_m
+        self._rays = camera.rays()
+        self._object = surface_of(params)
+        # How far from its place in a pinhole's image any pixel looks: triangles are sought that much farther around.
+        x = self._rays[..., 0] * camera.focal_px + camera.width / 2 - (np.arange(camera.width) + 0.5)
+        y = camera.height / 2 - self._rays[..., 1] * camera.focal_px - (np.arange(camera.height) + 0.5)[:, None]
+        self._reach = np.array([np.abs(x).max(), np.abs(y).max()])
+        self._travel_m: float | None = None
+
+    def cast(self, poses: Poses, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Depth, normal and part of what each ray meets at one of the poses."""
+        depth, normal, part = (array.copy() for array in self._gripper(float(poses.travel_m[index])))
+        origin, turn = poses.camera_position[index], poses.camera_rotation[index]
+        body, axes = self._object, turn.T @ poses.object_rotation[index]
+        corners = (body.vertices @ axes.T + turn.T @ (poses.object_position[index] - origin))[body.faces]
         self._meet(corners, body.normals @ axes.T, np.full(len(corners), OBJECT), depth, normal, part)
+        if poses.links is not None:
+            parts, arm = hulls(), posed(poses.links.places[index], poses.links.turns[index])
+            self._meet(
+                ((arm.vertices - origin) @ turn)[arm.faces], arm.normals @ turn,
+                parts.link_of_face + FIRST_LINK, depth, normal, part,
+            )  # fmt: skip
 
         rays = self._rays @ turn.T
         with np.errstate(divide="ignore"):
             table = np.where(rays[..., 2] < 0, -origin[2] / rays[..., 2], np.inf)
-        a, b, c = np.sum(rays * rays, -1), rays @ origin, origin @ origin - self._traj.params.background.radius_m**2
+        a, b, c = np.sum(rays * rays, -1), rays @ origin, origin @ origin - self._radius_m**2
         sky = (np.sqrt(b * b - a * c) - b) / a
         for distance, kind, direction in ((table, SURFACE, turn.T @ [0.0, 0.0, 1.0]), (sky, SKY, np.zeros(3))):
             nearer = (distance < depth) & (distance > 0) & (distance <= sky)
             depth[nearer], normal[nearer], part[nearer] = distance[nearer], direction, kind
         return depth, normal, part
+
+    def carried(self, depth: np.ndarray, part: np.ndarray, poses: Poses, index: int, k: int) -> np.ndarray:
+        """Where the points that `cast` met at pose `index` are at pose k, in the camera's axes there; of shape (height,
+        width, 3)."""
+        points = self._rays * depth[..., None]
+        there, turn = poses.camera_position[k], poses.camera_rotation[k]
+        world = points @ poses.camera_rotation[index].T + poses.camera_position[index]
+        body = (world - poses.object_position[index]) @ poses.object_rotation[index] @ poses.object_rotation[k].T
+        world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
+        for link in np.unique(part[part >= FIRST_LINK]) if poses.links is not None else ():
+            number, own = link - FIRST_LINK, part == link
+            local = (world[own] - poses.links.places[index, number]) @ poses.links.turns[index, number]
+            world[own] = local @ poses.links.turns[k, number].T + poses.links.places[k, number]
+        moved = (world - there) @ turn
+        opening = (poses.travel_m[k] - poses.travel_m[index]) * self._camera.rotation[1]
+        sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0
+        return np.where((part <= RIGHT)[..., None], points + sign[..., None] * opening, moved)
 
     def _gripper(self, travel_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As `_cast`, of the gripper alone, which stands still in the image while its opening stays the same."""
@@ -97,17 +130,6 @@ class Outputs:
             self._rays, np.ascontiguousarray(corners), np.ascontiguousarray(normals), parts, camera.focal_px,
             self._reach, depth, normal, part,
         )  # fmt: skip
-
-    def _carried(self, points: np.ndarray, part: np.ndarray, poses: Poses, k: int) -> np.ndarray:
-        """Points (height, width, 3) of the first pose's camera axes, moved with their parts into those of pose k."""
-        there, turn = poses.camera_position[k], poses.camera_rotation[k]
-        world = points @ poses.camera_rotation[0].T + poses.camera_position[0]
-        body = (world - poses.object_position[0]) @ poses.object_rotation[0] @ poses.object_rotation[k].T
-        world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
-        moved = (world - there) @ turn
-        opening = (poses.travel_m[k] - poses.travel_m[0]) * self._camera.rotation[1]
-        sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0
-        return np.where((part <= RIGHT)[..., None], points + sign[..., None] * opening, moved)
 
 
 @compiled(error_model="numpy")

@@ -12,12 +12,13 @@ from evslip.rendering.lanes import (
     MINOR_U,
     MINOR_V,
     ONE,
+    OPEN,
     RAY_X,
     RAY_Y,
     RESULT,
+    ROOM,
     SEEN,
     TEX,
-    TEXELS,
     ZERO,
     U,
     V,
@@ -54,19 +55,15 @@ def describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp):
 
 
 @kernel
-def meet_plane(S, n, plane, pixel, power, lamp_radius, gloss, texels_per_m, along, across, half_u, half_v):
-    """U, V, footprint, LIT and GLOSS at the points where the rays meet a plane.
+def meet_plane(S, n, plane, pixel):
+    """U, V, W = the points where the rays meet a plane; MAJOR, MINOR = a pixel's footprint, MAJOR away from the camera.
 
-    pixel: width of a pixel at unit distance; power: luminance x radius^2 of the lamp; gloss: strength of the highlight.
-    LIT is the luminance of a white matt surface, GLOSS is added to it unfiltered by the texture (Blinn-Phong, exponent
-    32). The footprint of along x across probes stays within |u| <= half_u, |v| <= half_v: a thin face takes its mean.
+    pixel: width of a pixel at unit distance. The footprint is of the ROOM that the pixel has left.
     """
     n0, n1, n2 = plane[0], plane[1], plane[2]
     u0, u1, u2 = plane[3], plane[4], plane[5]
     v0, v1, v2 = plane[6], plane[7], plane[8]
     height, camera_u, camera_v = plane[9], plane[10], plane[11]
-    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
-    per_along, per_across, reach = ONE / f32(along), ONE / f32(across), HALF * f32(along)
     for i in range(n):
         x, y = S[RAY_X + i], S[RAY_Y + i]
         facing = min(n0 * x + n1 * y - n2, GRAZING)
@@ -74,36 +71,69 @@ def meet_plane(S, n, plane, pixel, power, lamp_radius, gloss, texels_per_m, alon
         ray_v = v0 * x + v1 * y - v2
         distance = height / facing
         sideways = ray_u * ray_u + ray_v * ray_v
-        inverse = ONE / math.sqrt(sideways + facing * facing)
-        width = distance * pixel
-        length = -width / (facing * inverse) * per_along
-        scale = length / math.sqrt(sideways + f32(1e-12))
-        major_u, major_v = scale * ray_u, scale * ray_v
-        room_u = max(half_u - reach * abs(major_u) - HALF * width, ZERO)
-        room_v = max(half_v - reach * abs(major_v) - HALF * width, ZERO)
-        u = min(max(camera_u + distance * ray_u, -room_u), room_u)
-        v = min(max(camera_v + distance * ray_v, -room_v), room_v)
-        S[U + i], S[V + i], S[W + i] = u, v, ZERO
-        minor = width * per_across / length
-        S[MAJOR_U + i], S[MAJOR_V + i] = major_u, major_v
-        S[MINOR_U + i], S[MINOR_V + i] = -minor * major_v, minor * major_u
-        S[TEXELS + i] = max(width * per_across, length) * texels_per_m
-        S[SEEN + i] = ONE
+        width = distance * pixel * S[ROOM + i]
+        length = -width * math.sqrt(sideways + facing * facing) / facing
+        along = length / math.sqrt(sideways + f32(1e-12))
+        across = along * width / length
+        S[U + i], S[V + i], S[W + i] = camera_u + distance * ray_u, camera_v + distance * ray_v, ZERO
+        S[MAJOR_U + i], S[MAJOR_V + i] = along * ray_u, along * ray_v
+        S[MINOR_U + i], S[MINOR_V + i] = -across * ray_v, across * ray_u
+
+
+@kernel
+def meet_face(S, n, plane, pixel, half_u, half_v):
+    """As `meet_plane`, of the face |u| <= half_u, |v| <= half_v; MAJOR and MINOR are a pixel's own sides.
+
+    The footprint stays within the face: a thin one takes its mean.
+    """
+    n0, n1, n2 = plane[0], plane[1], plane[2]
+    u0, u1, u2 = plane[3], plane[4], plane[5]
+    v0, v1, v2 = plane[6], plane[7], plane[8]
+    height, camera_u, camera_v = plane[9], plane[10], plane[11]
+    for i in range(n):
+        x, y = S[RAY_X + i], S[RAY_Y + i]
+        inverse = ONE / min(n0 * x + n1 * y - n2, GRAZING)
+        ray_u = (u0 * x + u1 * y - u2) * inverse
+        ray_v = (v0 * x + v1 * y - v2) * inverse
+        step = height * inverse * pixel * S[ROOM + i]
+        right_u, right_v = step * (u0 - ray_u * n0), step * (v0 - ray_v * n0)
+        up_u, up_v = step * (u1 - ray_u * n1), step * (v1 - ray_v * n1)
+        room_u = max(half_u - HALF * (abs(right_u) + abs(up_u)), ZERO)
+        room_v = max(half_v - HALF * (abs(right_v) + abs(up_v)), ZERO)
+        S[U + i] = min(max(camera_u + height * ray_u, -room_u), room_u)
+        S[V + i] = min(max(camera_v + height * ray_v, -room_v), room_v)
+        S[W + i] = ZERO
+        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i] = right_u, right_v, up_u, up_v
+
+
+@kernel
+def light_plane(S, n, plane, power, lamp_radius, gloss):
+    """LIT and GLOSS at the points U, V of a plane; SEEN = 1.
+
+    power: luminance x radius^2 of the lamp; gloss: strength of the highlight. LIT is the luminance of a white matt
+    surface, GLOSS is added to it unfiltered by the texture (Blinn-Phong, exponent 32).
+    """
+    height, camera_u, camera_v = plane[9], plane[10], plane[11]
+    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
+    for i in range(n):
+        u, v = S[U + i], S[V + i]
         to_u, to_v = lamp_u - u, lamp_v - v
         near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
         size = lamp_radius * near
         cosine = lamp_n * near
         rise = min(max(cosine / size, -ONE), ONE)
         lit = power * near * near * (size * risen(rise) + max(cosine - size, ZERO))
-        half_way_u, half_way_v = to_u * near - ray_u * inverse, to_v * near - ray_v * inverse
-        half_way_n = cosine - facing * inverse
+        back_u, back_v = camera_u - u, camera_v - v
+        inverse = ONE / math.sqrt(back_u * back_u + back_v * back_v + height * height)
+        half_way_u, half_way_v = to_u * near + back_u * inverse, to_v * near + back_v * inverse
+        half_way_n = cosine - height * inverse
         shine = half_way_u * half_way_u + half_way_v * half_way_v + half_way_n * half_way_n + f32(1e-9)
         shine = half_way_n * half_way_n / shine
         shine *= shine
         shine *= shine
         shine *= shine
         shine *= shine
-        S[LIT + i] = lit
+        S[LIT + i], S[SEEN + i] = lit, ONE
         S[GLOSS + i] = gloss * shine * lit
 
 
@@ -111,13 +141,13 @@ def meet_plane(S, n, plane, pixel, power, lamp_radius, gloss, texels_per_m, alon
 def reflect(S, n, ambient):
     """RESULT = what the surface sends to the camera."""
     for i in range(n):
-        S[RESULT + i] = S[TEX + i] * (ambient + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+        S[RESULT + i] = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
 
 
 @kernel
 def reflect_below_horizon(S, n, ambient):
     """As `reflect`, over what RESULT holds already, in the GROUND share of each pixel."""
     for i in range(n):
-        own = S[TEX + i] * (ambient + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+        own = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
         share = min(ONE, max(ZERO, S[GROUND + i]))
         S[RESULT + i] += share * (own - S[RESULT + i])

@@ -1,8 +1,11 @@
 """Poses between the samples of a trajectory."""
 
+from functools import cached_property
+
 import numpy as np
 
 from evslip.camera import Camera
+from evslip.rendering.links import LinkPoses, carries, link_poses
 from evslip.trajectory import Trajectory
 
 
@@ -38,16 +41,33 @@ def matrices(quaternions: np.ndarray) -> np.ndarray:
 
 
 class Poses:
-    """Camera, object and fingers at chosen times, in the world frame."""
+    """Camera, object, hand, fingers and arm at chosen times, in the world frame."""
 
     def __init__(self, traj: Trajectory, camera: Camera, at_us: np.ndarray):
+        self._traj, self._at_us = traj, at_us
         hand = interpolate(traj.t_us, traj.gripper_pose, at_us)
         body = interpolate(traj.t_us, traj.object_pose, at_us)
         turn = matrices(hand[:, 3:])
-        self.camera_position = hand[:, :3] + turn @ camera.position
-        self.camera_rotation = np.ascontiguousarray(turn @ camera.rotation)
+        self.hand_position, self.hand_rotation = hand[:, :3], turn
+        """Of shapes (m, 3) and (m, 3, 3)."""
+        if camera.is_mounted:
+            self.camera_position = hand[:, :3] + turn @ camera.position
+            rotation = turn @ camera.rotation
+        else:
+            self.camera_position = np.repeat(camera.position[None], len(hand), 0)
+            rotation = np.repeat(camera.rotation[None], len(hand), 0)
+        self.camera_rotation = np.ascontiguousarray(rotation)
         """Columns right, up, backward; of shape (m, 3, 3)."""
         self.object_position = np.ascontiguousarray(body[:, :3])
         self.object_rotation = np.ascontiguousarray(matrices(body[:, 3:]))
         self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
         """Mean of the two fingers, which mirror each other; of shape (m,)."""
+
+    @cached_property
+    def links(self) -> LinkPoses | None:
+        """The arm's links; None where no arm carries the hand."""
+        traj = self._traj
+        if traj.params.robot.kind != "panda" or not carries(traj.joints[0, :7], traj.gripper_pose[0, :3]):
+            return None
+        joints = [np.interp(self._at_us, traj.t_us, traj.joints[:, k]) for k in range(7)]
+        return link_poses(np.stack(joints, 1))

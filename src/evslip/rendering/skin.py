@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from evslip.rendering.ambient import irradiance, turned
+from evslip.rendering.casters import OBJECT_PART, around, receive, shade, spread
 from evslip.rendering.lanes import (
     AMBIENT,
     GLOSS,
@@ -19,11 +20,12 @@ from evslip.rendering.lanes import (
     NORMAL_Y,
     NORMAL_Z,
     ONE,
+    OPEN,
+    PART,
     RESULT,
     ROOM,
     SEEN,
     TEX,
-    TEXELS,
     ZERO,
     U,
     V,
@@ -31,11 +33,10 @@ from evslip.rendering.lanes import (
     f32,
     kernel,
 )  # fmt: skip
-from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
-from evslip.rendering.texels import sample
+from evslip.rendering.occlusion import block, describe_blockers, faces_any
+from evslip.rendering.shadow import risen
+from evslip.rendering.texels import SQUARE, sample_around
 
-PROBES = 2
-"""Texture probes along each side of a pixel's footprint."""
 COARSEST = 0.25
 """Longest side of a pixel's footprint, in repetitions of the texture: at a rim it would grow without end."""
 
@@ -44,38 +45,31 @@ COARSEST = 0.25
 def draw_skin(
     out, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
     cells, levels, repeats, functions, pixels, faces, places, shares, count,
-    caster_turns, caster_places, caster_halves, keep, middle_depth,
+    casters, part, keep, middle_depth,
 ):  # fmt: skip
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
-    Casters: the gripper's boxes in camera axes. middle_depth: of the object, for the blur of shadows over a pixel.
+    part: number of this body among the casters. middle_depth: of the object, for the blur of shadows over a pixel.
     """
     height, width = out.shape
     flat, kept = out.reshape(-1), keep.reshape(-1)
-    eye, zero, lamp_here = np.eye(3), np.zeros(3), np.zeros(3)
+    lamp_here = np.zeros(3)
     for k in range(3):
         for j in range(3):
             lamp_here[k] += turn[j, k] * (lamp[j] - camera[j])
     matrix, lamp32 = turned(ambient, turn), lamp_here.astype(np.float32)
     power, shine, radius = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss), f32(lamp_radius)
-    casters = caster_places.shape[0]
-    turns, moves = np.empty((casters, 3, 3), np.float32), np.empty((casters, 3), np.float32)
-    lamps, steps = np.zeros((casters, 3), np.float32), np.zeros((casters, 2, 3), np.float32)
-    halves, sizes = caster_halves.astype(np.float32), np.zeros(casters)
+    reception = receive(casters, turn, camera)
     right, down = np.zeros(3), np.zeros(3)
     right[0] = down[1] = middle_depth / focal
-    for c in range(casters):
-        change_frame(eye, zero, caster_turns[c], caster_places[c], turns[c], moves[c])
-        for j in range(3):
-            total = 0.0
-            for i in range(3):
-                total += caster_turns[c, i, j] * (lamp_here[i] - caster_places[c, i])
-            lamps[c, j] = f32(total)
-            sizes[c] += caster_halves[c, j] ** 2
-        sizes[c] = math.sqrt(sizes[c])
-        pixel_steps(turns[c], right, down, halves[c], steps[c])
-    texels, middle = levels[0, 1], np.empty(3)
+    for c in range(casters.parts.size):
+        reception.kinds[c, 0] = casters.parts[c] != part
+    spread(reception, casters, right, down)
+    blockers = describe_blockers(casters, turn, camera)
+    for i in range(LANES):
+        S[PART + i] = f32(part)
+    texels = levels[0, 1]
     for start in range(0, count, LANES):
         n = min(LANES, count - start)
         _unpack(
@@ -86,17 +80,21 @@ def draw_skin(
         for i in range(n):
             lit = max(lit, S[LIT + i])
             S[AMBIENT + i] = irradiance(matrix, S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i])
+            S[OPEN + i] = ONE
+        if part == OBJECT_PART:
+            for k in range(1, blockers.shape[0]):
+                if faces_any(S, n, blockers[k]):
+                    block(S, n, blockers[k], False)
         if lit > ZERO:
-            reach = _around(S, n, middle)
-            begin_group(S, n)
-            for c in range(casters):
-                if may_shadow(middle, reach, caster_places[c], sizes[c], lamp_here, lamp_radius):
-                    hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, steps[c])
-            end_group(S, n)
-        _look_up(S, n, functions, faces[start : start + n], places[start : start + n], texels, repeats)
-        sample(S, n, cells, fetched, levels, ONE, ZERO, ONE, ZERO, True, PROBES, PROBES)
+            u, v, w, reach = around(S, n)
+            shade(S, n, u, v, w, reach, reception, True, True)
+        run = slice(start, start + n)
+        _look_up(S, n, functions, faces[run], places[run], shares[run], texels, repeats)
+        sample_around(S, n, cells, fetched, levels, True, SQUARE)
         for i in range(n):
-            S[RESULT + i] = S[TEX + i] * (S[AMBIENT + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+            S[RESULT + i] = (
+                S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+            )
         for i in range(n):
             p = pixels[start + i]
             flat[p] += shares[start + i] * kept[p] * S[RESULT + i]
@@ -141,45 +139,30 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
 
 
 @kernel
-def _look_up(S, n, functions, faces, places, texels, repeats):
-    """U, V = texture coordinates, MAJOR and MINOR = how far apart the probes are: a pixel's steps among them.
+def _look_up(S, n, functions, faces, places, shares, texels, repeats):
+    """U, V = texture coordinates, MAJOR and MINOR = a pixel's steps among them, times its share.
 
     A texture that does not repeat is not looked up beyond its border, where its other side would come in.
     """
-    per_probe = 1.0 / PROBES
     for i in range(n):
         f, x, y = faces[i], places[i, 0], places[i, 1]
         depth = 1.0 / (functions[f, 0, 0] * x + functions[f, 0, 1] * y + functions[f, 0, 2])
         u = depth * (functions[f, 1, 0] * x + functions[f, 1, 1] * y + functions[f, 1, 2])
         v = depth * (functions[f, 2, 0] * x + functions[f, 2, 1] * y + functions[f, 2, 2])
         S[U + i], S[V + i] = f32(u), f32(v)
-        S[MAJOR_U + i] = f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0]) * per_probe)
-        S[MAJOR_V + i] = f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0]) * per_probe)
-        S[MINOR_U + i] = f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1]) * per_probe)
-        S[MINOR_V + i] = f32(depth * (functions[f, 2, 1] - v * functions[f, 0, 1]) * per_probe)
+        S[MAJOR_U + i] = f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0]))
+        S[MAJOR_V + i] = f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0]))
+        S[MINOR_U + i] = f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1]))
+        S[MINOR_V + i] = f32(depth * (functions[f, 2, 1] - v * functions[f, 0, 1]))
     for i in range(n):
         major_u, major_v, minor_u, minor_v = S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i]
         wide = math.sqrt(max(major_u * major_u + major_v * major_v, minor_u * minor_u + minor_v * minor_v))
-        shrink = min(ONE, f32(COARSEST / PROBES) / (wide + f32(1e-12)))
+        shrink = min(shares[i], f32(COARSEST) / (wide + f32(1e-12)))
         S[MAJOR_U + i], S[MAJOR_V + i] = shrink * major_u, shrink * major_v
         S[MINOR_U + i], S[MINOR_V + i] = shrink * minor_u, shrink * minor_v
-        S[TEXELS + i] = shrink * wide * texels
     border = HALF / texels
     for i in range(n):
-        room_u = HALF - max(abs(S[MAJOR_U + i]) + abs(S[MINOR_U + i]), border)
-        room_v = HALF - max(abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i]), border)
+        room_u = HALF - max(HALF * (abs(S[MAJOR_U + i]) + abs(S[MINOR_U + i])), border)
+        room_v = HALF - max(HALF * (abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i])), border)
         S[U + i] = S[U + i] if repeats[0] else HALF + min(max(S[U + i] - HALF, -room_u), room_u)
         S[V + i] = S[V + i] if repeats[1] else HALF + min(max(S[V + i] - HALF, -room_v), room_v)
-
-
-@kernel
-def _around(S, n, middle):
-    """Fill in the middle of a box around the points U, V, W; returns the radius of a sphere around it."""
-    square = ZERO
-    for slot, k in ((U, 0), (V, 1), (W, 2)):
-        low, high = S[slot], S[slot]
-        for i in range(n):
-            low, high = min(low, S[slot + i]), max(high, S[slot + i])
-        middle[k] = HALF * (low + high)
-        square += (high - low) * (high - low)
-    return HALF * math.sqrt(square) + f32(0.002)

@@ -5,6 +5,7 @@ import math
 from evslip.rendering.lanes import (
     GROUND,
     HALF,
+    HELD,
     MAJOR_U,
     MAJOR_V,
     MINOR_U,
@@ -14,7 +15,6 @@ from evslip.rendering.lanes import (
     RAY_Y,
     RESULT,
     TEX,
-    TEXELS,
     ZERO,
     U,
     V,
@@ -23,6 +23,7 @@ from evslip.rendering.lanes import (
     formula,
     kernel,
 )  # fmt: skip
+from evslip.rendering.texels import floor32
 
 INVERSE_TURN = f32(0.15915494)
 
@@ -58,22 +59,25 @@ def meet_sphere(S, n, turn, camera, radius, pixel):
         distance = (math.sqrt(b * b - a * inside) - b) / a
         z = c2 + distance * d2
         S[U + i], S[V + i], S[W + i] = c0 + distance * d0, c1 + distance * d1, z
-        S[TEXELS + i] = distance
+        S[HELD + i] = distance
         S[GROUND + i] = HALF - z * per_pixel / distance
 
 
 @kernel
-def unroll(S, n, repetitions, radius, pixel, texels):
-    """U, V = azimuth and elevation in repetitions of the texture's width, and the pixel's footprint in texels."""
+def unroll(S, n, repetitions, radius, pixel, aspect, horizon):
+    """U, V = azimuth and elevation in repetitions of the texture, MAJOR and MINOR = a pixel's footprint along them.
+
+    aspect: the texture's width over its height; horizon: where the horizon is in it.
+    """
     scale = repetitions * INVERSE_TURN
     for i in range(n):
         x, y, z = S[U + i], S[V + i], S[W + i]
         across = math.sqrt(x * x + y * y) + f32(1e-6)
-        S[U + i] = arctangent(y, x) * scale
-        S[V + i] = -arctangent(z, across) * scale
-        # A pixel spans more of the azimuth towards the zenith; the geometric mean of both directions.
-        S[TEXELS + i] *= pixel * scale * texels / math.sqrt(radius * across)
-        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i] = ZERO, ZERO, ZERO, ZERO
+        u, v = arctangent(y, x) * scale, horizon - arctangent(z, across) * scale * aspect
+        S[U + i], S[V + i] = u - floor32(u), v - floor32(v)
+        width = S[HELD + i] * pixel * scale
+        S[MAJOR_U + i], S[MAJOR_V + i] = min(width / across, HALF), ZERO
+        S[MINOR_U + i], S[MINOR_V + i] = ZERO, width * aspect / radius
 
 
 @kernel

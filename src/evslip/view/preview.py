@@ -1,29 +1,23 @@
 """A video of a stream of events: each picture shows those of a short time, red for ON, blue for OFF."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from evslip import atomic
-from evslip.errors import ConfigError, StorageError
+from evslip.errors import ConfigError
 from evslip.events.stream import Events
 from evslip.view.pictures import OFF_COLOR, ON_COLOR
+from evslip.view.video import check_video, video
 
-SUFFIXES = {".mp4": "mp4", ".mkv": "matroska", ".mov": "mov", ".avi": "avi"}
-"""Container of each suffix."""
-FPS = 30
-"""Pictures a second when it is played."""
 _LEAST_WIDTH = 480
 """Smaller sensors are enlarged by a whole number."""
 
 
 def check_preview(path: Path, picture_ms: float) -> None:
     """Raise ConfigError unless a preview can be written so."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise ConfigError(f"preview: {path}: no kind of video that can be written; known are {', '.join(SUFFIXES)}")
+    check_video("preview", path)
     if not 0.01 <= picture_ms <= 1e6:
         raise ConfigError(f"preview-ms: {picture_ms!r} is out of range, expected 0.01 to 1000000 milliseconds")
 
@@ -35,40 +29,25 @@ def preview(path: Path, size: tuple[int, int], start_us: float, picture_ms: floa
     size: the sensor's (width, height); start_us: when the first picture begins; picture_ms: time of one picture. Raises
     StorageError.
     """
-    import av
-    from av.error import FFmpegError
-
     check_preview(path, picture_ms)
-    with atomic.staged(path) as file:
-        try:
-            with av.open(file, "w", format=SUFFIXES[path.suffix.lower()]) as container:
-                pictures = Accumulator(container, size, start_us, 1e3 * picture_ms)
-                yield pictures
-                pictures.finish()
-        except FFmpegError as error:
-            raise StorageError(f"cannot write {path}: {error.strerror}") from None
+    scale = max(1, -(-_LEAST_WIDTH // size[0])) if size[0] < _LEAST_WIDTH else 1
+    with video(path, (size[0] * scale, size[1] * scale)) as show:
+        pictures = Accumulator(show, size, scale, start_us, 1e3 * picture_ms)
+        yield pictures
+        pictures.finish()
 
 
 class Accumulator:
-    """Counts events pixel by pixel, and encodes a picture whenever its time is over."""
+    """Counts events pixel by pixel, and shows a picture whenever its time is over."""
 
-    def __init__(self, container: Any, size: tuple[int, int], start_us: float, picture_us: float):
-        import av
-
+    def __init__(
+        self, show: Callable[[np.ndarray], None], size: tuple[int, int], scale: int, start_us: float, picture_us: float
+    ):
         width, height = size
-        self._size = size
-        self._scale = max(1, -(-_LEAST_WIDTH // width)) if width < _LEAST_WIDTH else 1
-        has_x264 = "libx264" in av.codecs_available
-        # This preset looks ahead by 10 pictures instead of 40: they are kept in memory.
-        options = {"preset": "veryfast", "crf": "20"} if has_x264 else {"qscale": "3"}
-        self._container = container
-        self._stream = container.add_stream("libx264" if has_x264 else "mpeg4", rate=FPS, options=options)
-        # Video codecs want even sides.
-        self._stream.width, self._stream.height = (side * self._scale + side * self._scale % 2 for side in size)
-        self._stream.pix_fmt = "yuv420p"
+        self._show, self._size, self._scale = show, size, scale
         self._counts = np.zeros((2, height * width), np.int64)
         self._end_us, self._picture_us = start_us + picture_us, picture_us
-        self._empty = True
+        self._empty, self._any = True, False
 
     def push(self, events: Events) -> None:
         """The next events, in time order."""
@@ -85,19 +64,13 @@ class Accumulator:
                 self._encode()
 
     def finish(self) -> None:
-        """Encode the picture that is not full yet."""
-        if not self._empty or self._stream.frames == 0:
+        """Show the picture that is not full yet."""
+        if not self._empty or not self._any:
             self._encode()
-        self._container.mux(self._stream.encode())
 
     def _encode(self) -> None:
-        import av
-
-        picture = self.picture()
-        canvas = np.full((self._stream.height, self._stream.width, 3), 255, np.uint8)
-        big = picture.repeat(self._scale, axis=0).repeat(self._scale, axis=1)
-        canvas[: big.shape[0], : big.shape[1]] = big
-        self._container.mux(self._stream.encode(av.VideoFrame.from_ndarray(canvas, format="rgb24")))
+        self._show(self.picture().repeat(self._scale, axis=0).repeat(self._scale, axis=1))
+        self._any = True
         self._counts[...] = 0
         self._empty = True
         self._end_us += self._picture_us

@@ -1,18 +1,14 @@
 """One HTML page that shows a data set and a detector; it holds all it needs, so it can be opened anywhere."""
 
-import html
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
-from importlib import resources
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
 
 import evslip
-from evslip import atomic
 from evslip.dataset import Dataset
 from evslip.errors import DataError
 from evslip.phases import phase_times
@@ -20,7 +16,7 @@ from evslip.record import Record
 from evslip.recordings import Recordings
 from evslip.trajectory import Trajectory
 from evslip.truth import Truth
-from evslip.view import figures
+from evslip.view import figures, page
 from evslip.view.pictures import data_uri, overlay
 from evslip.window_set import SLIP, Windows, WindowSettings, load_windows
 
@@ -37,7 +33,14 @@ MOMENTS = 6
 """Pictures of a strip that has no phases."""
 
 _KINDS = {Dataset: "Synthetic event-camera data", Recordings: "Event-camera recordings"}
-_METRICS = {"f1": "F1", "auroc": "AUROC", "without_recent": "balanced accuracy, windows just after a slip left out"}
+_METRICS = {
+    "f1": "F1",
+    "auroc": "AUROC",
+    "auprc": "AUPRC",
+    "ece": "ECE",
+    "brier": "Brier score",
+    "without_recent": "balanced accuracy, windows just after a slip left out",
+}
 
 Picture = Callable[[Trajectory, int], np.ndarray]
 
@@ -62,7 +65,7 @@ def write_report(
     if model_dir is not None and not Path(model_dir).is_dir():
         raise DataError(f"{model_dir}: no such folder; expected that of a trained model")
     history = _json(model_dir, "history.json")
-    metrics = metrics if metrics is not None else _json(model_dir, "evaluation.json")
+    metrics = metrics if metrics is not None else _scores(_json(model_dir, "evaluation.json"))
     examples = _examples(dataset)
     settings = cut.settings if cut is not None else WindowSettings()
     parts = [
@@ -75,15 +78,13 @@ def write_report(
         _training(history),
         _evaluation(metrics),
     ]
-    page = Template(resources.files("evslip.view").joinpath("report.html").read_text(encoding="utf-8"))
-    text = page.substitute(
-        title=f"evslip: {_text(dataset.root.absolute().name)}",
-        subtitle=f"{_KINDS[type(dataset)]} for slip detection, by evslip {_text(evslip.__version__)}.",
-        phases=max((len(list(_moments(label, record))) for label, record in examples.items()), default=1),
-        plotly=_plotly(),
-        body="\n".join(part for part in parts if part),
+    page.write_page(
+        out,
+        f"evslip: {dataset.root.absolute().name}",
+        f"{_KINDS[type(dataset)]} for slip detection, by evslip {evslip.__version__}.",
+        parts,
+        max((len(list(_moments(label, record))) for label, record in examples.items()), default=1),
     )
-    atomic.write_text(out, text)
     return out
 
 
@@ -115,14 +116,16 @@ def _cards(dataset: Dataset | Recordings, windows: Windows | None, metrics: Mapp
         cards.append((f"{len(windows):,}", f"windows of {windows.settings.length_s:g} s"))
     if metrics and isinstance(metrics.get("accuracy"), int | float):
         cards.append((f"{100 * metrics['accuracy']:.1f} %", "accuracy on test windows"))
-    items = "".join(f'<div class="card"><b>{_text(value)}</b><span>{_text(name)}</span></div>' for value, name in cards)
+    items = "".join(
+        f'<div class="card"><b>{page.text(value)}</b><span>{page.text(name)}</span></div>' for value, name in cards
+    )
     return f'<div class="cards">{items}</div>'
 
 
 def _config(dataset: Dataset | Recordings) -> str:
     if isinstance(dataset, Recordings):
         return ""
-    return f"<details><summary>Configuration</summary><pre>{_text(dataset.config_toml)}</pre></details>"
+    return f"<details><summary>Configuration</summary><pre>{page.text(dataset.config_toml)}</pre></details>"
 
 
 def _strips(examples: Mapping[str, Record], picture: Picture | None) -> str:
@@ -145,8 +148,8 @@ def _strips(examples: Mapping[str, Record], picture: Picture | None) -> str:
             "The frames that came with the recording, or none; below them, the events of the "
             f"{SHOWN_US // 1000} ms before: red is brighter, blue is darker."
         )
-        return _section("Recordings at some moments", note, "".join(rows))
-    return _section("Two samples through their phases", note, "".join(rows))
+        return page.section("Recordings at some moments", note, "".join(rows))
+    return page.section("Two samples through their phases", note, "".join(rows))
 
 
 def _moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
@@ -188,10 +191,10 @@ def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
         angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
     alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
     images = "".join(
-        f'<img src="{data_uri(image)}" alt="{_text(alt + what)}">'
+        f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">'
         for image, what in ((frame, ""), (overlay(frame, events), ", with events"))
     )
-    caption = f"<b>{_text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
+    caption = f"<b>{page.text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
     return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"
 
 
@@ -203,14 +206,14 @@ def _clouds(examples: Mapping[str, Record]) -> str:
     for label, record in examples.items():
         start_us = _cloud_start(record) if onset is None else onset - CLOUD_US // 4
         events = record.events.between(start_us, start_us + CLOUD_US)
-        head = f"<h3>{_swatch(label)}{_text(label)}: {_text(record.name)}, {events.count:,} events</h3>"
-        columns.append(f"<div>{head}{_figure(f'cloud-{label}', figures.space_time(events, record.size))}</div>")
+        head = f"<h3>{_swatch(label)}{page.text(label)}: {page.text(record.name)}, {events.count:,} events</h3>"
+        columns.append(f"<div>{head}{page.embed(f'cloud-{label}', figures.space_time(events, record.size))}</div>")
     note = (
         f"Every point is an event, thinned evenly; {CLOUD_US / 1e6:g} s about the onset of the slip, the same time of "
         "both. Where the object holds, it is still before the camera and gives next to none. Drag to turn, scroll to "
         "zoom."
     )
-    return _section("Their events in space and time", note, f'<div class="columns">{"".join(columns)}</div>')
+    return page.section("Their events in space and time", note, f'<div class="columns">{"".join(columns)}</div>')
 
 
 def _cloud_start(record: Record) -> int:
@@ -242,7 +245,7 @@ def _angles(dataset: Dataset | Recordings, examples: Mapping[str, Record], setti
         "Shaded: the object of the sample of that colour is held, free of the surface."
     )
     button = '<button data-scale="theta">linear axis</button>'
-    return _section("Angular difference over time", note, button + _figure("theta", figure))
+    return page.section("Angular difference over time", note, button + page.embed("theta", figure))
 
 
 def _labels(dataset: Dataset | Recordings, windows: Windows | None) -> str:
@@ -259,15 +262,15 @@ def _labels(dataset: Dataset | Recordings, windows: Windows | None) -> str:
             for name, values in counts.items():
                 values.append(status[name])
     colors = (figures.SLIP_COLOR, figures.HOLD_COLOR, "#8a8f98")
-    parts = [_figure("samples", figures.bars(rows, counts, colors))] if rows else []
+    parts = [page.embed("samples", figures.bars(rows, counts, colors))] if rows else []
     if windows is not None:
         slips = int((windows.label == SLIP).sum())
         divided = {"slip": [slips], "hold": [len(windows) - slips], "between, dropped": [windows.dropped]}
-        parts.append(_figure("windows", figures.bars(["windows"], divided, colors)))
+        parts.append(page.embed("windows", figures.bars(["windows"], divided, colors)))
     if not parts:
         return ""
     columns = "".join(f"<div>{part}</div>" for part in parts)
-    return _section("Labels", "", f'<div class="columns">{columns}</div>')
+    return page.section("Labels", "", f'<div class="columns">{columns}</div>')
 
 
 def _training(history: Any) -> str:
@@ -280,15 +283,15 @@ def _training(history: Any) -> str:
         names = [name for name in epochs[0] if name.endswith(quantity)]
         lines = {name.replace("_", " "): [_finite(epoch.get(name)) for epoch in epochs] for name in names}
         if lines:
-            columns.append(f"<div>{_figure(f'training-{quantity}', figures.curves(numbers, lines, quantity))}</div>")
-    return _section("Training", "", f'<div class="columns">{"".join(columns)}</div>') if columns else ""
+            columns.append(f"<div>{page.embed(f'training-{quantity}', figures.curves(numbers, lines, quantity))}</div>")
+    return page.section("Training", "", f'<div class="columns">{"".join(columns)}</div>') if columns else ""
 
 
 def _evaluation(metrics: Mapping[str, Any] | None) -> str:
     if not metrics:
         return ""
     rows = "".join(
-        f"<tr><th>{_text(_METRICS.get(name, name.replace('_', ' ')))}</th><td>{_number(value)}</td></tr>"
+        f"<tr><th>{page.text(_METRICS.get(name, name.replace('_', ' ')))}</th><td>{_number(value)}</td></tr>"
         for name, value in metrics.items()
         if isinstance(value, int | float) and not isinstance(value, bool)
     )
@@ -297,7 +300,7 @@ def _evaluation(metrics: Mapping[str, Any] | None) -> str:
     if confusion is not None:
         columns.append(_confusion(np.asarray(confusion)))
     note = "On windows of trajectories that the training never saw."
-    return _section("Test", note, f'<div class="columns">{"".join(f"<div>{c}</div>" for c in columns)}</div>')
+    return page.section("Test", note, f'<div class="columns">{"".join(f"<div>{c}</div>" for c in columns)}</div>')
 
 
 def _confusion(matrix: np.ndarray) -> str:
@@ -315,22 +318,12 @@ def _confusion(matrix: np.ndarray) -> str:
     return f'<table class="confusion"><tr><th></th><th>called hold</th><th>called slip</th></tr>{body}</table>'
 
 
-def _section(title: str, note: str, content: str) -> str:
-    return f"<section><h2>{_text(title)}</h2>{f'<p>{_text(note)}</p>' if note else ''}{content}</section>"
-
-
-def _figure(name: str, figure: figures.Figure) -> str:
-    # In a script element only "<" could end the data early.
-    data = json.dumps(figure, allow_nan=False).replace("<", "\\u003c")
-    return f'<script type="application/json" id="{name}">{data}</script><div data-figure="{name}"></div>'
-
-
 def _describe(label: str, record: Record) -> str:
     onset, params = record.onset_us, record.params
     if params is None or record.truth is None:
         seconds = (int(record.events.t_us[-1]) - int(record.events.t_us[0])) / 1e6 if record.events.count else 0.0
         facts = [record.name, f"{seconds:.2f} s", *record.notes.values()]
-        return _text(f"{label}: {', '.join(facts)}")
+        return page.text(f"{label}: {', '.join(facts)}")
     facts = [
         record.name,
         f"{1000 * params.object.mass_kg:.3g} g",
@@ -338,7 +331,7 @@ def _describe(label: str, record: Record) -> str:
         "never slips" if onset is None else f"slips from {onset / 1e6:.2f} s",
         f"turns by at most {float(record.truth.theta_deg[record.truth.held].max(initial=0)):.3g}°",
     ]
-    return _text(f"{label}: {', '.join(facts)}")
+    return page.text(f"{label}: {', '.join(facts)}")
 
 
 def _swatch(label: str) -> str:
@@ -356,10 +349,9 @@ def _json(folder: str | Path | None, name: str) -> Any:
         raise DataError(f"{path}: cannot be read as JSON: {error}") from None
 
 
-def _plotly() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()
+def _scores(stored: Any) -> Any:
+    """The scores in what `evslip evaluate` wrote: those of the first model."""
+    return stored["models"][0]["scores"] if isinstance(stored, dict) and stored.get("models") else stored
 
 
 def _short(number: float) -> str:
@@ -377,7 +369,3 @@ def _number(value: float) -> str:
 
 def _finite(value: Any) -> float | None:
     return value if isinstance(value, int | float) and math.isfinite(value) else None
-
-
-def _text(value: str) -> str:
-    return html.escape(value)

@@ -7,9 +7,9 @@ from torch import nn
 from torch.nn import functional
 
 from evslip.errors import ConfigError
-from evslip.learn.network import Geometry, Network
-from evslip.learn.occupancy import Binner, Occupancy
-from evslip.learn.sparse_conv import dense, output_shape, sparse_conv3d
+from evslip.learn.layers.occupancy import Binner, Occupancy, dense
+from evslip.learn.layers.sparse_conv import output_shape, sparse_conv3d
+from evslip.learn.networks.network import Geometry, Network
 from evslip.window_set import WindowEvents
 
 BINS = 350
@@ -21,7 +21,7 @@ class CNN3d(Network):
     learn within a few epochs; without, it may stay at chance for long."""
 
     def __init__(self, geometry: Geometry | None = None, *, batch_norm: bool = False, dropout: float = 0.0):
-        super().__init__(geometry or Geometry())
+        super().__init__(geometry)
         self._binner = Binner(self.geometry.width, self.geometry.height, self.geometry.length_us, BINS)
         self.grid = (BINS, self._binner.rows, self._binner.columns)
         self.conv1 = nn.Conv3d(2, 2, (10, 5, 5), (5, 2, 2))
@@ -44,10 +44,19 @@ class CNN3d(Network):
 
     def forward(self, batch: Sequence[Occupancy]) -> torch.Tensor:
         if self.device.type == "cpu":
-            out = sparse_conv3d(batch, self.conv1.weight, self.conv1.bias, self.grid, (5, 2, 2))
-        else:
-            out = self.conv1(dense(batch, self.grid).to(self.device))
+            return self.rest(sparse_conv3d(batch, self.conv1.weight, self.conv1.bias, self.grid, (5, 2, 2)))
+        return self.rest(self.conv1(dense(batch, self.grid).to(self.device)))
+
+    def rest(self, out: torch.Tensor) -> torch.Tensor:
+        """Everything after the first convolution."""
         out = functional.relu(self.norm1(out))
         out = functional.relu(self.norm2(self.conv2(out)))
         out = functional.relu(self.norm3(self.conv3(out)))
         return self.head(self.dropout(out.flatten(1)))
+
+
+class CNN3dNorm(CNN3d):
+    """The same with batch norm, and dropout before the linear layer."""
+
+    def __init__(self, geometry: Geometry | None = None):
+        super().__init__(geometry, batch_norm=True, dropout=0.5)

@@ -1,0 +1,333 @@
+"""What happens to a data set when processes are killed, disks are full, folders refuse, and bits flip.
+
+python benchmarks/chaos.py [--kills 100] [--count 24] [--only kills equal ...] [--seed 0]
+
+Prints a line a trial and exits with 1 if one of them went wrong. Trials that the machine does not allow are skipped.
+"""
+
+import argparse
+import contextlib
+import ctypes
+import hashlib
+import importlib.util
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import evslip
+from evslip import dataset
+from evslip.generation import Job, make_sample
+
+CHEAP = Path(__file__).with_name("cheap.toml")
+COMMAND = "from evslip.cli import main; main()"
+FLIPS = 200
+VERIFIED_BYTES = 300_000_000
+Outcome = tuple[bool | None, str]
+"""Whether it went right, None if it was skipped; and what was seen."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--count", type=int, default=24)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="+", choices=TRIALS, default=TRIALS)
+    options = parser.parse_args()
+    random.seed(options.seed)
+    wrong = 0
+    with tempfile.TemporaryDirectory() as folder:
+        reference = Path(folder, "reference")
+        generate(reference, options.count, "--workers", "1")
+        print(f"{options.count} samples, undisturbed: {tree_hash(reference)[:16]}", flush=True)
+        for name in options.only:
+            start = time.perf_counter()
+            is_right, seen = TRIALS[name](Path(folder, name), reference, options)
+            wrong += is_right is False
+            verdict = {True: "right", False: "WRONG", None: "skipped"}[is_right]
+            print(f"{verdict:8}{name:14}{time.perf_counter() - start:6.0f} s  {seen}", flush=True)
+    sys.exit(wrong > 0)
+
+
+def kills(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """A worker, the parent, all: at random moments, until the data set is whole; then another one."""
+    done = {"a worker": 0, "the parent": 0, "all": 0}
+    hurt, sets, expected = [], 0, hashes(reference)
+    while sum(done.values()) < options.kills:
+        process = start(root, options.count)
+        while process.poll() is None and sum(done.values()) < options.kills:
+            victims, name = workers_of(process.pid), random.choice(list(done))
+            if not victims or not wait_for_a_file(root, process):
+                continue
+            time.sleep(random.uniform(0, 0.5))
+            with contextlib.suppress(ProcessLookupError):
+                if name == "a worker":
+                    os.kill(random.choice(victims), signal.SIGKILL)
+                elif name == "the parent":
+                    process.kill()
+                else:
+                    os.killpg(process.pid, signal.SIGKILL)
+                done[name] += 1
+            if name != "a worker":
+                process.wait()
+        while process.returncode not in (0, None) and workers_of(process.pid):
+            time.sleep(0.1)
+        hurt += [name for name, digest in hashes(root).items() if expected.get(name) != digest]
+        if process.poll() == 0:
+            sets += 1
+            if problems(root) or tree_hash(root) != tree_hash(reference):
+                return False, f"after {done}: {problems(root)[:3]}"
+            shutil.rmtree(root)
+    finish = start(root, options.count)
+    if finish.wait() or problems(root) or tree_hash(root) != tree_hash(reference):
+        return False, f"after {done}: {problems(root)[:3]}"
+    seen = ", ".join(f"{name} {times}" for name, times in done.items())
+    return not hurt, f"kill -9 of {seen}; {len(hurt)} files hurt; {sets + 1} data sets ended with the undisturbed hash"
+
+
+def equal(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """Any number of workers, any order, parts, Ray: the same bytes."""
+    found = {}
+    ways = {"2 workers": ["--workers", "2"], "4 workers": ["--workers", "4"], "parts": []}
+    if importlib.util.find_spec("ray"):
+        ways["Ray"] = ["--runner", "ray", "--workers", "2"]
+    for name, arguments in ways.items():
+        if name == "parts":
+            for part in random.sample(range(1, 4), 3):
+                generate(root / name, options.count, "--part", f"{part}/3")
+        else:
+            generate(root / name, options.count, *arguments)
+        found[name] = tree_hash(root / name)
+    found["shuffled"] = shuffled(root / "shuffled", reference, options.count)
+    right = set(found.values()) == {tree_hash(reference)}
+    return right, f"1 worker, {', '.join(found)}: {'equal' if right else found}"
+
+
+def shuffled(root: Path, reference: Path, count: int) -> str:
+    """The hash of a data set whose samples are made in random order, in this process."""
+    text = (reference / dataset.CONFIG).read_text()
+    versions = json.dumps(evslip.open_dataset(reference)[0].provenance)
+    dataset.create(root, text)
+    dataset.plan(root, "train", count)
+    for index in random.sample(range(count), count):
+        make_sample(Job(str(root), text, "train", index, versions))
+    return tree_hash(root)
+
+
+def together(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """Two generators on the same folder at the same time: of one configuration, then of two."""
+    processes = [start(root / "one", options.count) for _ in range(2)]
+    codes = [process.wait() for process in processes]
+    is_equal = not problems(root / "one") and tree_hash(root / "one") == tree_hash(reference)
+    processes = [start(root / "two", options.count, "--set", f"seed={seed}") for seed in (0, 1)]
+    other = sorted(process.wait() for process in processes)
+    is_whole = not problems(root / "two") and evslip.open_dataset(root / "two").status()["missing"] == 0
+    right = codes == [0, 0] and is_equal and other == [0, 2] and is_whole
+    return right, f"of one configuration: exit codes {codes}, the undisturbed hash: {is_equal}; of two: {other}"
+
+
+def full_disk(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """A small file system that fills up; then room is made and the run resumed."""
+    with mounted(root, "size=1m") as is_mounted:
+        if not is_mounted:
+            return None, "no right to mount a tmpfs"
+        filler = root / "filler"
+        filler.write_bytes(bytes(900_000))
+        code, words = failing(root / "data", options.count)
+        filler.unlink()
+        subprocess.run(["mount", "-o", "remount,size=64m", str(root)], check=True)
+        generate(root / "data", options.count)
+        right = code == 2 and "no space left" in words and not problems(root / "data")
+        right &= tree_hash(root / "data") == tree_hash(reference)
+        return right, f"exit code {code}: {words[:70]}...; resumed with room: hash and verify right: {right}"
+
+
+def read_only(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """A file system that is read-only, with a half-finished data set on it."""
+    with mounted(root, "size=64m") as is_mounted:
+        if not is_mounted:
+            return None, "no right to mount a tmpfs"
+        shutil.copytree(reference, root / "data")
+        victim = next((root / "data").rglob("*.h5"))
+        victim.unlink()
+        subprocess.run(["mount", "-o", "remount,ro", str(root)], check=True)
+        code, words = failing(root / "data", options.count)
+        opened = len(evslip.open_dataset(root / "data").entries)
+        return code == 2 and "read-only" in words, f"exit code {code}: {words[:90]}; {opened} samples stay readable"
+
+
+def denied(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """A folder of someone else's."""
+    shutil.copytree(reference, root)
+    next(root.rglob("*.h5")).unlink()
+    for folder in [root, *(path for path in root.rglob("*") if path.is_dir())]:
+        folder.chmod(0o555)
+    code, words = failing(root, options.count + 1, preexec_fn=powerless)
+    for folder in [root, *(path for path in root.rglob("*") if path.is_dir())]:
+        folder.chmod(0o755)
+    return code == 2 and "permission denied" in words, f"exit code {code}: {words[:90]}"
+
+
+def bits(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """Flipped bits anywhere in the folder, each missing record, and a surplus file in every folder."""
+    shutil.copytree(reference, root)
+    data, found = evslip.open_dataset(root), [0, 0, 0]
+    files = sorted(path for path in root.rglob("*") if path.is_file())
+    for _ in range(FLIPS):
+        path = random.choice(files)
+        whole = path.read_bytes()
+        flipped = bytearray(whole)
+        flipped[random.randrange(len(whole))] ^= 1 << random.randrange(8)
+        path.write_bytes(flipped)
+        found[0] += bool(data.verify())
+        path.write_bytes(whole)
+    gone = [path for path in files if path.name != dataset.CONFIG]
+    for path in gone:
+        path.rename(root.with_suffix(".aside"))
+        found[1] += bool(data.verify())
+        root.with_suffix(".aside").rename(path)
+    folders = [path for name in ("samples", "journal") for path in [root / name, *(root / name).rglob("*")]]
+    folders = [path for path in folders if path.is_dir()]
+    for folder in folders:
+        (folder / "stray").touch()
+        found[2] += bool(data.verify())
+        (folder / "stray").unlink()
+    right = found == [FLIPS, len(gone), len(folders)] and not data.verify()
+    return right, (
+        f"found {found[0]} of {FLIPS} flipped bits, {found[1]} of {len(gone)} missing files, "
+        f"{found[2]} of {len(folders)} surplus ones"
+    )
+
+
+def verify_speed(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """Megabytes a second of `verify`, on files of the size that `simple` makes."""
+    config = evslip.open_dataset(reference).config_toml
+    sample = evslip.open_dataset(reference)[0]
+    size = 7_000_000
+    dataset.create(root, config)
+    dataset.plan(root, "train", 1)
+    from dataclasses import replace
+
+    for index in range(VERIFIED_BYTES // size):
+        dataset.add(root, replace(sample, index=index), os.urandom(size))
+    data = evslip.open_dataset(root)
+    start, begun = time.perf_counter(), time.process_time()
+    found = data.verify()
+    seconds, busy = time.perf_counter() - start, time.process_time() - begun
+    total = data.status()["bytes"] / 1e6
+    right = not found and total / busy >= 100
+    return right, f"{total:.0f} MB: {total / seconds:.0f} MB/s, {total / busy:.0f} MB a CPU second"
+
+
+def changed(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """Another configuration under an existing data set, by an override and by hand."""
+    shutil.copytree(reference, root)
+    code, words = failing(root, options.count, "--set", "grip.force_n=1.25")
+    path = root / dataset.CONFIG
+    path.write_text(path.read_text().replace("seed = 0", "seed = 7"))
+    other, by_hand = failing(root, options.count)
+    right = (code, other) == (2, 2) and "grip.force_n is 1.0 there and 1.25 now" in words and "seed is 7" in by_hand
+    return right, f"exit code {code}: ...{words[-80:]}"
+
+
+TRIALS = {
+    "kills": kills,
+    "equal": equal,
+    "together": together,
+    "full-disk": full_disk,
+    "read-only": read_only,
+    "denied": denied,
+    "bits": bits,
+    "verify-speed": verify_speed,
+    "changed": changed,
+}
+
+
+def start(root: Path, count: int, *arguments: str, **options) -> subprocess.Popen:
+    command = [sys.executable, "-c", COMMAND, "generate", str(CHEAP), str(root), "--count", str(count)]
+    if "--workers" not in arguments:
+        command += ["--workers", "2"]
+    pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True, **options}
+    return subprocess.Popen([*command, *arguments], **pipes)
+
+
+def generate(root: Path, count: int, *arguments: str) -> None:
+    if code := start(root, count, *arguments).wait():
+        sys.exit(f"generating {root} failed with exit code {code}")
+
+
+def failing(root: Path, count: int, *arguments: str, **options) -> tuple[int, str]:
+    """Exit code and what was said; anything but one line counts as code -1."""
+    process = start(root, count, *arguments, stderr=subprocess.PIPE, text=True, **options)
+    _, words = process.communicate()
+    return process.returncode if words.count("\n") == 1 else -1, words.strip()
+
+
+def powerless() -> None:
+    """Root no longer overrides permissions in what this process becomes: drop CAP_DAC_OVERRIDE for good."""
+    if os.geteuid() == 0:
+        ctypes.CDLL(None).prctl(24, 1, 0, 0, 0)
+
+
+def workers_of(group: int) -> list[int]:
+    """Processes of the group that work for evslip, its leader left out."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            fields = stat.read_text().rpartition(")")[2].split()
+            is_worker = b"spawn_main" in stat.with_name("cmdline").read_bytes()
+            if int(fields[2]) == group and fields[0] != "Z" and is_worker and int(stat.parent.name) != group:
+                found.append(int(stat.parent.name))
+    return found
+
+
+def wait_for_a_file(root: Path, process: subprocess.Popen) -> bool:
+    """Until there is one more record; False if the process ended instead."""
+    before = len(hashes(root))
+    while process.poll() is None:
+        if len(list(root.rglob("*.h5"))) > before:
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def hashes(root: Path) -> dict[str, str]:
+    """Path and sha256 of every record."""
+    return {
+        str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest() for path in root.rglob("[0-9]*.h5")
+    }
+
+
+def tree_hash(root: Path) -> str:
+    return hashlib.sha256(json.dumps(sorted(hashes(root).items())).encode()).hexdigest()
+
+
+def problems(root: Path) -> list[str]:
+    return evslip.open_dataset(root).verify()
+
+
+@contextlib.contextmanager
+def mounted(root: Path, options: str) -> Iterator[bool]:
+    """A tmpfs at root for the block; False where that is not allowed."""
+    root.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(root)]
+    try:
+        is_mounted = not subprocess.run(command, capture_output=True, check=False).returncode
+    except OSError:
+        is_mounted = False
+    try:
+        yield is_mounted
+    finally:
+        if is_mounted:
+            subprocess.run(["umount", str(root)], check=True)
+
+
+if __name__ == "__main__":
+    main()

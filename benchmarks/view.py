@@ -1,0 +1,136 @@
+"""How quickly the pages of `evslip view` answer: benchmarks/view.py [--samples N] [--scrubs N]
+
+Makes a data set whose list is long (records with few events; their physics is that of sample 0) and one real sample of
+`simple` in a temporary folder, serves them, and drives a headless Chromium (on the path) with Playwright. Printed are
+medians and the slowest of some runs by the clock: the first paint of the list, until all its rows stand there, and on a
+sample's page from a click into the curves until the new frame and its events are drawn.
+"""
+
+import argparse
+import dataclasses
+import shutil
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import uvicorn
+from playwright.sync_api import Page, sync_playwright
+
+import evslip
+from evslip import dataset, record
+from evslip.config import dump_config, load_config
+from evslip.events.stream import Events
+from evslip.explorer.app import Explorer, make_app
+from evslip.explorer.shelf import open_shelf
+from evslip.record import Record
+from evslip.truth import measure
+
+CONFIG = load_config("simple")
+
+
+def real_sample() -> Record:
+    """Sample 0 of `simple`."""
+    params = evslip.draw(CONFIG, 0)
+    trajectory = evslip.simulate(params)
+    events = evslip.EventCamera("davis346").run(evslip.render(trajectory))
+    return Record(
+        kind="simulated", name="train/0000000", size=(346, 260), events=events, split="train", index=0, params=params,
+        trajectory=trajectory, truth=measure(trajectory),
+    )  # fmt: skip
+
+
+def make_list(root: Path, first: Record, count: int) -> None:
+    """A data set of `count` samples; all but the first have hardly an event."""
+    dataset.create(root, dump_config(CONFIG))
+    dataset.add(root, first, record.encode(first))
+    few = Events(*(column[:: max(1, first.events.count // 100)] for column in first.events[:4]))
+    for index in range(1, count):
+        params = evslip.draw(CONFIG, index)
+        assert first.trajectory is not None
+        trajectory = first.trajectory._replace(params=params)
+        sample = dataclasses.replace(
+            first, name=f"train/{index:07d}", index=index, params=params, trajectory=trajectory, events=few
+        )
+        dataset.add(root, sample, record.encode(sample))
+
+
+@contextmanager
+def served(root: Path) -> Iterator[str]:
+    """The pages' address."""
+    port = 8897
+    app = make_app(Explorer(open_shelf(root)), [f"127.0.0.1:{port}"])
+    server = uvicorn.Server(uvicorn.Config(app, port=port, log_level="warning", ws="none", lifespan="off"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    try:
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+def first_paint(page: Page, address: str) -> tuple[float, float]:
+    """Milliseconds from the request to the first paint, and to the last row of the list."""
+    page.goto(address)
+    page.wait_for_selector("#rows tr")
+    rows = page.evaluate("performance.now()")
+    paint = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
+    return paint, rows
+
+
+def scrub(page: Page, places: np.ndarray) -> list[float]:
+    """Milliseconds from each jump in time until its frame has come and been drawn."""
+    return [page.evaluate(JUMP, float(place)) for place in places]
+
+
+JUMP = """async (share) => {
+    const charts = document.getElementById("charts"), box = charts.getBoundingClientRect();
+    const answered = () => performance.getEntriesByType("resource").filter((entry) => entry.name.includes("/frame?")).length;
+    const before = answered(), start = performance.now();
+    const where = {clientX: box.left + 66 + share * (box.width - 76), clientY: box.top + 30, pointerId: 1, bubbles: true};
+    charts.setPointerCapture = () => {};
+    charts.dispatchEvent(new PointerEvent("pointerdown", where));
+    charts.dispatchEvent(new PointerEvent("pointerup", where));
+    while (answered() === before && performance.now() - start < 5000) await new Promise(requestAnimationFrame);
+    await new Promise(requestAnimationFrame);
+    return performance.now() - start;
+}"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--samples", type=int, default=1200)
+    parser.add_argument("--scrubs", type=int, default=50)
+    options = parser.parse_args()
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        sys.exit("needs a Chromium browser on the path")
+    first = real_sample()
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder) / "data"
+        make_list(root, first, options.samples)
+        with served(root) as address, sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            paints = np.array([first_paint(page, address) for _ in range(5)])
+            page.goto(f"{address}/sample/0")
+            page.wait_for_selector("#now:has-text('events in 10 ms')")
+            page.wait_for_timeout(3000)
+            waits = scrub(page, np.random.default_rng(0).uniform(0.02, 0.98, options.scrubs))
+            browser.close()
+    print("| | median, ms | slowest, ms |\n|---|---|---|")
+    print(f"| first paint of {options.samples:,} samples | {np.median(paints[:, 0]):.0f} | {paints[:, 0].max():.0f} |")
+    print(f"| all rows of the list | {np.median(paints[:, 1]):.0f} | {paints[:, 1].max():.0f} |")
+    events = f"{first.events.count / 1e6:.1f} M events"
+    print(f"| a jump in time, sample of {events} | {np.median(waits):.0f} | {max(waits):.0f} |")
+
+
+if __name__ == "__main__":
+    main()

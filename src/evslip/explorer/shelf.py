@@ -1,0 +1,116 @@
+"""What there is to look at: the samples of a data set, or one recording."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evslip import record
+from evslip.codecs import check_suffix, read_recording
+from evslip.dataset import sample_path
+from evslip.errors import DataError
+from evslip.record import Record
+from evslip.recordings import Recordings, open_samples
+
+
+@dataclass(frozen=True)
+class Item:
+    """One thing on a shelf, known without opening it."""
+
+    path: Path
+    name: str
+    split: str
+    """train or test; empty for a recording."""
+    label: str
+    """slip or hold; otherwise nobody has said."""
+    events: int | None
+    """None, until it is opened."""
+
+
+class Shelf:
+    """Items in order. They are named by their position, so that no path ever comes from outside."""
+
+    def __init__(self, title: str, items: list[Item]):
+        self.title, self.items = title, items
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def __getitem__(self, position: int) -> Item:
+        return self.items[position]
+
+    def read(self, position: int, events: bool = True) -> Record:
+        """The record of an item; events=False leaves a sample's stream on disk. Raises DataError, IndexError."""
+        item = self.items[position]
+        return record.read(item.path, events) if item.split else read_recording(item.path)
+
+    def facts(self, first: int, count: int) -> Iterator[dict[str, Any]]:
+        """What the files of some items say beyond the list: see `facts_of`. A file that cannot be read says why."""
+        for position in range(max(0, first), min(first + count, len(self.items))):
+            if self.items[position].split:
+                try:
+                    yield {"position": position, **facts_of(self.read(position, events=False))}
+                except DataError as error:
+                    yield {"position": position, "error": str(error)}
+
+
+def open_shelf(path: str | Path) -> Shelf:
+    """A data set, a folder of recordings, or a file of events of any known format. Raises DataError."""
+    path = Path(path)
+    if path.is_file():
+        return open_recording(path)
+    samples = open_samples(path)
+    if isinstance(samples, Recordings):
+        labels = samples.labels()
+        items = [Item(file, file.stem, "", label, None) for file, label in zip(samples.files, labels, strict=True)]
+        return Shelf(path.absolute().name, items)
+    entries = [entry for entry in samples.entries if entry["kind"] == "simulated"]
+    if not entries:
+        raise DataError(f"{path}: the data set has no sample yet; make some with `evslip generate`")
+    return Shelf(
+        path.absolute().name,
+        [
+            Item(
+                sample_path(path, entry["split"], entry["index"]),
+                entry["name"],
+                entry["split"],
+                entry.get("label", "hold"),
+                entry["events"],
+            )
+            for entry in entries
+        ],
+    )
+
+
+def open_recording(path: str | Path) -> Shelf:
+    """One file of events of any known format. Raises DataError."""
+    path = Path(path)
+    check_suffix(path)
+    if not path.is_file():
+        raise DataError(f"{path}: no such file; expected a recording")
+    return Shelf(path.name, [Item(path, path.stem, "", "", None)])
+
+
+def facts_of(sample: Record) -> dict[str, Any]:
+    """What the list shows of a simulated sample: its mass and onset mass in kg, motion and shape, the onset in
+    seconds, and how far the object turned (degrees) and slid (mm) while it was held."""
+    from evslip.onset import onset_mass
+
+    params, truth = sample.params, sample.truth
+    assert params is not None and truth is not None  # a simulated record has both
+    held = truth.held
+    return {
+        "mass_kg": params.object.mass_kg,
+        "onset_mass_kg": float(onset_mass(params)),
+        "motion": params.motion.kind,
+        "shape": params.object.shape,
+        "texture": str(params.object.texture),
+        "onset_s": None if truth.onset_us is None else truth.onset_us / 1e6,
+        "turned_deg": _change(truth.theta_deg[held]),
+        "slid_mm": _change(truth.slide_mm[held]),
+    }
+
+
+def _change(values: Any) -> float:
+    """The largest distance of a value from the first one."""
+    return float(abs(values - values[0]).max()) if len(values) else 0.0

@@ -1,0 +1,116 @@
+// Small plots over one time axis, with phases behind them and the playhead in front.
+const LINES = ["--accent", "--slip"], HEIGHT = 74, LEFT = 66, RIGHT = 10, GAP = 15, FOOT = 20;
+
+export class Charts {
+  constructor(canvas, about, clock) {
+    Object.assign(this, {canvas, about, clock, curves: about.curves, spans: []});
+    this.context = canvas.getContext("2d");
+    let down = false;
+    const seek = (event) => clock.seek(this.time(event.offsetX));
+    canvas.addEventListener("pointerdown", (event) => { down = true; canvas.setPointerCapture(event.pointerId); seek(event); });
+    canvas.addEventListener("pointermove", (event) => { if (down) seek(event); });
+    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { down = false; });
+    new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
+  }
+
+  time(x) {
+    const width = this.canvas.clientWidth - LEFT - RIGHT;
+    return this.about.start_us + (x - LEFT) / width * (this.about.end_us - this.about.start_us);
+  }
+
+  x(t) {
+    const width = this.canvas.clientWidth - LEFT - RIGHT;
+    return LEFT + (t - this.about.start_us) / (this.about.end_us - this.about.start_us) * width;
+  }
+
+  draw() {
+    const ratio = devicePixelRatio, width = this.canvas.parentElement.clientWidth;
+    if (!width) return;
+    const height = this.curves.length * (HEIGHT + GAP) + FOOT;
+    this.canvas.style.height = `${height}px`;
+    [this.canvas.width, this.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    const style = getComputedStyle(document.documentElement);
+    const color = (name) => style.getPropertyValue(name).trim();
+    const context = this.context;
+    context.scale(ratio, ratio);
+    context.font = "11.5px system-ui, sans-serif";
+    this.background(color, height);
+    this.curves.forEach((curve, i) => this.curve(curve, GAP + i * (HEIGHT + GAP), color));
+    this.axis(height, color);
+    // The playhead is drawn over a copy of all this.
+    this.still = new OffscreenCanvas(this.canvas.width, this.canvas.height);
+    this.still.getContext("2d").drawImage(this.canvas, 0, 0);
+    this.head();
+  }
+
+  head() {
+    if (!this.still) return;
+    const context = this.context, ratio = devicePixelRatio;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    context.drawImage(this.still, 0, 0);
+    context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--on");
+    context.fillRect(Math.round(this.x(this.clock.t) * ratio) - 1, 0, 2, this.canvas.height);
+  }
+
+  background(color, height) {
+    const context = this.context;
+    const band = (from, to, name, alpha) => {
+      context.globalAlpha = alpha;
+      context.fillStyle = color(name);
+      const [a, b] = [from, to].map((t) => Math.min(Math.max(this.x(t), LEFT), this.canvas.clientWidth - RIGHT));
+      context.fillRect(a, GAP, b - a, height - FOOT - GAP);
+      context.globalAlpha = 1;
+    };
+    for (const [from, to] of this.about.held) band(from, to, "--hold", 0.07);
+    for (const [from, to] of this.about.slips) band(from, to, "--slip", 0.16);
+    for (const [from, to, name] of this.spans) band(from, to, `--${name}`, 0.3);
+    context.fillStyle = color("--quiet");
+    for (const [name, from, to] of this.about.phases) {
+      const [a, b] = [Math.max(this.x(from), LEFT), Math.min(this.x(to), this.canvas.clientWidth - RIGHT)];
+      if (b - a < 8) continue;
+      context.globalAlpha = 0.5;
+      context.fillRect(a, GAP, 1, height - FOOT - GAP);
+      context.globalAlpha = 1;
+      if (context.measureText(name).width < b - a - 6) context.fillText(name, a + 4, 11);
+    }
+  }
+
+  curve({name, unit, t_us, lines}, top, color) {
+    const context = this.context, values = Object.values(lines).flat();
+    const most = Math.max(...values, 1e-9), least = Math.min(...values, 0);
+    const y = (value) => top + HEIGHT - 2 - (value - least) / (most - least) * (HEIGHT - 6);
+    context.fillStyle = color("--quiet");
+    context.textAlign = "right";
+    context.fillText(short(most), LEFT - 6, top + 11);
+    context.fillText(short(least), LEFT - 6, top + HEIGHT);
+    context.fillStyle = color("--text");
+    context.fillText(name, LEFT - 6, top + HEIGHT / 2);
+    context.fillStyle = color("--quiet");
+    context.fillText(unit, LEFT - 6, top + HEIGHT / 2 + 13);
+    context.textAlign = "left";
+    context.fillStyle = color("--line");
+    context.fillRect(LEFT, top + HEIGHT, this.canvas.clientWidth - LEFT - RIGHT, 1);
+    Object.values(lines).forEach((line, k) => {
+      context.strokeStyle = color(LINES[k % LINES.length]);
+      context.lineWidth = 1.3;
+      context.beginPath();
+      line.forEach((value, i) => context.lineTo(this.x(t_us[i]), y(value)));
+      context.stroke();
+    });
+  }
+
+  axis(height, color) {
+    const context = this.context, {start_us, end_us, origin_us} = this.about;
+    const seconds = (end_us - start_us) / 1e6;
+    const step = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120, 300, 600]
+      .find((size) => seconds / size <= Math.max(2, this.canvas.clientWidth / 90)) ?? 3600;
+    context.fillStyle = color("--quiet");
+    context.textAlign = "center";
+    for (let t = Math.ceil((start_us - origin_us) / 1e6 / step) * step; t <= (end_us - origin_us) / 1e6; t += step)
+      context.fillText(`${+t.toFixed(3)} s`, this.x(origin_us + 1e6 * t), height - 5);
+    context.textAlign = "left";
+  }
+}
+
+const short = (value) => value === 0 ? "0" : Math.abs(value) >= 1000 ? Math.round(value).toString() : (+value.toPrecision(3)).toString();

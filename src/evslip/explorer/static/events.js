@@ -1,0 +1,65 @@
+// Events of a sample, fetched in pieces of time and kept.
+const PIECE_US = 100000, MOST = 200000, KEPT = 40, BYTES = 9;
+
+export class EventStore {
+  constructor(position, start, end, arrived) {
+    Object.assign(this, {position, start, end, arrived});
+    this.pieces = new Map();
+  }
+
+  // Calls visit(x, y, flags) for each event with from <= t < to; asks for what is not there yet.
+  forEach(from, to, visit) {
+    const first = Math.floor((Math.max(from, this.start) - this.start) / PIECE_US);
+    const last = Math.floor((Math.min(to, this.end) - this.start) / PIECE_US);
+    for (let number = first; number <= last; number++) {
+      const piece = this.piece(number);
+      if (!piece) continue;
+      const begin = this.start + number * PIECE_US;
+      for (let i = lower(piece, from - begin), end = lower(piece, to - begin); i < end; i++)
+        visit(piece.x[i], piece.y[i], piece.flags[i]);
+    }
+  }
+
+  piece(number) {
+    const kept = this.pieces.get(number);
+    if (kept) return kept.t ? kept : null;
+    const begin = this.start + number * PIECE_US;
+    if (number < 0 || begin > this.end) return null;
+    this.pieces.set(number, {});
+    this.load(number, begin).catch(() => this.pieces.delete(number));
+    if (this.pieces.size > KEPT) this.pieces.delete(this.pieces.keys().next().value);
+    return null;
+  }
+
+  ahead(t) {
+    this.piece(Math.floor((t - this.start) / PIECE_US) + 1);
+  }
+
+  async load(number, begin) {
+    const answer = await fetch(`/api/samples/${this.position}/events?start_us=${begin}&end_us=${begin + PIECE_US}&most=${MOST}`);
+    if (!answer.ok) throw new Error(await answer.text());
+    this.pieces.set(number, unpack(await answer.arrayBuffer()));
+    this.arrived();
+  }
+}
+
+function unpack(buffer) {
+  const view = new DataView(buffer), count = Math.floor(buffer.byteLength / BYTES);
+  const piece = {t: new Uint32Array(count), x: new Uint16Array(count), y: new Uint16Array(count), flags: new Uint8Array(count)};
+  for (let i = 0, at = 0; i < count; i++, at += BYTES) {
+    piece.t[i] = view.getUint32(at, true);
+    piece.x[i] = view.getUint16(at + 4, true);
+    piece.y[i] = view.getUint16(at + 6, true);
+    piece.flags[i] = view.getUint8(at + 8);
+  }
+  return piece;
+}
+
+function lower(piece, t) {
+  let low = 0, high = piece.t.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (piece.t[middle] < t) low = middle + 1; else high = middle;
+  }
+  return low;
+}

@@ -1,0 +1,123 @@
+// Marking intervals of slip and hold. Times in the file are seconds since the recording's first event.
+import {complain, get, place, Player} from "./player.js";
+
+const KINDS = ["slip", "hold"];
+
+class Labeller {
+  constructor(player, intervals) {
+    Object.assign(this, {player, intervals, past: [], future: [], begun: null});
+    this.saving = Promise.resolve();
+    const origin = player.about.start_us;
+    this.seconds = (t) => Number(((t - origin) / 1e6).toFixed(6));
+    this.micros = (s) => origin + 1e6 * s;
+    Object.assign(player.keys, {
+      s: () => this.mark("slip"), h: () => this.mark("hold"), d: () => this.remove(), Delete: () => this.remove(),
+      u: () => this.travel(this.past, this.future), r: () => this.travel(this.future, this.past),
+      Escape: () => { this.begun = null; this.show(); },
+      "]": () => this.jump(1), "[": () => this.jump(-1),
+    });
+    for (const kind of KINDS) place(kind).addEventListener("click", () => this.mark(kind));
+    place("delete").addEventListener("click", () => this.remove());
+    place("undo").addEventListener("click", () => this.travel(this.past, this.future));
+    place("redo").addEventListener("click", () => this.travel(this.future, this.past));
+    this.show();
+  }
+
+  get now() { return this.seconds(this.player.clock.t); }
+
+  mark(kind) {
+    if (!this.begun || this.begun.kind !== kind) {
+      this.begun = {kind, from: this.now};
+      this.show();
+      return;
+    }
+    const [from, to] = [this.begun.from, this.now].sort((a, b) => a - b);
+    this.begun = null;
+    if (from === to) this.show(); else this.change(insert(this.intervals, [from, to, kind]));
+  }
+
+  remove() {
+    const rest = this.intervals.filter(([from, to]) => !(from <= this.now && this.now < to));
+    if (rest.length < this.intervals.length) this.change(rest);
+  }
+
+  jump(way) {
+    const edges = this.intervals.flatMap(([from, to]) => [from, to]).sort((a, b) => a - b);
+    const next = way > 0 ? edges.find((edge) => edge > this.now + 1e-6) : edges.findLast((edge) => edge < this.now - 1e-6);
+    if (next != null) this.player.clock.seek(this.micros(next));
+  }
+
+  change(intervals) {
+    this.past.push(this.intervals);
+    this.future = [];
+    this.set(intervals);
+  }
+
+  travel(from, to) {
+    if (!from.length) return;
+    to.push(this.intervals);
+    this.set(from.pop());
+  }
+
+  set(intervals) {
+    this.intervals = intervals;
+    this.show();
+    place("saved").textContent = "saving";
+    // One after the other, so that the last change is the one that stays.
+    this.saving = this.saving.then(() => this.save(intervals)).catch((error) => {
+      place("saved").textContent = "not saved";
+      complain(error);
+    });
+  }
+
+  async save(intervals) {
+    const answer = await fetch("/api/labels", {method: "PUT", headers: {"content-type": "application/json"}, body: JSON.stringify(intervals)});
+    if (!answer.ok) throw new Error((await answer.text()).trim());
+    const {file} = await answer.json();
+    if (intervals === this.intervals) place("saved").textContent = `saved in ${file}`;
+    place("problem").textContent = "";
+  }
+
+  show() {
+    const {charts} = this.player;
+    charts.spans = this.intervals.map(([from, to, kind]) => [this.micros(from), this.micros(to), kind]);
+    charts.draw();
+    for (const kind of KINDS) place(kind).setAttribute("aria-pressed", String(this.begun?.kind === kind));
+    place("hint").textContent = this.begun
+      ? `${this.begun.kind} from ${this.begun.from.toFixed(3)} s: move on and press ${this.begun.kind[0]} again`
+      : `${this.intervals.length} intervals`;
+    place("intervals").replaceChildren(...this.intervals.map(([from, to, kind]) => this.row(from, to, kind)));
+  }
+
+  row(from, to, kind) {
+    const line = document.createElement("tr");
+    const name = line.insertCell();
+    const link = document.createElement("button");
+    link.textContent = kind;
+    link.className = kind;
+    link.addEventListener("click", () => this.player.clock.seek(this.micros(from)));
+    name.className = "text";
+    name.append(link);
+    for (const time of [from, to]) line.insertCell().textContent = time.toFixed(3);
+    return line;
+  }
+}
+
+// The new interval wins: what it overlaps is cut back or split.
+export function insert(intervals, [from, to, kind]) {
+  const rest = intervals.flatMap(([a, b, other]) => {
+    if (b <= from || a >= to) return [[a, b, other]];
+    return [[a, from, other], [to, b, other]].filter(([start, end]) => start < end);
+  });
+  return [...rest, [from, to, kind]].sort((a, b) => a[0] - b[0]);
+}
+
+async function start() {
+  const [about, list, known] = await Promise.all([get("/api/samples/0"), get("/api/items"), get("/api/labels")]);
+  document.title = place("title").textContent = `label ${list.title}`;
+  const player = new Player(0, about);
+  new Labeller(player, known.intervals);
+  document.body.dataset.ready = "yes";
+}
+
+start().catch(complain);

@@ -1,0 +1,115 @@
+// The list of samples: filtered, sorted, and completed in the background by what the files say.
+const SLIP_DEG = 1, SLIP_MM = 2;
+const number = (digits) => (value) => value == null ? "" : value.toLocaleString("en", {maximumFractionDigits: digits});
+const grams = (kg) => kg == null ? "" : number(1)(1000 * kg);
+const COLUMNS = [
+  {key: "name", title: "sample", text: true},
+  {key: "split", title: "split", text: true},
+  {key: "label", title: "label", text: true},
+  {key: "mass_kg", title: "mass, g", show: grams},
+  {key: "onset_mass_kg", title: "slips from, g", show: grams},
+  {key: "onset_s", title: "onset, s", show: number(3)},
+  {key: "turned_deg", title: "turned, deg", show: number(3)},
+  {key: "slid_mm", title: "slid, mm", show: number(3)},
+  {key: "events", title: "events", show: number(0)},
+  {key: "motion", title: "motion", text: true},
+  {key: "shape", title: "shape", text: true},
+  {key: "texture", title: "texture", text: true},
+  {key: "doubt", title: "doubts", text: true},
+];
+const place = (id) => document.getElementById(id);
+let items = [];
+let order = {key: "position", down: false};
+
+// What contradicts a sample's label: how its object moved.
+function doubtOf(item) {
+  if (item.error) return item.error;
+  if (item.turned_deg == null) return "";
+  const moved = item.turned_deg >= SLIP_DEG || item.slid_mm >= SLIP_MM;
+  if (moved && item.label === "hold") return "moved, but is called hold";
+  if (!moved && item.label === "slip") return "hardly moved, but is called slip";
+  return "";
+}
+
+function shown() {
+  const words = place("filter").value.toLowerCase().split(/\s+/).filter(Boolean);
+  const [split, label, doubtful] = [place("split").value, place("label").value, place("doubtful").checked];
+  const found = items.filter((item) => (!split || item.split === split) && (!label || item.label === label)
+    && (!doubtful || item.doubt)
+    && words.every((word) => `${item.name} ${item.motion} ${item.shape} ${item.texture}`.toLowerCase().includes(word)));
+  const sign = order.down ? -1 : 1;
+  const missing = (value) => value == null || value === "";
+  return found.sort((a, b) => {
+    const [x, y] = [a[order.key], b[order.key]];
+    if (missing(x) || missing(y)) return missing(x) - missing(y) || a.position - b.position;
+    return sign * (typeof x === "string" ? x.localeCompare(y) : x - y) || a.position - b.position;
+  });
+}
+
+function row(item) {
+  const line = document.createElement("tr");
+  for (const column of COLUMNS) {
+    const cell = line.insertCell();
+    const value = item[column.key];
+    if (column.text) cell.className = "text";
+    if (column.key === "name") {
+      const link = document.createElement("a");
+      link.href = `/sample/${item.position}`;
+      link.textContent = value;
+      cell.append(link);
+    } else cell.textContent = column.show ? column.show(value) : value ?? "";
+    if (column.key === "label" && value) cell.classList.add(value);
+    if (column.key === "doubt" && value) cell.classList.add("warn");
+  }
+  return line;
+}
+
+function draw() {
+  const found = shown();
+  place("rows").replaceChildren(...found.map(row));
+  place("count").textContent = `${found.length.toLocaleString("en")} of ${items.length.toLocaleString("en")} samples`;
+}
+
+function heads() {
+  place("head").replaceChildren(...COLUMNS.map((column) => {
+    const head = document.createElement("th");
+    const button = document.createElement("button");
+    const sorted = order.key === column.key;
+    button.textContent = column.title + (sorted ? (order.down ? " \u25be" : " \u25b4") : "");
+    if (column.text) head.className = "text";
+    if (sorted) head.setAttribute("aria-sort", order.down ? "descending" : "ascending");
+    button.addEventListener("click", () => {
+      order = {key: column.key, down: sorted ? !order.down : !column.text};
+      heads();
+      draw();
+    });
+    head.append(button);
+    return head;
+  }));
+}
+
+async function get(url) {
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error((await answer.text()).trim());
+  return answer.json();
+}
+
+async function start() {
+  const list = await get("/api/items");
+  place("title").textContent = document.title = list.title;
+  items = list.items.map(([name, split, label, events], position) => ({position, name, split, label, events}));
+  for (const split of new Set(items.map((item) => item.split))) place("split").add(new Option(split));
+  heads();
+  draw();
+  for (let first = 0; first < items.length;) {
+    const facts = await get(`/api/facts?first=${first}`);
+    for (const fact of facts) items[fact.position].doubt = doubtOf(Object.assign(items[fact.position], fact));
+    if (!facts.length) break;
+    first = facts.at(-1).position + 1;
+    draw();
+  }
+  document.body.dataset.complete = "yes";
+}
+
+for (const id of ["filter", "split", "label", "doubtful"]) place(id).addEventListener("input", draw);
+start().catch((error) => { place("problem").textContent = error.message; });

@@ -1,0 +1,91 @@
+// A picture, its curves and the clock that drives both; keys that every page shares.
+import {Charts} from "./chart.js";
+import {Clock} from "./clock.js";
+import {EventStore} from "./events.js";
+import {Stage} from "./stage.js";
+
+const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
+export const place = (id) => document.getElementById(id);
+
+export async function get(url) {
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error((await answer.text()).trim());
+  return answer.json();
+}
+
+export const complain = (error) => { place("problem").textContent = error.message; };
+
+export class Player {
+  constructor(position, about) {
+    Object.assign(this, {position, about});
+    this.clock = new Clock(about.start_us, about.end_us, () => this.refresh());
+    const arrived = (error) => {
+      if (error) complain(error);
+      this.refresh();
+    };
+    this.store = new EventStore(position, about.start_us, about.end_us, arrived);
+    this.stage = new Stage(place("stage"), position, about, this.store, arrived);
+    this.charts = new Charts(place("charts"), about, this.clock);
+    this.controls();
+    this.keys = {
+      " ": () => this.clock.toggle(),
+      ArrowRight: (event) => this.step(event.shiftKey ? 10 : 1),
+      ArrowLeft: (event) => this.step(event.shiftKey ? -10 : -1),
+      "+": () => this.faster(1), "=": () => this.faster(1), "-": () => this.faster(-1),
+      Home: () => this.clock.seek(about.start_us), End: () => this.clock.seek(about.end_us),
+    };
+    addEventListener("keydown", (event) => this.key(event));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.charts.draw(); this.refresh(); });
+    this.charts.draw();
+    this.refresh();
+  }
+
+  controls() {
+    const {stage, clock, about} = this;
+    place("view").value = stage.options.view;
+    for (const option of place("view").options) option.disabled = option.value !== "events" && !about.frames;
+    for (const option of place("color").options) option.disabled = option.value !== "polarity" && !about.bodies;
+    for (const speed of SPEEDS) place("speed").add(new Option(speed === 1 ? "1" : `1/${Math.round(1 / speed)}`, speed));
+    place("speed").value = clock.speed;
+    place("speed").addEventListener("input", () => { clock.speed = Number(place("speed").value); });
+    const choose = (id, set) => place(id).addEventListener("input", () => { set(place(id).value); this.refresh(); });
+    choose("view", (value) => { stage.options.view = value; });
+    choose("color", (value) => { stage.options.color = value; });
+    choose("window", (value) => { stage.options.window_us = 1000 * Number(value); });
+    place("play").addEventListener("click", () => clock.toggle());
+    // Keys belong to the player, not to a list that was used last.
+    for (const id of ["view", "color", "window", "speed"]) place(id).addEventListener("change", () => place(id).blur());
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
+    const act = this.keys[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act(event);
+  }
+
+  step(number) {
+    if (this.clock.playing) this.clock.toggle();
+    this.clock.seek(this.clock.t + number * this.stage.options.window_us);
+  }
+
+  faster(way) {
+    const next = SPEEDS.indexOf(this.clock.speed) + way;
+    this.clock.speed = SPEEDS[Math.min(Math.max(next, 0), SPEEDS.length - 1)];
+    place("speed").value = this.clock.speed;
+  }
+
+  // Many changes between two pictures of the screen are drawn once.
+  refresh() {
+    if (this.due) return;
+    this.due = true;
+    requestAnimationFrame(() => {
+      this.due = false;
+      const count = this.stage.draw(this.clock.t);
+      this.charts.head();
+      place("play").textContent = this.clock.playing ? "pause" : "play";
+      place("now").textContent = `${((this.clock.t - this.about.origin_us) / 1e6).toFixed(4)} s, ${count.toLocaleString("en")} events in ${this.stage.options.window_us / 1000} ms`;
+    });
+  }
+}

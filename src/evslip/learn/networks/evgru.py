@@ -1,0 +1,56 @@
+"""A causal network: the same small encoder on every 5 ms, and a GRU over what it says."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+import torch
+from torch import nn
+
+from evslip.learn.layers.grids import cells, counts
+from evslip.learn.networks.countnet import places
+from evslip.learn.networks.network import Geometry, Network
+from evslip.learn.networks.voxelnet import convolution
+from evslip.window_set import WindowEvents
+
+HOP_US = 5000
+POOL = 4
+
+
+class EvGRU(Network):
+    """log(1 + events) of every 5 ms, both polarities, in 4 x 4 pixels, with the cells' columns and rows; three
+    convolutions and a linear layer to 64 numbers; a GRU of 64; a linear layer on its newest state.
+
+    Causal: what is said of one hop depends on it and on earlier ones alone. `encode` and `follow` are the two halves;
+    a stream needs to encode each hop once."""
+
+    recommended: ClassVar = {"epochs": 20, "lr": 2e-3}
+
+    def __init__(self, geometry: Geometry | None = None):
+        super().__init__(geometry)
+        self.hops = max(1, round(self.geometry.length_us / HOP_US))
+        rows, columns = cells(self.geometry.height, POOL), cells(self.geometry.width, POOL)
+        self.encoder = nn.Sequential(
+            *convolution(4, 8, 5), *convolution(8, 16), *convolution(16, 16), nn.Flatten(),
+            nn.Linear(16 * cells(rows, 8) * cells(columns, 8), 64), nn.ReLU(), nn.Dropout(0.3),
+        )  # fmt: skip
+        self.gru = nn.GRU(64, 64, batch_first=True)
+        self.head = nn.Linear(64, 2)
+        self.register_buffer("places", places(rows, columns), persistent=False)
+
+    def prepare(self, events: WindowEvents) -> np.ndarray:
+        size = self.geometry.width, self.geometry.height
+        return np.log1p(counts(events, size, self.geometry.length_us, self.hops, POOL))
+
+    def encode(self, hops: torch.Tensor) -> torch.Tensor:
+        """What each hop (n, 2, rows, columns) shows: (n, 64)."""
+        return self.encoder(torch.cat([hops, self.places.expand(len(hops), *self.places.shape)], 1))
+
+    def follow(self, codes: torch.Tensor) -> torch.Tensor:
+        """Logits after each hop, (windows, hops, 2), from codes (windows, hops, 64)."""
+        return self.head(self.gru(codes)[0])
+
+    def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
+        hops = torch.from_numpy(np.stack(batch)).to(self.device)
+        codes = self.encode(hops.flatten(0, 1)).view(len(batch), self.hops, -1)
+        return self.follow(codes)[:, -1]

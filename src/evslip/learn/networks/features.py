@@ -1,0 +1,154 @@
+"""Detectors on a few hand-made numbers of a window, and the simplest of them."""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+import torch
+
+from evslip.learn.layers import flow, trees
+from evslip.learn.layers.grids import counts
+from evslip.learn.networks.network import Geometry, Network
+from evslip.window_set import SLIP, WindowEvents, Windows
+
+_NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
+
+
+class FeatureNetwork(Network):
+    """Logistic regression on standardised features; a subclass says which ones. No gradient descent: the weights are
+    found at once, by Newton's method with a ridge."""
+
+    recommended: ClassVar = {"flip": False}
+
+    def __init__(self, geometry: Geometry | None = None):
+        super().__init__(geometry)
+        number = len(self.prepare(_NOTHING))
+        self.register_buffer("mean", torch.zeros(number))
+        self.register_buffer("scale", torch.ones(number))
+        self.register_buffer("weight", torch.zeros(number + 1))
+
+    @abstractmethod
+    def features(self, events: WindowEvents) -> np.ndarray:
+        """Features of one window, of shape (f,)."""
+
+    def prepare(self, events: WindowEvents) -> np.ndarray:
+        return np.asarray(self.features(events), np.float32)
+
+    def fit(self, windows: Windows) -> None:
+        values = np.stack([self.prepare(windows[i]) for i in range(len(windows))])
+        self.learn(values.astype(np.float64), windows.label == SLIP)
+
+    def learn(self, values: np.ndarray, slips: np.ndarray) -> None:
+        """Find everything from the features (n, f) of windows and whether they are slips."""
+        mean, scale = values.mean(0), np.maximum(values.std(0), 1e-3)
+        self.mean, self.scale = (torch.from_numpy(v.astype(np.float32)) for v in (mean, scale))
+        self.weight = torch.from_numpy(logistic((values - mean) / scale, slips).astype(np.float32))
+
+    def odds(self, values: torch.Tensor) -> torch.Tensor:
+        """Log odds of slip of features (n, f)."""
+        return (values - self.mean) / self.scale @ self.weight[:-1] + self.weight[-1]
+
+    def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
+        odds = self.odds(torch.from_numpy(np.stack(batch)).to(self.device))
+        return torch.stack([torch.zeros_like(odds), odds], 1)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the crop."""
+        return self.geometry.width, self.geometry.height
+
+
+def logistic(values: np.ndarray, slips: np.ndarray, ridge: float = 1.0, steps: int = 25) -> np.ndarray:
+    """Weights and, last, the offset that make labels likeliest, each weight at the price of ridge/2 times its square.
+
+    `values` is (n, f), the result (f + 1,). Newton's method, its steps halved until they help.
+    """
+    inputs = np.column_stack([values, np.ones(len(values))])
+    price = np.append(np.full(values.shape[1], ridge), 1e-6)
+
+    def loss(weight: np.ndarray) -> float:
+        odds = inputs @ weight
+        return float(np.logaddexp(0, np.where(slips, -odds, odds)).sum() + (price * weight**2).sum() / 2)
+
+    weight = np.zeros(inputs.shape[1])
+    for _ in range(steps):
+        said = 1 / (1 + np.exp(-(inputs @ weight)))
+        gradient = inputs.T @ (said - slips) + price * weight
+        step = np.linalg.solve((inputs.T * (said * (1 - said))) @ inputs + np.diag(price), gradient)
+        while loss(weight - step) > loss(weight) and np.abs(step).max() > 1e-9:
+            step /= 2
+        weight = weight - step
+    return weight
+
+
+class EventRate(FeatureNetwork):
+    """How many events there are: log(1 + n)."""
+
+    def features(self, events: WindowEvents) -> np.ndarray:
+        return np.log1p([len(events.t_us)])
+
+
+class RateMap(FeatureNetwork):
+    """How many events there are in each of about 10 x 10 parts of the picture: log(1 + n)."""
+
+    def features(self, events: WindowEvents) -> np.ndarray:
+        return np.log1p(counts(events, self.size, self.geometry.length_us, 1, 25).sum((0, 1))).ravel()
+
+
+class Flow(FeatureNetwork):
+    """How the picture moves: the sharpest velocity, how much sharper than at rest, the speed across edges and how far
+    these agree, and the number of events."""
+
+    def features(self, events: WindowEvents) -> np.ndarray:
+        return moving(events, self.size)
+
+
+def moving(events: WindowEvents, size: tuple[int, int]) -> np.ndarray:
+    """The features of `Flow`."""
+    motion = flow.sharpest(events, size)
+    normal = flow.normal_flow(events, size)
+    speeds = np.linalg.norm(normal, axis=1)
+    across = np.log1p(np.quantile(speeds, (0.25, 0.5, 0.75))) if len(speeds) else np.zeros(3)
+    agreement = np.linalg.norm(normal.mean(0)) / max(speeds.mean(), 1e-9) if len(speeds) else 0.0
+    fitted = len(normal) / max(1, len(flow.thinned(events, 4 * flow.MOST_EVENTS).t_us))
+    vx, vy = motion.velocity_px_s
+    return np.array(
+        [vx / 100, vy / 100, np.log1p(np.hypot(vx, vy)), np.log(motion.gain), *across, agreement, fitted,
+         np.log1p(len(events.t_us))]
+    )  # fmt: skip
+
+
+class Boosting(FeatureNetwork):
+    """Gradient boosting (150 trees of depth 3) on the rate map, the flow, and where, when and of which polarity the
+    events are. No gradient descent: it is found at once."""
+
+    def __init__(self, geometry: Geometry | None = None):
+        super().__init__(geometry)
+        for name, value in trees.empty_forest()._asdict().items():
+            self.register_buffer(name, torch.from_numpy(value))
+
+    def features(self, events: WindowEvents) -> np.ndarray:
+        number = len(events.t_us)
+        grid = counts(events, self.size, self.geometry.length_us, 16, 25)
+        x, y = (column.astype(np.float32) if number else np.zeros(1) for column in (events.x, events.y))
+        in_time, in_space = grid.sum((1, 2, 3)), grid.sum((0, 1))
+        extra = [
+            events.p.mean() if number else 0.5, x.mean(), y.mean(), x.std(), y.std(),
+            in_time.std() / max(1.0, in_time.mean()), (in_space > number / 400).mean(), in_space.max() / max(1, number),
+        ]  # fmt: skip
+        return np.concatenate([np.log1p(in_space).ravel(), moving(events, self.size), np.log1p(in_time), extra])
+
+    def learn(self, values: np.ndarray, slips: np.ndarray) -> None:
+        forest = trees.boost(values.astype(np.float32), slips.astype(np.float64))
+        for name, value in forest._asdict().items():
+            setattr(self, name, torch.from_numpy(np.asarray(value)))
+
+    def odds(self, values: torch.Tensor) -> torch.Tensor:
+        count, nodes = self.feature.shape
+        node = torch.zeros(len(values), count, dtype=torch.int64, device=self.device)
+        every = torch.arange(count, device=self.device)
+        for _ in range(trees.DEPTH):
+            seen = values.gather(1, self.feature[every, node])
+            node = 2 * node + 1 + (seen >= self.threshold[every, node])
+        return self.base + self.leaf[every, node - nodes].sum(1)

@@ -1,0 +1,112 @@
+"""How surfaces reflect, rough plastic and rough metal whose matt part is the fast renderer's, and what shines."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evslip import textures
+from evslip.params import Params
+from evslip.rendering.setting import make_lamp
+from evslip.textures import is_panorama
+
+EXPONENT = 32
+"""Of the fast renderer's highlights (Blinn-Phong)."""
+ROUGHNESS = (2 / (EXPONENT + 2)) ** 0.25
+"""Its square is the width of the microfacet distribution that has highlights of this exponent (B. Walter et al.,
+Microfacet models for refraction through rough surfaces, EGSR 2007)."""
+SPECULAR_PER_GLOSS = 2.5
+"""A smooth dielectric of reflectance 0.04, half of what the principled model counts as specular = 1, has the fast
+renderer's gloss 0.2."""
+METALLIC = 0.5
+"""Share of the light that a metal's texture mirrors, blurred; the rest is matt, as of worn or brushed metal."""
+
+
+GLOSSY = ("metal", "plastic", "tile", "wood")
+"""Families of textures that shine. The others, and photographs, are matt: earth or cloth that mirrors the sky at low
+angles would look wet."""
+
+
+class Picture(NamedTuple):
+    texture: np.ndarray
+    """Linear RGB of shape (rows, columns, 3)."""
+    wrap: str
+    """What lies beyond its border: repeat or clamp."""
+
+
+class Paint(NamedTuple):
+    """What a surface looks like."""
+
+    albedo: Picture | np.ndarray
+    """A texture, or linear RGB of shape (3,)."""
+    gloss: float
+    """Strength of the highlights, as of the fast renderer; 0 for matt."""
+    is_metal: bool = False
+
+
+def textured(name: str, wrap: str, gloss: float) -> Paint:
+    """The paint of a texture; `gloss`: of those that shine. Raises ConfigError for an unreadable one."""
+    family = name.rpartition("-")[0]
+    picture = Picture(textures.load(name), wrap)
+    return Paint(picture, gloss if family in GLOSSY else 0.0, is_metal=family == "metal")
+
+
+def bsdf(mi: Any, paint: Paint) -> dict[str, Any]:
+    """Mitsuba's description of a paint, the same on both sides: rough plastic, or in part rough metal.
+
+    Disney's principled model (B. Burley, Physically-based shading at Disney, SIGGRAPH 2012) adds highlights to a matt
+    part, as the fast renderer does; its matt part is the albedo within 10 % (2 % on average) up to 75 degrees from the
+    normal. Mitsuba's roughplastic would lose a quarter of it between the layers.
+    """
+    return {
+        "type": "twosided",
+        "bsdf": {
+            "type": "principled",
+            "base_color": _texture(mi, paint.albedo),
+            "roughness": ROUGHNESS,
+            "specular": SPECULAR_PER_GLOSS * paint.gloss,
+            "metallic": METALLIC if paint.is_metal else 0.0,
+        },
+    }
+
+
+def _texture(mi: Any, albedo: Picture | np.ndarray) -> dict[str, Any]:
+    if isinstance(albedo, Picture):
+        image = mi.Bitmap(np.array(albedo.texture, np.float32, order="C"))
+        return {"type": "bitmap", "bitmap": image, "raw": True, "wrap_mode": albedo.wrap}
+    return {"type": "rgb", "value": [float(value) for value in albedo]}
+
+
+def sky(mi: Any, params: Params, texture: np.ndarray) -> dict[str, Any]:
+    """The background: a luminous sphere with its texture inside (rows, columns, 3)."""
+    background = params.background
+    aspect = texture.shape[1] / texture.shape[0]
+    # Mitsuba's sphere: u is the azimuth in turns, v the angle from the zenith in half turns.
+    if is_panorama(texture):
+        place = mi.ScalarTransform3f()
+    else:
+        count = max(1, round(360.0 / background.tile_deg))
+        place = mi.ScalarTransform3f(np.array([[count, 0, 0], [0, count * aspect / 2, -count * aspect / 4], [0, 0, 1]]))
+    light = np.ascontiguousarray(texture * np.float32(background.luminance_cd_m2))
+    radiance = {"type": "bitmap", "bitmap": mi.Bitmap(light), "raw": True, "to_uv": place}
+    emitter = {"type": "area", "radiance": radiance, "sampling_weight": 1 - lamp_share(params, texture)}
+    return {"type": "sphere", "radius": background.radius_m, "flip_normals": True, "emitter": emitter}
+
+
+def lamp_share(params: Params, texture: np.ndarray) -> float:
+    """Share of the paths that are aimed at the lamp: about its share of the light on the table, for least noise."""
+    light = params.light
+    direct = light.luminance_cd_m2 * (light.radius_m / light.distance_m) ** 2
+    ambient = params.background.luminance_cd_m2 * float(texture.mean())
+    return min(max(direct / max(direct + ambient, 1e-30), 0.2), 0.8)
+
+
+def lamp(params: Params, texture: np.ndarray) -> dict[str, Any]:
+    """The light sphere; `texture`: the background's. Raises ConfigError as `make_lamp` does. One that
+    reaches beyond the background is drawn nearer and smaller, under the same angle."""
+    found, light = make_lamp(params), params.light
+    nearer = min(1.0, 0.98 * params.background.radius_m / (light.distance_m + light.radius_m))
+    radiance = {"type": "rgb", "value": [found.luminance] * 3}
+    return {
+        "type": "sphere", "center": [float(x) * nearer for x in found.position], "radius": found.radius_m * nearer,
+        "emitter": {"type": "area", "radiance": radiance, "sampling_weight": lamp_share(params, texture)},
+    }  # fmt: skip

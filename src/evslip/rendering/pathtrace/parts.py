@@ -1,0 +1,85 @@
+"""The bodies of a scene as triangles of one material each, in the frames that they move with."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.params import Params
+from evslip.rendering import links
+from evslip.rendering.body import GLOSS
+from evslip.rendering.facets import prepare_facets
+from evslip.rendering.hand import Mesh, load_mesh
+from evslip.rendering.pathtrace.materials import Paint, textured
+from evslip.rendering.raycast import GRIPPER_GLOSS, SURFACE_GLOSS
+from evslip.shapes import surface_of
+
+OBJECT, TABLE, HAND = "object", "table", "hand"
+FINGERS = ("left", "right")
+LINKS = tuple(f"link{k}" for k in range(links.LINKS))
+"""From the arm's base to the link that carries the hand."""
+LEAST_AREA_M2 = 1e-14
+"""Smaller triangles have no direction."""
+_RINGS = (0.25, 1.0, 4.0, 16.0, 64.0, 256.0)
+"""Places in metres where the table is cut: texture coordinates are exact to a share of the piece they lie in."""
+
+
+class Part(NamedTuple):
+    """Triangles that move together and look alike."""
+
+    frame: str
+    """What it moves with: table, object, hand, left, right or one of LINKS."""
+    corners: np.ndarray
+    """In metres, of shape (n, 3, 3)."""
+    normals: np.ndarray
+    """At the corners, of shape (n, 3, 3)."""
+    uv: np.ndarray | None
+    """Texture coordinates of the corners, v downwards, of shape (n, 3, 2); None for a plain colour."""
+    paint: Paint
+
+
+def parts_of(params: Params, arm: bool) -> list[Part]:
+    """Everything that light falls on; the arm's links, if there is an arm, on request.
+
+    Raises ConfigError, MissingExtraError.
+    """
+    parts = [_table(params), _object(params), *_painted(HAND, load_mesh("hand"))]
+    parts += [part for finger in FINGERS for part in _painted(finger, load_mesh("finger"))]
+    if arm and params.robot.kind == "panda":
+        parts += [part for link in LINKS for part in _painted(link, load_mesh(link))]
+    return parts
+
+
+def _painted(frame: str, mesh: Mesh) -> list[Part]:
+    """A mesh of the robot's description, cut by colour."""
+    a, b, c = np.moveaxis(mesh.corners, 1, 0)
+    solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 2 * LEAST_AREA_M2
+    colours, which = np.unique(mesh.albedo, axis=0, return_inverse=True)
+    parts = []
+    for k, colour in enumerate(colours):
+        chosen = solid & (which.ravel() == k)
+        parts.append(Part(frame, mesh.corners[chosen], mesh.normals[chosen], None, Paint(colour, GRIPPER_GLOSS)))
+    return parts
+
+
+def _object(params: Params) -> Part:
+    surface = surface_of(params)
+    facets = prepare_facets(*surface)
+    wrap = "repeat" if any(facets.repeats) else "clamp"
+    paint = textured(params.object.texture, wrap, GLOSS)
+    return Part(OBJECT, facets.vertices[facets.faces], facets.normals, facets.uv, paint)
+
+
+def _table(params: Params) -> Part:
+    """Squares around the origin that reach to the background."""
+    reach = params.background.radius_m
+    rings = [ring for ring in _RINGS if ring < reach]
+    lines = np.array([*(-ring for ring in [reach, *rings[::-1]]), 0.0, *rings, reach])
+    x, y = np.meshgrid(lines, lines, indexing="ij")
+    places = np.stack([x, y, 0 * x], -1)
+    a, b, c, d = places[:-1, :-1], places[1:, :-1], places[1:, 1:], places[:-1, 1:]
+    corners = np.concatenate([np.stack([a, b, c], -2).reshape(-1, 3, 3), np.stack([a, c, d], -2).reshape(-1, 3, 3)])
+    normals = np.zeros_like(corners)
+    normals[..., 2] = 1.0
+    uv = corners[..., :2] / params.surface.tile_m * (1, -1)
+    paint = textured(params.surface.texture, "repeat", SURFACE_GLOSS)
+    return Part(TABLE, corners, normals, uv, paint)

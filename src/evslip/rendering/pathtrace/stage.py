@@ -1,0 +1,147 @@
+"""The scene inside Mitsuba: built once, moved for each frame."""
+
+import math
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from evslip import textures
+from evslip.camera import Camera
+from evslip.params import Params
+from evslip.rendering.hand import LEFT, RIGHT, finger_place, finger_turn
+from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
+from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, parts_of
+from evslip.rendering.pathtrace.variant import mitsuba
+from evslip.rendering.poses import Poses
+
+BOUNCES = 8
+"""Longest path of light, from the lamp to the camera, in segments."""
+MOST_PATHS = 1 << 24
+"""Traced at a time: bounds the memory."""
+UNDER_M = np.array([0.0, 0.0, -5.0])
+NEAR_M, FAR_M = 0.01, 1e5
+
+
+class Stage:
+    """Meshes, lights and camera of one sample, and the instant that they show."""
+
+    def __init__(
+        self, params: Params, camera: Camera, *, arm: bool = True, bounces: int = BOUNCES,
+        frames: Collection[str] | None = None,
+    ):  # fmt: skip
+        """camera: a pinhole; arm: whether the arm's links are there; bounces: longest path; frames: of all parts, only
+        those that move with these (see `parts.Part`). Raises ConfigError, MissingExtraError."""
+        self._mi = mi = mitsuba()
+        parts = [part for part in parts_of(params, arm) if frames is None or part.frame in frames]
+        self._parts = {f"{part.frame}_{k}": part for k, part in enumerate(parts)}
+        background = textures.load(params.background.texture, is_background=True)
+        meshes = {name: _mesh(mi, name, part) for name, part in self._parts.items()}
+        fov = math.degrees(2 * math.atan(camera.width / 2 / camera.focal_px))
+        film = {
+            "type": "hdrfilm", "width": camera.width, "height": camera.height, "pixel_format": "rgb",
+            "component_format": "float32", "rfilter": {"type": "box"},
+        }  # fmt: skip
+        sensor = {
+            "type": "perspective", "fov": fov, "fov_axis": "x", "near_clip": NEAR_M, "far_clip": FAR_M, "film": film,
+            "sampler": {"type": "multijitter"},
+        }  # fmt: skip
+        self.integrator = mi.load_dict({"type": "path", "max_depth": bounces})
+        # A dark emitter would make Mitsuba divide zero by zero.
+        lights = {}
+        if params.background.luminance_cd_m2 > 0:
+            lights["sky"] = sky(mi, params, background)
+        if params.light.luminance_cd_m2 > 0:
+            lights["lamp"] = lamp(params, background)
+        self.scene = mi.load_dict({"type": "scene", "sensor": sensor, **lights, **meshes})
+        self._handles = mi.traverse(self.scene)
+        self._eye = np.zeros(3)
+        self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+
+    def show(self, poses: Poses, index: int) -> None:
+        """Move everything to one instant."""
+        handles, frames = self._handles, frames_of(poses, index)
+        for name, part in self._parts.items():
+            if part.frame not in frames:
+                continue
+            turn, place = frames[part.frame]
+            shown = self._shown.get(name)
+            if shown is not None and np.array_equal(shown[0], turn) and np.array_equal(shown[1], place):
+                continue
+            self._shown[name] = turn, place
+            handles[f"{name}.vertex_positions"] = _flat(part.corners @ turn.T + place)
+            handles[f"{name}.vertex_normals"] = _flat(part.normals @ turn.T)
+        self._eye = poses.camera_position[index]
+        right, up, backward = poses.camera_rotation[index].T
+        matrix = np.eye(4)
+        matrix[:3] = np.column_stack([-right, up, -backward, self._eye])
+        handles["sensor.to_world"] = self._mi.Transform4f(matrix)
+        handles.update()
+
+    def render(self, spp: int) -> np.ndarray:
+        """Linear RGB in cd/m2, float32 of shape (height, width, 3), from `spp` paths a pixel.
+
+        Every frame has the same random numbers: noise that stands still makes no events.
+        """
+        height, width = (int(side) for side in self.scene.sensors()[0].film().size()[::-1])
+        most = max(1, MOST_PATHS // (height * width))
+        total = np.zeros((height, width, 3))
+        for seed, done in enumerate(range(0, spp, most)):
+            count = min(most, spp - done)
+            image = self._mi.render(self.scene, integrator=self.integrator, spp=count, seed=seed)
+            total += count * np.array(image, np.float64)
+        return (total / spp).astype(np.float32)
+
+    def render_pixels(self, rays: np.ndarray, spp: int) -> np.ndarray:
+        """As `render`, of single pixels, of shape (n, 3), from the rays (n, spp, 3) in the world through them."""
+        mi, place = self._mi, self._eye
+        rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+        sampler = mi.load_dict({"type": "independent"})
+        if mi.variant().startswith("scalar"):
+            sampler.seed(0)
+            light = [
+                np.array(self.integrator.sample(self.scene, sampler, mi.RayDifferential3f(mi.Ray3f(place, ray)))[0])
+                for ray in rays.reshape(-1, 3)
+            ]
+            return np.reshape(light, (len(rays), spp, 3)).mean(1)
+        sampler.seed(0, rays.shape[0] * spp)
+        origins = np.repeat(place[:, None], rays.shape[0] * spp, 1)
+        bundle = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origins), mi.Vector3f(rays.reshape(-1, 3).T)))
+        light = np.array(self.integrator.sample(self.scene, sampler, bundle)[0])
+        return light.T.reshape(len(rays), spp, 3).mean(1)
+
+
+def frames_of(poses: Poses, index: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Axes as columns and origin of every frame that moves, by the names that parts have."""
+    hand, place = poses.hand_rotation[index], poses.hand_position[index]
+    frames = {HAND: (hand, place), OBJECT: (poses.object_rotation[index], poses.object_position[index])}
+    for name, part in zip(FINGERS, (LEFT, RIGHT), strict=True):
+        own = finger_place(part, float(poses.travel_m[index]))
+        frames[name] = hand @ finger_turn(part), place + hand @ own
+    # Without an arm that carries the hand, its links are put away under the table.
+    away = np.broadcast_to(UNDER_M, (len(LINKS), 3)), np.broadcast_to(np.eye(3), (len(LINKS), 3, 3))
+    places, turns = away if poses.links is None else (poses.links.places[index], poses.links.turns[index])
+    frames |= {link: (turns[k], places[k]) for k, link in enumerate(LINKS)}
+    return frames
+
+
+def _mesh(mi: Any, name: str, part: Part) -> Any:
+    props = mi.Properties()
+    props["mesh_bsdf"] = mi.load_dict(bsdf(mi, part.paint))
+    count = len(part.corners)
+    mesh = mi.Mesh(
+        name, vertex_count=3 * count, face_count=count, has_vertex_normals=True,
+        has_vertex_texcoords=part.uv is not None, props=props,
+    )  # fmt: skip
+    handles = mi.traverse(mesh)
+    handles["faces"] = np.arange(3 * count, dtype=np.uint32)
+    handles["vertex_positions"] = _flat(part.corners)
+    handles["vertex_normals"] = _flat(part.normals)
+    if part.uv is not None:
+        handles["vertex_texcoords"] = _flat(part.uv)
+    handles.update()
+    return mesh
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(values, np.float32).ravel()

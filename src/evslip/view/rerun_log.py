@@ -1,0 +1,146 @@
+"""Samples as a recording for the Rerun viewer: robot, poses, camera, frames, events and curves on one time line."""
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from evslip import atomic
+from evslip.camera import hand_camera
+from evslip.errors import ConfigError, DataError, MissingExtraError
+from evslip.record import Record
+from evslip.rendering.links import link_poses
+from evslip.view.pictures import OFF_COLOR, ON_COLOR
+from evslip.view.sight import Sight
+
+STEP_US = 20_000
+"""Between two poses, frames and sets of events."""
+MOST_EVENTS = 20_000
+"""Of one step; more are thinned evenly."""
+CURVE_STEP = 5
+"""Every how many samples of the trajectory a curve has a point."""
+SUFFIX = ".rrd"
+
+
+def write_rerun(
+    path: Path, records: Iterator[Record] | list[Record], progress: Callable[[], None] = lambda: None
+) -> None:
+    """Write a file that `rerun FILE` opens. Each sample is a branch of its name; `progress` is called after each.
+
+    Raises ConfigError, DataError, MissingExtraError, StorageError.
+    """
+    rr = _rerun()
+    if path.suffix != SUFFIX:
+        raise ConfigError(f"out: {path}: the name of a file for Rerun must end in {SUFFIX}")
+    with tempfile.TemporaryDirectory() as folder:
+        temporary = Path(folder) / "out.rrd"
+        # A fixed identity, so that the same data open as the same recording.
+        stream = rr.RecordingStream("evslip", recording_id=path.stem, send_properties=False)
+        stream.save(temporary)
+        stream.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        for record in records:
+            log_record(stream, record)
+            progress()
+        stream.flush()
+        stream.disconnect()
+        with atomic.staged(path) as file, temporary.open("rb") as source:
+            while piece := source.read(1 << 20):
+                atomic.write_into(file, piece, path)
+
+
+def log_record(stream: Any, record: Record) -> None:
+    """Log a sample or a recording into a stream of Rerun. Raises DataError where there is nothing to log."""
+    if record.trajectory is None and not record.events.count:
+        raise DataError(f"{record.name}: has neither poses nor events")
+    if record.trajectory is not None and record.truth is not None:
+        _log_curves(stream, record)
+        span, origin = record.truth.span_us, 0
+        view = f"{record.name}/world/hand/camera"
+        _log_still(stream, record)
+    else:
+        origin = int(record.events.t_us[0])
+        span, view = (origin, int(record.events.t_us[-1]) + 1), f"{record.name}/camera"
+    sight = Sight(record)
+    for t_us in range(span[0], span[1], STEP_US):
+        stream.set_time("time", duration=(t_us - origin) / 1e6)
+        if record.trajectory is not None:
+            _log_poses(stream, record, t_us)
+        if sight.is_there:
+            stream.log(f"{view}/frame", _rerun().Image(sight.at(t_us)).compress(jpeg_quality=85))
+        _log_events(stream, view, record, t_us)
+
+
+def _log_still(stream: Any, record: Record) -> None:
+    rr = _rerun()
+    assert record.params is not None  # a simulated record has them
+    camera, root = hand_camera(record.params), f"{record.name}/world"
+    shape = record.params.object
+    half = [shape.width_m / 2, shape.depth_m / 2, shape.height_m / 2]
+    stream.log(f"{root}/object", rr.Boxes3D(half_sizes=[half], fill_mode="solid", colors=[(224, 123, 0)]), static=True)
+    stream.log(f"{root}/table", rr.Boxes3D(centers=[[0.5, 0, -0.005]], half_sizes=[[0.4, 0.5, 0.005]]), static=True)
+    stream.log(
+        f"{root}/hand/camera",
+        rr.Transform3D(translation=camera.position, mat3x3=camera.rotation),
+        rr.Pinhole(
+            focal_length=camera.focal_px, width=camera.width, height=camera.height,
+            camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.1,
+        ),
+        static=True,
+    )  # fmt: skip
+
+
+def _log_poses(stream: Any, record: Record, t_us: int) -> None:
+    rr = _rerun()
+    trajectory, root = record.trajectory, f"{record.name}/world"
+    assert trajectory is not None  # asked before
+    row = int(np.searchsorted(trajectory.t_us, t_us))
+    for name, pose in (("object", trajectory.object_pose[row]), ("hand", trajectory.gripper_pose[row])):
+        turn = Rotation.from_quat(pose[3:], scalar_first=True).as_quat()
+        stream.log(f"{root}/{name}", rr.Transform3D(translation=pose[:3], quaternion=turn))
+    joints = trajectory.joints[row]
+    chain = [*link_poses(joints[None, :7]).places[0], trajectory.gripper_pose[row, :3]]
+    stream.log(f"{root}/arm", rr.LineStrips3D([chain], radii=0.02))
+    fingers = [[0, side * (travel + 0.005), 0.095] for side, travel in zip((1, -1), joints[7:], strict=True)]
+    stream.log(f"{root}/hand/fingers", rr.Boxes3D(centers=fingers, half_sizes=[[0.01, 0.005, 0.02]] * 2))
+
+
+def _log_events(stream: Any, view: str, record: Record, t_us: int) -> None:
+    events = record.events.between(t_us - STEP_US, t_us)
+    if events.count > MOST_EVENTS:
+        events = events.select(np.linspace(0, events.count - 1, MOST_EVENTS).astype(np.int64))
+    places = np.stack([events.x, events.y], -1) + np.float32(0.5)
+    colors = np.where(events.p[:, None], ON_COLOR, OFF_COLOR).astype(np.uint8)
+    stream.log(f"{view}/events", _rerun().Points2D(places, colors=colors, radii=0.5))
+
+
+def _log_curves(stream: Any, record: Record) -> None:
+    rr = _rerun()
+    truth = record.truth
+    assert truth is not None  # asked before
+    first, last = np.searchsorted(truth.t_us, truth.span_us)
+    keep = slice(int(first), int(last), CURVE_STEP)
+    curves = {"turned_deg": truth.theta_deg, "slid_mm": truth.slide_mm}
+    if truth.pad_force_n is not None:
+        curves |= {"pad_force_n/left": truth.pad_force_n[:, 0], "pad_force_n/right": truth.pad_force_n[:, 1]}
+    if truth.pad_utilisation is not None:
+        curves |= {
+            "friction_used/left": truth.pad_utilisation[:, 0], "friction_used/right": truth.pad_utilisation[:, 1]
+        }  # fmt: skip
+    times = rr.TimeColumn("time", duration=truth.t_us[keep] / 1e6)
+    for name, values in curves.items():
+        stream.send_columns(f"{record.name}/{name}", [times], rr.Scalars.columns(scalars=values[keep].astype(float)))
+
+
+def _rerun() -> Any:
+    # Rerun asks its maker's server for nothing, and tells it nothing.
+    os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "0")
+    with contextlib.suppress(ImportError):
+        import rerun
+
+        return rerun
+    raise MissingExtraError("files for Rerun need the package rerun-sdk: pip install 'evslip[rerun]'")

@@ -1,0 +1,34 @@
+"""benchmarks/chaos.py and benchmarks/fuzz_configs.py at small size; both exit with 1 if anything went wrong."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+
+
+def run(script: str, *arguments: str) -> str:
+    command = [sys.executable, str(BENCHMARKS / script), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_kills_lose_nothing():
+    assert "0 files hurt" in run("chaos.py", "--kills", "3", "--count", "8", "--only", "kills")
+
+
+@pytest.mark.slow
+def test_disks_that_refuse_and_two_generators_at_once_do_no_damage():
+    trials = ("together", "full-disk", "read-only", "denied", "changed", "bits")
+    lines = run("chaos.py", "--count", "4", "--only", *trials).splitlines()
+    assert len(lines) == 1 + len(trials)
+    assert all(line.startswith(("right", "skipped")) for line in lines[1:])
+
+
+@pytest.mark.slow
+def test_mutated_configurations_are_valid_or_refused_by_name():
+    assert "40 configurations" in run("fuzz_configs.py", "--count", "40", "--samples", "2", "--seed", "1")

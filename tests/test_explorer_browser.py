@@ -1,0 +1,203 @@
+"""The pages in a real browser."""
+
+import dataclasses
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import uvicorn
+from playwright import sync_api
+
+import evslip
+from evslip import dataset, record
+from evslip.config import dump_config
+from evslip.explorer.app import Explorer, make_app
+from evslip.explorer.labels import Labels
+from evslip.explorer.shelf import Shelf, open_recording, open_shelf
+from evslip.intervals import Interval, read_intervals
+from evslip.truth import measure
+from sample_records import CONFIG, random_events, simulated
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs a Chromium browser on the path")]
+
+COLOURED = """() => {
+    const canvas = document.getElementById("stage");
+    const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    let count = 0;
+    for (let at = 0; at < pixels.length; at += 4) count += pixels[at] !== pixels[at + 2];
+    return count;
+}"""
+"""How many pixels of the stage are not grey."""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator:
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def open_page(browser) -> Iterator:
+    """Opens a page of a shelf, and fails if its console complains."""
+    servers, messages = [], []
+
+    def opening(shelf: Shelf, labels: Labels | None = None, size: tuple[int, int] = (1280, 800)):
+        hosts: list[str] = []
+        config = uvicorn.Config(
+            make_app(Explorer(shelf, labels=labels), hosts), port=0, log_level="warning", ws="none", lifespan="off"
+        )
+        server = uvicorn.Server(config)
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        servers.append((server, thread))
+        while not server.started:
+            time.sleep(0.01)
+        address = f"127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+        app = config.app
+        app._hosts = frozenset([address])
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page.on("console", lambda m: messages.append(m.text) if m.type == "error" else None)
+        page.on("pageerror", lambda error: messages.append(str(error)))
+        page.goto(f"http://{address}/")
+        return page
+
+    yield opening
+    for server, thread in servers:
+        server.should_exit = True
+        thread.join()
+    assert messages == []
+
+
+@pytest.fixture
+def samples(tmp_path: Path) -> Path:
+    root = tmp_path / "data"
+    dataset.create(root, dump_config(CONFIG))
+    for index in range(4):
+        sample = simulated(index, "train", steps=100)
+        dataset.add(root, sample, record.encode(sample))
+    return root
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "r.h5"
+    events = random_events(np.random.default_rng(0), 500, labelled=False)
+    record.write(path, record.Record(kind="recording", name="r", size=(40, 30), events=events))
+    return path
+
+
+def test_the_list_filters_sorts_and_completes(open_page, samples: Path):
+    page = open_page(open_shelf(samples))
+    page.wait_for_selector("body[data-complete]")
+    names = lambda: [row.split("\t")[0] for row in page.inner_text("#rows").splitlines()]  # noqa: E731
+    assert names() == [f"train/{index:07d}" for index in range(4)]
+    page.select_option("#label", "slip")
+    assert names() == ["train/0000000", "train/0000003"]
+    page.select_option("#label", "")
+    page.get_by_role("button", name="mass, g").click()
+    masses = [float(row.split("\t")[3]) for row in page.inner_text("#rows").splitlines()]
+    assert masses == sorted(masses, reverse=True)
+    page.fill("#filter", "no such thing")
+    assert page.inner_text("#count") == "0 of 4 samples"
+    page.fill("#filter", "")
+    page.check("#doubtful")  # the made-up records' poses are noise
+    assert "but is called" in page.inner_text("#rows")
+
+
+@pytest.fixture
+def moving(tmp_path: Path) -> Path:
+    """A data set of one simulated motion, whose frames can be drawn; its events are made up."""
+    params = evslip.draw(CONFIG, 0, "train")
+    trajectory = evslip.simulate(params)
+    truth = measure(trajectory)
+    events = random_events(np.random.default_rng(0), 500)
+    events = events._replace(t_us=events.t_us + truth.span_us[0])
+    root = tmp_path / "moving"
+    dataset.create(root, dump_config(CONFIG))
+    sample = dataclasses.replace(simulated(0), params=params, trajectory=trajectory, truth=truth, events=events)
+    dataset.add(root, sample, record.encode(sample))
+    return root
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_a_sample_plays_and_is_scrubbed(open_page, moving: Path, size: tuple[int, int]):
+    page = open_page(open_shelf(moving), size=size)
+    sample = dataset.open_dataset(moving)[0]
+    assert sample.truth is not None
+    start, events = sample.truth.span_us[0], sample.events
+    page.get_by_role("link", name="train/0000000").click()
+    page.wait_for_selector("#now:has-text('events in 10 ms')")
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector(f"#now:has-text('{start / 1e6 + 0.02:.4f} s')")
+    last = events.between(start + 10_000, start + 20_000)
+    page.wait_for_selector(f"#now:has-text('{last.count} events')")
+    page.select_option("#view", "events")
+    page.wait_for_timeout(100)
+    assert page.evaluate(COLOURED) == len(set(zip(last.x, last.y, strict=True)))
+    page.select_option("#view", "frame")
+    page.wait_for_timeout(500)
+    assert page.evaluate(COLOURED) < 40 * 30 / 20  # grey, but for what JPEG does
+    page.keyboard.press("+")
+    assert page.input_value("#speed") == "0.2"
+    page.keyboard.press("End")
+    for _ in range(5):
+        page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Space")
+    page.wait_for_selector("#play:has-text('pause')")
+    page.wait_for_selector("#play:has-text('play')", timeout=20_000)  # to the end
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    box = page.locator("#charts").bounding_box()
+    page.mouse.click(box["x"] + 66 + 0.5 * (box["width"] - 76), box["y"] + 30)
+    middle = sum(sample.truth.span_us) / 2e6
+    page.wait_for_selector(f"#now:has-text('{middle:.1f}')")
+
+
+def test_three_intervals_are_labelled_and_found_again(open_page, recording: Path, tmp_path: Path):
+    path = tmp_path / "labels.csv"
+    page = open_page(open_recording(recording), Labels(path))
+    page.wait_for_selector("body[data-ready]")
+    page.keyboard.press("Home")
+    # With the keyboard alone: from 0 to 10 ms slip, from 20 to 30 hold, from 30 to 40 slip.
+    for keys in (["s", 1, "s", 1, "h", 1, "h", "s", 1, "s"],):
+        for key in keys:
+            page.keyboard.press(key if isinstance(key, str) else "ArrowRight")
+    page.wait_for_selector("#saved:has-text('saved in labels.csv')")
+    wanted = (Interval(0, 10_000, "slip"), Interval(20_000, 30_000, "hold"), Interval(30_000, 40_000, "slip"))
+    assert read_intervals(path) == wanted
+    page.keyboard.press("u")
+    page.wait_for_selector("#hint:has-text('2 intervals')")
+    page.keyboard.press("r")
+    page.wait_for_selector("#hint:has-text('3 intervals')")
+    page.reload()
+    page.wait_for_selector("#hint:has-text('3 intervals')")
+    page.keyboard.press("Home")
+    page.keyboard.press("]")
+    page.wait_for_selector("#now:has-text('0.0100 s')")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("d")
+    page.wait_for_selector("#hint:has-text('2 intervals')")
+    page.wait_for_selector("#saved:has-text('saved in labels.csv')")
+    assert read_intervals(path) == wanted[1:]
+
+
+def test_a_new_interval_cuts_the_old(open_page, recording: Path, tmp_path: Path):
+    page = open_page(open_recording(recording), Labels(tmp_path / "labels.csv"))
+    page.wait_for_selector("body[data-ready]")
+    insert = """async ([old, added]) => (await import("/static/labels.js")).insert(old, added)"""
+    old = [[0, 1, "hold"], [2, 3, "slip"]]
+    for added, expected in (
+        ([0.25, 0.5, "slip"], [[0, 0.25, "hold"], [0.25, 0.5, "slip"], [0.5, 1, "hold"], [2, 3, "slip"]]),
+        ([0.5, 2.5, "hold"], [[0, 0.5, "hold"], [0.5, 2.5, "hold"], [2.5, 3, "slip"]]),
+        ([1, 2, "slip"], [[0, 1, "hold"], [1, 2, "slip"], [2, 3, "slip"]]),
+        ([-1, 4, "slip"], [[-1, 4, "slip"]]),
+    ):
+        assert page.evaluate(insert, [old, added]) == expected

@@ -1,0 +1,70 @@
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evslip.errors import DataError
+from evslip.explorer.agreement import agreement
+from evslip.explorer.labels import Labels
+from evslip.intervals import Interval, read_intervals, write_intervals
+
+
+@st.composite
+def intervals(draw: st.DrawFn) -> tuple[Interval, ...]:
+    edges = sorted(draw(st.sets(st.integers(0, 10**6), min_size=2, max_size=12)))
+    pairs = zip(edges[::2], edges[1::2], strict=False)
+    return tuple(Interval(1000 * a, 1000 * b, draw(st.sampled_from(["slip", "hold"]))) for a, b in pairs)
+
+
+@given(intervals())
+def test_intervals_survive_their_file(tmp_path_factory: pytest.TempPathFactory, given_intervals: tuple[Interval, ...]):
+    path = tmp_path_factory.mktemp("labels") / "l.csv"
+    write_intervals(path, given_intervals)
+    assert read_intervals(path) == given_intervals == Labels(path).intervals
+
+
+@pytest.mark.parametrize("rows", [[None], [[0, 1]], [[0, None, "slip"]], [[0, 1, ["slip"]]], [[{}, 1, "slip"]]])
+def test_wrong_rows_are_refused(tmp_path: Path, rows: list):
+    labels = Labels(tmp_path / "labels.csv")
+    with pytest.raises(DataError, match="interval 1"):
+        labels.replace(rows)
+    assert not labels.path.exists()
+
+
+@given(intervals(), intervals())
+def test_agreement_is_that_of_fine_samples(a: tuple[Interval, ...], b: tuple[Interval, ...]):
+    """Against a table filled by looking at the middle of each millisecond."""
+    first, last = (t // 1000 for t in (min(a[0].start_us, b[0].start_us), max(a[-1].end_us, b[-1].end_us)))
+    times = 1000 * np.arange(first, last) + 500
+
+    def classes(labels: tuple[Interval, ...]) -> np.ndarray:
+        found = np.full(len(times), 2)
+        for start, end, kind in labels:
+            found[(times > start) & (times < end)] = ("slip", "hold").index(kind)
+        return found
+
+    table = np.zeros((3, 3))
+    np.add.at(table, (classes(a), classes(b)), 0.001)
+    result = agreement(a, b)
+    np.testing.assert_allclose(result.seconds, table, atol=1e-6)
+    observed, chance = np.trace(table) / table.sum(), float(table.sum(0) @ table.sum(1)) / table.sum() ** 2
+    if chance < 1 - 1e-9:
+        assert result.kappa == pytest.approx((observed - chance) / (1 - chance), abs=1e-6)
+    swapped = agreement(b, a)
+    assert swapped.iou == pytest.approx(result.iou, nan_ok=True)
+
+
+def test_agreement_of_known_labels():
+    a = [Interval(0, 1_000_000, "slip"), Interval(1_000_000, 2_000_000, "hold")]
+    same = agreement(a, a)
+    assert (same.kappa, same.iou) == (1.0, {"slip": 1.0, "hold": 1.0})
+    other = agreement(a, [Interval(0, 500_000, "slip"), Interval(500_000, 2_000_000, "hold")])
+    assert other.iou == {"slip": 0.5, "hold": pytest.approx(2 / 3)}
+    assert other.kappa == pytest.approx(0.5)
+    alone = agreement([Interval(0, 1_000_000, "slip")], [Interval(0, 1_000_000, "slip")])
+    assert math.isnan(alone.kappa)
+    assert math.isnan(alone.iou["hold"])
+    assert "kappa" in other.table()

@@ -1,0 +1,171 @@
+"""The whole examination of a detector, on records of known truth."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import torch
+
+from evslip.errors import ConfigError, DataError
+from evslip.learn import build_model, evaluate
+from evslip.learn.assessment import assess, plain
+from evslip.learn.checkpoint import Description, load_model, save_model
+from evslip.learn.comparison import compare
+from evslip.learn.cost import measure_cost
+from evslip.learn.exam import Exam, open_exam
+from evslip.record import Record
+from evslip.view.evaluation import write_evaluation
+from evslip.window_set import WindowSettings
+from evslip.windows import windows_of
+from slip_records import slip_record, slip_records, turning
+
+
+class Records(Exam):
+    """Records in memory."""
+
+    def __init__(self, records: list[Record]):
+        super().__init__("made up")
+        object.__setattr__(self, "records", records)
+
+    def __iter__(self):
+        return iter(self.records)  # type: ignore[attr-defined]
+
+    def __len__(self) -> int:
+        return len(self.records)  # type: ignore[attr-defined]
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    """A detector that says slip when there are more than about 1500 events: the made-up slips fire, the holds hardly."""
+    folder = tmp_path_factory.mktemp("models") / "rate"
+    network = build_model("event_rate")
+    network.fit(windows_of(slip_records(2), WindowSettings()))
+    inputs = [network.prepare(window) for window in _examples()]
+    low, high = (float((torch.tensor(v) - network.mean).div(network.scale).sum()) for v in inputs)
+    with torch.no_grad():
+        network.head.weight[:] = torch.tensor([[-4.0], [4.0]]).expand_as(network.head.weight)
+        network.head.bias[:] = 4.0 * (low + high) / 2 * torch.tensor([1.0, -1.0])
+    settings = {"model": "event_rate", "seed": 0, "lr": 0.1}
+    save_model(folder, network, Description("event_rate", 0.5, WindowSettings(), {"settings": settings}))
+    return folder
+
+
+def _examples():
+    cut = windows_of([slip_record("a", turning(700, 1700, 20.0))], WindowSettings())
+    order = np.argsort(cut.events)
+    return cut[int(order[0])], cut[int(order[-1])]
+
+
+@pytest.fixture(scope="module")
+def found(model):
+    return assess(model, Records(slip_records(6)), hop_s=0.02, resamples=100)
+
+
+def test_a_perfect_detector_is_found_to_be_one(found) -> None:
+    assert found.scores.auroc > 0.99
+    assert found.scores.balanced_accuracy > 0.9
+    low, high = found.scores.intervals["balanced_accuracy"]
+    assert low <= found.scores.balanced_accuracy <= high
+    assert found.allowed is not None and found.own is not None
+    assert (found.allowed.slips, found.allowed.detected, found.allowed.false_alarms) == (3, 3, 0)
+    assert found.allowed.holding_min > 0.1
+    # The onset is where 0.1 degrees are reached, 8 ms after the events begin; then some must fill the window.
+    assert (np.abs(found.allowed.latency_s) < 0.12).all()
+    assert (found.allowed.slipped_deg < 2).all()
+
+
+def test_scores_are_those_of_windows_cut_by_themselves(model, found) -> None:
+    records = slip_records(6)
+    cut = windows_of(records, WindowSettings(balance=False))
+    assert evaluate(model, cut).confusion == found.scores.confusion
+    same = assess(model, Exam("cut", windows=cut), resamples=0)
+    assert same.scores.confusion == found.scores.confusion
+    assert same.own is None and any("need records" in note for note in same.notes)
+    assert same.scores.probabilities == pytest.approx(found.scores.probabilities, abs=1e-6)
+
+
+def test_every_window_is_in_a_group_and_the_zone_between_is_counted(found) -> None:
+    slow = assess(found.model, Records([slip_record("slow", turning(600, 1900, 4.0))]), resamples=0)
+    turning_groups = next(g for g in slow.groupings if g.name == "turning_deg_s").groups
+    assert sum(group.between for group in turning_groups) > 5
+    assert all(np.isnan(group.accuracy) for group in turning_groups if group.windows == group.between)
+
+
+def test_cost_is_measured_and_spiking_networks_count_their_operations(model) -> None:
+    network, _ = load_model(model)
+    cut = windows_of(slip_records(2), WindowSettings())
+    windows = [cut[i] for i in range(4)]
+    cost = measure_cost(network, windows)
+    assert cost.windows == 4 and 0 < cost.prepare_ms < cost.median_ms <= cost.p95_ms
+    assert cost.synaptic_operations is None
+    network.synaptic_operations = lambda batch: np.full(len(batch), 7.0)  # type: ignore[method-assign]
+    assert measure_cost(network, windows).synaptic_operations == 7
+
+
+def test_models_that_differ_in_the_seed_alone_are_one_row(found) -> None:
+    from dataclasses import replace
+
+    others = [
+        replace(found, settings={**found.settings, "seed": 1}, scores=replace(found.scores, accuracy=0.5)),
+        replace(found, settings={**found.settings, "lr": 0.2}, model="models/other"),
+    ]
+    first, second = compare([found, *others])
+    assert len(first.models) == 2 and second.models == ["models/other"]
+    accuracy = [found.scores.accuracy, 0.5]
+    assert first.cells["accuracy"].mean == pytest.approx(np.mean(accuracy))
+    assert first.cells["accuracy"].spread == pytest.approx(np.std(accuracy, ddof=1))
+    assert second.cells["accuracy"].interval == found.scores.intervals["accuracy"]
+
+
+def test_all_files_are_written_and_the_json_has_no_nan(found, tmp_path) -> None:
+    write_evaluation(tmp_path, [found, found])
+    stored = json.loads((tmp_path / "evaluation.json").read_text(), parse_constant=pytest.fail)
+    assert stored["models"][0]["scores"]["confusion"] == found.scores.confusion
+    assert stored["models"][0]["allowed"]["detection_rate"] == 1
+    page = (tmp_path / "evaluation.html").read_text()
+    assert "false alarms" in page and 'src="http' not in page and "Plotly" in page
+    for name in ("scores.png", "circumstances.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_json_does_not_know_becomes_null() -> None:
+    assert plain({"a": [float("nan"), np.float32(1), np.inf], "b": np.arange(2)}) == {"a": [None, 1.0, None], "b": [0, 1]}
+
+
+def test_a_record_without_truth_is_left_out_and_said(model) -> None:
+    silent = Record(kind="recording", name="real", size=(346, 260), events=slip_record("a", np.zeros(2400)).events)
+    notes = assess(model, Records([silent, *slip_records(2)]), resamples=0).notes
+    assert any("1 of 3 records" in note for note in notes)
+    with pytest.raises(DataError, match="no record with a ground truth"):
+        assess(model, Records([silent]), resamples=0)
+
+
+def test_wrong_data_are_refused_in_one_line(model, tmp_path) -> None:
+    with pytest.raises(DataError, match="no such file"):
+        open_exam(tmp_path / "absent")
+    with pytest.raises(DataError, match="neither a data set"):
+        open_exam(tmp_path)
+    (tmp_path / "text.h5").write_text("no")
+    with pytest.raises(DataError, match="not an HDF5 file"):
+        open_exam(tmp_path / "text.h5")
+    with pytest.raises(DataError, match="has no split"):
+        open_exam(tmp_path / "text.h5", "test")
+    with pytest.raises(ConfigError, match="hop_s"):
+        assess(model, Records(slip_records(1)), hop_s=0)
+
+
+@pytest.mark.slow
+def test_the_command_line_evaluates_a_file_of_windows(model, tmp_path) -> None:
+    windows_of(slip_records(4), WindowSettings()).save(tmp_path / "w.h5")
+    command = [sys.executable, "-m", "evslip.cli", "evaluate"]
+    run = [sys.executable, "-c", "from evslip.cli import main; main()", *command[3:]]
+    done = subprocess.run(
+        [*run, str(model), str(tmp_path / "w.h5"), "--out", str(tmp_path / "out"), "--resamples", "50"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "AUROC" in done.stdout and (tmp_path / "out" / "evaluation.html").exists()
+    alone = subprocess.run([*run, str(model)], capture_output=True, text=True, check=False)
+    assert alone.returncode == 2 and "expected one or more models" in alone.stderr

@@ -1,0 +1,112 @@
+"""Scores against scikit-learn and closed forms, and intervals against known distributions."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sklearn import metrics as sk
+
+from evslip.learn import bootstrap, tally
+
+windows = st.lists(st.tuples(st.booleans(), st.integers(0, 12), st.integers(0, 3)), min_size=2, max_size=80).map(
+    lambda rows: tuple(np.array(column) for column in zip(*rows, strict=True))
+)
+"""Labels, probabilities in twelfths, weights."""
+
+
+@given(windows)
+@settings(max_examples=60, deadline=None)
+def test_every_score_is_that_of_scikit_learn(rows) -> None:
+    labels, twelfths, weights = rows
+    p_slip = twelfths / 12
+    if not (weights[labels].sum() and weights[~labels].sum()):
+        return
+    drawn = {"sample_weight": weights}
+    found = tally.headline(tally.tally(labels.astype(int), p_slip, weights.astype(float)), 0.5)
+    said = p_slip >= 0.5
+    expected = {
+        "accuracy": sk.accuracy_score(labels, said, **drawn),
+        "balanced_accuracy": sk.balanced_accuracy_score(labels, said, **drawn),
+        "f1": sk.f1_score(labels, said, zero_division=0, **drawn),
+        "auroc": sk.roc_auc_score(labels, p_slip, **drawn),
+        "auprc": sk.average_precision_score(labels, p_slip, **drawn),
+        "brier": sk.brier_score_loss(labels, p_slip, **drawn),
+    }
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, abs=1e-12), name
+
+
+def test_many_weightings_at_once_are_those_one_by_one() -> None:
+    rng = np.random.default_rng(0)
+    labels, p_slip = rng.integers(0, 2, 200), rng.integers(0, 50, 200) / 50
+    weights = rng.integers(0, 4, (7, 200))
+    together = tally.headline(tally.tally(labels, p_slip, weights), 0.3)
+    for i, row in enumerate(weights):
+        repeated = np.repeat(np.arange(200), row)
+        alone = tally.headline(tally.tally(labels[repeated], p_slip[repeated]), 0.3)
+        for name, values in together.items():
+            assert values[i] == pytest.approx(float(alone[name])), name
+
+
+def test_calibration_error_in_closed_form() -> None:
+    # 30 windows told 0.9, of which 0.7 slip; 10 told 0.1, of which none does: (30 * 0.2 + 10 * 0.1) / 40.
+    labels = np.array([1] * 21 + [0] * 9 + [0] * 10)
+    p_slip = np.array([0.9] * 30 + [0.1] * 10)
+    assert tally.calibration_error(tally.tally(labels, p_slip)) == pytest.approx(0.175)
+    share, mean, weight = tally.reliability(tally.tally(labels, p_slip))
+    assert share[weight > 0].tolist() == pytest.approx([0.0, 0.7])
+    assert mean[weight > 0].tolist() == pytest.approx([0.1, 0.9])
+
+
+def test_calibrated_probabilities_have_a_small_error_and_the_brier_score_of_their_spread() -> None:
+    rng = np.random.default_rng(1)
+    p_slip = rng.random(100_000)
+    found = tally.tally(rng.random(100_000) < p_slip, p_slip)
+    assert tally.calibration_error(found) < 0.01
+    assert tally.brier(found) == pytest.approx(1 / 6, abs=0.003)  # E[p (1 - p)] of a uniform p
+
+
+def test_what_is_undefined_is_nan() -> None:
+    one_class = tally.headline(tally.tally(np.zeros(3, int), np.array([0.1, 0.2, 0.9])), 0.5)
+    assert np.isnan(one_class["auroc"])
+    assert one_class["balanced_accuracy"] == pytest.approx(2 / 3)
+    assert one_class["f1"] == 0
+    assert all(np.isnan(v) for k, v in tally.headline(tally.tally(np.zeros(0), np.zeros(0)), 0.5).items() if k != "f1")
+
+
+def test_an_interval_of_the_mean_is_the_normal_one() -> None:
+    rng = np.random.default_rng(2)
+    trajectories, each = 200, 5
+    # Windows of one trajectory are equal: only the 200 trajectories count, not the 1000 windows.
+    right = np.repeat(rng.random(trajectories) < 0.7, each)
+    which = np.repeat(np.arange(trajectories), each)
+    counts = bootstrap.draws(trajectories, 4000, seed=3)
+    assert (counts.sum(1) == trajectories).all()
+    found = bootstrap.intervals(lambda w: {"share": (w * right).sum(-1) / w.sum(-1)}, which, counts)["share"]
+    share = right.mean()
+    half = 1.96 * np.sqrt(share * (1 - share) / trajectories)
+    assert found == pytest.approx((share - half, share + half), abs=0.006)
+
+
+def test_an_interval_covers_the_truth_as_often_as_it_says() -> None:
+    rng, covered = np.random.default_rng(4), 0
+    for repeat in range(200):
+        level = rng.normal(0.5, 0.1, 40)  # each trajectory has its own mean, around 0.5
+        values = (level[:, None] + rng.normal(0, 0.05, (40, 6))).ravel()
+        counts = bootstrap.draws(40, 300, seed=repeat)
+        means = {"mean": lambda w, values=values: (w * values).sum(-1) / w.sum(-1)}
+        found = bootstrap.intervals(
+            lambda w, means=means: {"mean": means["mean"](w)}, np.repeat(np.arange(40), 6), counts
+        )["mean"]
+        assert found is not None
+        covered += found[0] <= 0.5 <= found[1]
+    assert 0.88 <= covered / 200 <= 0.99
+
+
+def test_no_interval_where_there_is_nothing_to_draw_from() -> None:
+    def mean(weights):
+        return {"mean": weights.sum(-1)}
+
+    assert bootstrap.intervals(mean, np.zeros(5, int), bootstrap.draws(1)) == {"mean": None}
+    assert bootstrap.intervals(mean, np.arange(5), bootstrap.draws(5, 0)) == {"mean": None}
+    assert bootstrap.interval(np.array([np.nan, np.nan, 1.0])) is None
