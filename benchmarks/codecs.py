@@ -4,7 +4,7 @@ python benchmarks/codecs.py --count 4000000
 """
 
 import argparse
-import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import FORMATS, READ_ONLY, open_events, read_events
-from evslip.codecs.translate import translate
+from evslip.codecs import FORMATS, READ_ONLY, read_events
 from evslip.codecs.writers import writing
 from evslip.events.stream import Events
 
@@ -23,6 +22,12 @@ WHOLE = {".npz", ".mat"}
 """Kept in memory whole."""
 SIZE = (346, 260)
 PIECE = 1 << 18
+_CONVERT = """
+import sys
+from evslip.codecs.translate import translate
+translate(*sys.argv[1:])
+print(next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))
+"""
 
 
 def main() -> None:
@@ -42,7 +47,7 @@ def main() -> None:
             write, read = (count / min(column) / 1e6 for column in zip(*times, strict=True))
             size = path.stat().st_size / count
             del events
-            memory = "whole" if suffix in WHOLE else f"{grown(path, count, 1):.0f}, {grown(path, count, 4):.0f}"
+            memory = "whole" if suffix in WHOLE else f"{peak(path, count, 1):.0f}, {peak(path, count, 4):.0f}"
             print(f"| {suffix} | {size:.2f} | {write:.1f} | {read:.1f} | {memory} |", flush=True)
 
 
@@ -65,36 +70,16 @@ def timed(path: Path, events: Events) -> tuple[float, float]:
     return written - start, end - written
 
 
-def grown(path: Path, count: int, times: int) -> float:
-    """MB by which a process grows that converts a file of `times` stretches of events into the same format."""
+def peak(path: Path, count: int, times: int) -> float:
+    """Most memory, in MB, of a process that converts a file of `times` stretches of events into the same format."""
     long, out = path.with_name(f"long-{path.name}"), path.with_name(f"out-{path.name}")
     with writing(long, SIZE) as push:
         for number in range(times):
             part = stream(count, number)
             for start in range(0, count, PIECE):
                 push(part.select(slice(start, start + PIECE)))
-    child = os.fork()
-    if child == 0:
-        next(open_events(path).parts)  # what is loaded once is no part of it
-        before = resident_mb()
-        peak = 0.0
-
-        def watch(_: int) -> None:
-            nonlocal peak
-            peak = max(peak, resident_mb())
-
-        translate(long, out, progress=watch)
-        print(peak - before, file=path.with_name("peak").open("w"))
-        sys.stdout.flush()
-        os._exit(0)
-    os.waitpid(child, 0)
-    return float(path.with_name("peak").read_text())
-
-
-def resident_mb() -> float:
-    """Memory of this process now."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+    command = [sys.executable, "-c", _CONVERT, str(long), str(out)]
+    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
 if __name__ == "__main__":

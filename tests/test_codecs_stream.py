@@ -246,3 +246,24 @@ def test_the_filter_that_is_missing_is_named(tmp_path: Path):
         h5py.h5d.create(file.create_group("CD").id, b"events", dtype, h5py.h5s.create_simple((10,)), plist)
     with pytest.raises(DataError, match=r"filter ECF \(36559\).*hdf5_ecf.*HDF5_PLUGIN_PATH"):
         read_events(tmp_path / "a.hdf5")
+
+
+def test_frames_of_an_independent_writer_are_read(tmp_path: Path):
+    library = pytest.importorskip("dv_processing")
+    config = library.io.MonoCameraWriter.Config("DAVIS346")
+    config.addEventStream((40, 30))
+    config.addFrameStream((40, 30))
+    writer = library.io.MonoCameraWriter(str(tmp_path / "a.aedat4"), config)
+    store = library.EventStore()
+    store.push_back(1000, 7, 3, True)
+    writer.writeEvents(store)
+    rng = np.random.default_rng(0)
+    grey, colour = rng.integers(0, 256, (30, 40), np.uint8), rng.integers(0, 256, (30, 40, 3), np.uint8)
+    writer.writeFrame(library.Frame(2000, grey))
+    writer.writeFrame(library.Frame(3000, colour))
+    del writer
+    (t0, first), (t1, second) = aedat4.frames(tmp_path / "a.aedat4")
+    assert (t0, t1) == (2000, 3000)
+    np.testing.assert_array_equal(first, grey)
+    np.testing.assert_array_equal(second, colour[..., ::-1])
+    assert read_events(tmp_path / "a.aedat4").x.tolist() == [7]

@@ -69,12 +69,18 @@ class Record:
     """What is known of a recording: its file, the sensor, the mount, and more by name."""
 
     @property
+    def onset_us(self) -> int | None:
+        """When the first slip begins, by a person's labels if there are any, else by the ground truth."""
+        if self.intervals:
+            return next((interval.start_us for interval in self.intervals if interval.label == "slip"), None)
+        return None if self.truth is None else self.truth.onset_us
+
+    @property
     def label(self) -> str:
         """slip, if the object slips at any time, or hold; of a recording without labels "unlabelled"."""
-        if self.truth is not None:
-            return "hold" if self.truth.onset_us is None else "slip"
-        labels = {interval.label for interval in self.intervals}
-        return "slip" if "slip" in labels else "hold" if labels else "unlabelled"
+        if self.truth is None and not self.intervals:
+            return "unlabelled"
+        return "hold" if self.onset_us is None else "slip"
 
 
 def provenance(*packages: str) -> dict[str, str]:

@@ -34,16 +34,7 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
     dropped = 0
     for record in records:
-        if record.intervals:
-            for interval in record.intervals:
-                for start_us in starts_within(interval, settings):
-                    movement = Movement(start_us, math.nan, math.nan, math.nan)
-                    _append(columns, record, settings, movement, {"slip": SLIP, "hold": HOLD}[interval.label])
-            continue
-        if record.truth is None:
-            continue
-        for movement in movements(record.truth, settings):
-            label = label_of(movement, settings)
+        for movement, label in labelled(record, settings):
             if label == UNCERTAIN:
                 dropped += 1
             else:
@@ -55,6 +46,19 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     last = np.cumsum(sizes)
     windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, **arrays)
     return windows.balanced(settings.seed) if settings.balance else windows
+
+
+def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, int]]":
+    """The windows of a record, each with HOLD, SLIP or UNCERTAIN: by a person's intervals if there are any, else by the
+    ground truth; none without either."""
+    if record.intervals:
+        return [
+            (Movement(start_us, math.nan, math.nan, math.nan), SLIP if interval.label == "slip" else HOLD)
+            for interval in record.intervals
+            for start_us in starts_within(interval, settings)
+        ]
+    moved = [] if record.truth is None else movements(record.truth, settings)
+    return [(movement, label_of(movement, settings)) for movement in moved]
 
 
 class Movement(NamedTuple):

@@ -62,10 +62,7 @@ def row(item: Item, file: str) -> tuple[dict[str, Any], bytes]:
     if item.sha256 is not None and digest != item.sha256:
         raise DataError(f"{item.path}: damaged, its sha256 is not the one it was written with; see `evslip verify`")
     sample = record.read(item.path)
-    onset_us = sample.truth.onset_us if sample.truth is not None else None
-    if onset_us is None:
-        onset_us = next((interval.start_us for interval in sample.intervals if interval.label == "slip"), None)
-    t_us, params = sample.events.t_us, sample.params
+    onset_us, t_us, params = sample.onset_us, sample.events.t_us, sample.params
     values = {
         "file": file,
         "name": sample.name,

@@ -164,7 +164,7 @@ def _moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
     for start, end in spans[:MOMENTS]:
         for k in range(per_span):
             t_us = start + (2 * k + 1) * (end - start) // (2 * per_span)
-            onset = None if record.intervals else _onset(record)
+            onset = None if record.intervals else record.onset_us
             yield ("before the slip" if onset is not None and t_us < onset else label), t_us
 
 
@@ -201,7 +201,7 @@ def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
 def _clouds(examples: Mapping[str, Record]) -> str:
     if not examples:
         return ""
-    onset = _onset(examples["slip"]) if "slip" in examples else None
+    onset = examples["slip"].onset_us if "slip" in examples else None
     columns = []
     for label, record in examples.items():
         start_us = _cloud_start(record) if onset is None else onset - CLOUD_US // 4
@@ -214,13 +214,6 @@ def _clouds(examples: Mapping[str, Record]) -> str:
         "zoom."
     )
     return page.section("Their events in space and time", note, f'<div class="columns">{"".join(columns)}</div>')
-
-
-def _onset(record: Record) -> int | None:
-    """When the first slip begins."""
-    if record.truth is not None and record.truth.onset_us is not None:
-        return record.truth.onset_us
-    return next((interval.start_us for interval in record.intervals if interval.label == "slip"), None)
 
 
 def _cloud_start(record: Record) -> int:
@@ -326,7 +319,7 @@ def _confusion(matrix: np.ndarray) -> str:
 
 
 def _describe(label: str, record: Record) -> str:
-    onset, params = _onset(record), record.params
+    onset, params = record.onset_us, record.params
     if params is None or record.truth is None:
         seconds = (int(record.events.t_us[-1]) - int(record.events.t_us[0])) / 1e6 if record.events.count else 0.0
         facts = [record.name, f"{seconds:.2f} s", *record.notes.values()]
