@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-BODIES = ("background", "surface", "object", "gripper")
+BODIES = ("background", "surface", "object", "gripper", "arm")
 """Names of the body indices in `Frame.bodies` and in the events' body labels."""
-BACKGROUND, SURFACE, OBJECT, GRIPPER = range(4)
+BACKGROUND, SURFACE, OBJECT, GRIPPER, ARM = range(5)
 NO_BODY = 255
 """Body label of an event whose frame brought no body mask."""
 

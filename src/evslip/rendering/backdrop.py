@@ -4,12 +4,15 @@ import math
 
 import numpy as np
 
+from evslip.rendering.casters import NO_PART, aim, around, receive, shade, spread
 from evslip.rendering.lanes import (
     GROUND,
     HALF,
     LANES,
     LEAST_ROOM,
     ONE,
+    OPEN,
+    PART,
     RAY_X,
     RAY_Y,
     RESULT,
@@ -17,23 +20,11 @@ from evslip.rendering.lanes import (
     TILE_H,
     TILE_W,
     ZERO,
-    U,
-    V,
     f32,
     kernel,
 )
-from evslip.rendering.outline import PIXEL_BLUR, outline_scratch, shade_behind
+from evslip.rendering.occlusion import PITCH, between, open_run, surface_nodes
 from evslip.rendering.plane import PLANE, describe, light_plane, meet_plane, reflect, reflect_below_horizon
-from evslip.rendering.shadow import (
-    begin_group,
-    box_may_shadow,
-    change_frame,
-    end_group,
-    hide,
-    may_shadow,
-    pixel_steps,
-    place_lamp,
-)
 from evslip.rendering.sphere import draw_lamp, glow, meet_sphere, unroll
 from evslip.rendering.texels import TRIANGLE, sample_along, sample_around, unfold
 
@@ -45,30 +36,20 @@ def backdrop(
     out, bodies, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
     surface_cells, surface_levels, tile_m, surface_ambient, gloss,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
-    caster_turns, caster_places, caster_halves, own, outline, hidden, total, touched, full,
+    casters, hidden, total, touched, full,
 ):  # fmt: skip
     """Shade every pixel that the gripper (hidden, bool per pixel) and the object (total, touched, full of `cover_box`)
-    leave visible. The first `own` casters are the object's, the others are parts of the gripper; `outline` is the
-    object's as well. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the
-    pixel's own middle there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
+    leave visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle
+    of the pixel there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
     height, width = out.shape
     pixel = f32(1.0 / focal)
-    count = caster_places.shape[0]
-    lamps = np.empty((count, 3), np.float32)
-    place_lamp(caster_turns, caster_places, lamp, lamps)
     # The plane's origin lies below the camera on a whole repetition of the texture, so that float32 suffices.
     origin = np.array([math.floor(camera[0] / tile_m) * tile_m, math.floor(camera[1] / tile_m) * tile_m, 0.0])
     axes = np.eye(3)
     plane = np.zeros(PLANE)
     describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp)
     plane32, camera32, turn32 = plane.astype(np.float32), camera.astype(np.float32), turn.astype(np.float32)
-    turns, moves = np.empty((count, 3, 3), np.float32), np.empty((count, 3), np.float32)
-    sizes = np.empty(count)
-    for k in range(count):
-        change_frame(axes, origin, caster_turns[k], caster_places[k], turns[k], moves[k])
-        sizes[k] = math.sqrt(caster_halves[k, 0] ** 2 + caster_halves[k, 1] ** 2 + caster_halves[k, 2] ** 2)
-    active, steps = np.zeros(count, np.bool_), np.zeros((count, 2, 3), np.float32)
     towards, angle = _bearing(camera, turn, lamp, lamp_radius)
 
     surface = (
@@ -79,20 +60,18 @@ def backdrop(
         sphere_cells, sphere_levels, f32(repetitions), f32(sphere_radius), f32(sphere_luminance),
         camera32, turn32, towards, angle, f32(lamp_luminance),
     )  # fmt: skip
-    to_lamp, lamp_move, chosen = np.empty((3, 3), np.float32), np.empty(3, np.float32), outline_scratch(outline)
-    change_frame(axes, origin, outline.turn, outline.place, to_lamp, lamp_move)
-    outlined, blur = np.zeros(1, np.bool_), np.zeros(2, np.float32)
-    own_outline = (outline, to_lamp, lamp_move, chosen, outlined, blur)
-    shadows = (active, turns, moves, lamps, caster_halves.astype(np.float32), steps, own, own_outline)
+    shadows = (casters, receive(casters, axes, origin))
+    for i in range(LANES):
+        S[PART + i] = f32(NO_PART)
+    nodes = surface_nodes(S, width, height, camera, turn, focal, sphere_radius, origin, casters)
     where = np.empty(LANES, np.int64)
     flat = out.reshape(-1)
     for y0 in range(0, height, TILE_H):
         y1 = min(y0 + TILE_H, height)
         for x0 in range(0, width, TILE_W):
             x1 = min(x0 + TILE_W, width)
-            _choose_casters(
-                x0, y0, x1, y1, height, width, camera, turn, focal, lamp, lamp_radius, sphere_radius, plane,
-                caster_places, sizes, shadows,
+            shaded = _choose_casters(
+                x0, y0, x1, y1, height, width, camera, turn, focal, sphere_radius, plane, shadows,
             )  # fmt: skip
             lamp_here = _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
             for row in range(y0, y1):
@@ -102,7 +81,8 @@ def backdrop(
                     S[RAY_X + i] = (f32(x0 + i) + f32(0.5) - f32(width * 0.5)) * pixel
                     S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - f32(0.5)) * pixel
                     S[ROOM + i] = ONE
-                _shade(S, x1 - x0, fetched, pixel, surface, sphere, shadows, lamp_here)
+                open_run(S, x1 - x0, nodes, x0, row)
+                _shade(S, x1 - x0, fetched, pixel, surface, sphere, shadows[1], shaded, lamp_here)
                 for i in range(x1 - x0):
                     out[row, x0 + i] = S[RESULT + i]
                     bodies[row, x0 + i] = 1 if S[GROUND + i] >= f32(0.5) else 0
@@ -115,15 +95,17 @@ def backdrop(
                     S[RAY_X + n] = (f32(column) + f32(0.5) + shift_x - f32(width * 0.5)) * pixel
                     S[RAY_Y + n] = (f32(height * 0.5) - f32(row) - f32(0.5) - shift_y) * pixel
                     S[ROOM + n] = ONE - total[row, column] + LEAST_ROOM
+                    at_x = (f32(column) + HALF + shift_x) * f32(1 / PITCH)
+                    S[OPEN + n] = between(nodes, at_x, (f32(row) + HALF + shift_y) * f32(1 / PITCH))
                     where[n] = row * width + column
                     n += 1
                     if n == LANES:
-                        _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here)
+                        _shade(S, n, fetched, pixel, surface, sphere, shadows[1], shaded, lamp_here)
                         for i in range(n):
                             flat[where[i]] = S[RESULT + i]
                         n = 0
             if n > 0:
-                _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here)
+                _shade(S, n, fetched, pixel, surface, sphere, shadows[1], shaded, lamp_here)
                 for i in range(n):
                     flat[where[i]] = S[RESULT + i]
 
@@ -147,7 +129,7 @@ def uncovered_middle(total, row, column):
 
 
 @kernel
-def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
+def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
     """RESULT and GROUND for n rays."""
     sphere_cells, sphere_levels, repetitions, radius, luminance, camera, turn, towards, angle, lamp_luminance = sphere
     meet_sphere(S, n, turn, camera, radius, pixel)
@@ -169,25 +151,9 @@ def _shade(S, n, fetched, pixel, surface, sphere, shadows, lamp_here):
         cells, levels, per_m, ambient, gloss, power, lamp_radius, plane = surface
         meet_plane(S, n, plane, pixel)
         light_plane(S, n, plane, power, lamp_radius, gloss)
-        active, turns, moves, lamps, halves, steps, own, own_outline = shadows
-        outline, to_lamp, lamp_move, chosen, outlined, blur = own_outline
-        if active.any() or outlined[0]:
-            u, v, reach = _around(S, n)
-            begin_group(S, n)
-            if outlined[0]:
-                middle = (u, v, ZERO)
-                shade_behind(S, n, middle, reach, to_lamp, lamp_move, outline, chosen, lamp_radius, blur, False)
-                end_group(S, n)
-                begin_group(S, n)
-            for k in range(active.size):
-                if active[k] and box_may_shadow(
-                    u, v, ZERO, reach, turns[k], moves[k], halves[k], lamps[k], lamp_radius
-                ):
-                    hide(S, n, turns[k], moves[k], lamps[k], halves[k], lamp_radius, steps[k])
-                if k == own - 1:  # the object's shadow and the gripper's overlap; the gripper's parts are one body
-                    end_group(S, n)
-                    begin_group(S, n)
-            end_group(S, n)
+        if shaded:
+            u, v, w, reach = around(S, n)
+            shade(S, n, u, v, w, reach, reception, False, True)
         unfold(S, n, per_m, ZERO, -per_m, ZERO, True)
         sample_along(S, n, cells, fetched, levels)
         if lowest >= ONE:
@@ -210,26 +176,13 @@ def _look_below_horizon(S, n, turn, pixel):
 
 
 @kernel
-def _around(S, n):
-    """Middle and radius of a circle around the points U, V, with room for the blur of shadows at its rim."""
-    low_u, high_u, low_v, high_v = ENDLESS, -ENDLESS, ENDLESS, -ENDLESS
-    for i in range(n):
-        low_u, high_u = min(low_u, S[U + i]), max(high_u, S[U + i])
-        low_v, high_v = min(low_v, S[V + i]), max(high_v, S[V + i])
-    width, height = high_u - low_u, high_v - low_v
-    reach = HALF * math.sqrt(width * width + height * height)
-    return HALF * (low_u + high_u), HALF * (low_v + high_v), f32(1.2) * reach + f32(0.005)
-
-
-@kernel
 def _choose_casters(
-    x0, y0, x1, y1, height, width, camera, turn, focal, lamp, lamp_radius, sphere_radius, plane, places, sizes, shadows
+    x0, y0, x1, y1, height, width, camera, turn, focal, sphere_radius, plane, shadows
 ):  # fmt: skip
-    """Which casters can shadow the surface in a tile, and how a pixel there steps each one's shadow."""
-    active, turns, _, _, halves, steps, _, own_outline = shadows
-    outline, to_lamp, _, _, outlined, blur = own_outline
-    active[:] = False
-    outlined[0] = False
+    """Find the casters that can shadow the surface in a tile, and how a pixel there steps each one's shadow. Returns
+    whether there are any."""
+    casters, reception = shadows
+    reception.kinds[:, 0] = 0
     points = np.empty((5, 3))
     ray = np.empty(3)
     below = 0
@@ -246,10 +199,10 @@ def _choose_casters(
             points[m, j] = camera[j] + camera[2] / drop * ray[j]
         points[m, 2] = 0.0
     if below == 0:
-        return
-    middle, spread = points[4], 0.0
+        return False
+    middle, spread_m = points[4], 0.0
     for m in range(4):
-        spread = max(spread, math.sqrt((points[m, 0] - middle[0]) ** 2 + (points[m, 1] - middle[1]) ** 2))
+        spread_m = max(spread_m, math.sqrt((points[m, 0] - middle[0]) ** 2 + (points[m, 1] - middle[1]) ** 2))
     ray_x, ray_y = (0.5 * (x0 + x1) - width * 0.5) / focal, (height * 0.5 - 0.5 * (y0 + y1)) / focal
     facing = min(plane[0] * ray_x + plane[1] * ray_y - plane[2], -1e-4)
     distance = plane[9] / facing
@@ -258,16 +211,10 @@ def _choose_casters(
         along = turn[j, 0] * ray_x + turn[j, 1] * ray_y - turn[j, 2]
         right[j] = distance / focal * (turn[j, 0] - along * plane[0] / facing)
         down[j] = -distance / focal * (turn[j, 1] - along * plane[1] / facing)
-    for k in range(active.size):
-        if may_shadow(middle, spread * 1.1 + 0.01, places[k], sizes[k], lamp, lamp_radius):
-            active[k] = True
-            pixel_steps(turns[k], right, down, halves[k], steps[k])
-    if outline.size > 0 and may_shadow(middle, spread * 1.1 + 0.01, outline.place, outline.size, lamp, lamp_radius):
-        outlined[0] = True
-        for k in range(2):
-            across = to_lamp[k, 0] * right[0] + to_lamp[k, 1] * right[1]
-            along = to_lamp[k, 0] * down[0] + to_lamp[k, 1] * down[1]
-            blur[k] = f32(min(PIXEL_BLUR * math.sqrt(across**2 + along**2), outline.size))
+    if not aim(reception, casters, middle, spread_m * 1.1 + 0.01):
+        return False
+    spread(reception, casters, right, down)
+    return True
 
 
 @kernel

@@ -8,7 +8,7 @@ import numpy as np
 
 from evslip.camera import Camera
 from evslip.params import Params
-from evslip.rendering.hand import Boxes
+from evslip.rendering.casters import Casters
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline
 from evslip.rendering.setting import Setting
@@ -41,15 +41,15 @@ class Body(Protocol):
     """Columns in which it covers anything: first and past the last, of shape (height, 2)."""
     full: np.ndarray
     """A run of columns that it covers wholly."""
-    halves: np.ndarray
-    """Half sides of the box that casts its shadow, of shape (1, 3); or (0, 3) if an outline does."""
+    half: np.ndarray
+    """Half sides of a box about its origin that holds it, of shape (3,)."""
 
     def cover(self, view: View) -> None:
         """Find the pixels that show the object."""
         ...
 
-    def outline(self, view: View, lamp: np.ndarray) -> Outline:
-        """What casts its shadow unless a box does."""
+    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
+        """What casts its shadow; None if its box does."""
         ...
 
     def order(self, front: np.ndarray, layers: Layers) -> None:
@@ -58,9 +58,9 @@ class Body(Protocol):
 
     def draw(
         self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
-        boxes: Boxes,
+        casters: Casters,
     ) -> None:  # fmt: skip
-        """Add the object to `out` where `keep` (height, width) leaves room; the gripper's boxes shadow it."""
+        """Add the object to `out` where `keep` (height, width) leaves room, in the shadow of the casters."""
         ...
 
 

@@ -8,13 +8,12 @@ from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
 from evslip.rendering.body import GLOSS, View
+from evslip.rendering.casters import Casters
 from evslip.rendering.coverage import cover_box
 from evslip.rendering.gripper import order_by_faces
-from evslip.rendering.hand import Boxes
 from evslip.rendering.layers import Layers
-from evslip.rendering.outline import Outline, no_outline
+from evslip.rendering.outline import Outline
 from evslip.rendering.setting import Setting, channel_of
-from evslip.rendering.shadow import casters
 from evslip.rendering.solid import draw_solid
 from evslip.rendering.texels import bake, halve
 
@@ -26,8 +25,7 @@ class Cuboid:
         height, width = camera.height, camera.width
         shape = params.object
         sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
-        self._half = sides / 2
-        self.halves = self._half[None]
+        self.half = sides / 2
         self._texture = bake_faces(channel_of(textures.load(shape.texture), channel), sides)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -38,28 +36,27 @@ class Cuboid:
     def cover(self, view: View) -> None:
         self._view = view
         self._visible = cover_box(
-            view.camera, view.turn, view.focal, view.place, view.axes, self._half, self._area, self._spans, self._rows,
+            view.camera, view.turn, view.focal, view.place, view.axes, self.half, self._area, self._spans, self._rows,
             self._faces, self.total, self.touched, self.full,
         )  # fmt: skip
 
-    def outline(self, view: View, lamp: np.ndarray) -> Outline:
-        return no_outline()
+    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
+        return None
 
     def order(self, front: np.ndarray, layers: Layers) -> None:
         assert self._view is not None
         _, turn, _, place, axes = self._view
-        order_by_faces(front, layers.fragments, turn.T @ (place - self._view.camera), turn.T @ axes, self._half)
+        order_by_faces(front, layers.fragments, turn.T @ (place - self._view.camera), turn.T @ axes, self.half)
 
     def draw(
         self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
-        boxes: Boxes,
+        casters: Casters,
     ) -> None:  # fmt: skip
         lamp, camera, turn, place, axes = setting.lamp, view.camera, view.turn, view.place, view.axes
         draw_solid(
             out, *scratch, camera, turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
-            setting.ambient.matrix, GLOSS, place, axes, self._half, *self._texture,
-            *casters(camera, turn, boxes.turns, boxes.places), boxes.halves,
-            self._visible, self._faces, self._rows, self._area, self._spans, keep,
+            setting.ambient.matrix, GLOSS, place, axes, self.half, *self._texture,
+            casters, self._visible, self._faces, self._rows, self._area, self._spans, keep,
         )  # fmt: skip
 
 

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
+from evslip.rendering import lanes, layers
 from evslip.rendering.ambient import irradiance, turned
-from evslip.rendering.lanes import LANES, LIT, ONE, RESULT, ROOM, SEEN, SEEN_NOW, ZERO, U, V, W, f32, kernel
-from evslip.rendering.layers import FINGER, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
-from evslip.rendering.outline import PIXEL_BLUR, outline_scratch, shade_behind
-from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
+from evslip.rendering.casters import receive, shade, spread
+from evslip.rendering.lanes import LANES, LIT, ONE, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, ZERO, U, V, W, f32, kernel
+from evslip.rendering.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
+from evslip.rendering.occlusion import block, describe_blockers
+from evslip.rendering.shadow import BOX, describe_box, risen
 
 TOUCHING_M = 0.0015
 """A fragment this far behind the object's near face still counts as in front: pads sink into a soft contact."""
@@ -16,78 +18,100 @@ TOUCHING_M = 0.0015
 
 @kernel
 def shade_gripper(
-    values, S, fragments, albedo, bounds, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share,
-    ambient, gloss, object_place, object_axes, object_halves, outline, palm_turn, palm_place, palm_half,
+    values, S, fragments, albedo, bounds, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss, casters
 ):  # fmt: skip
     """values (n,): luminance of every fragment.
 
-    albedo: row of the fragments' colour. The object shadows all parts, as a box if object_halves (0 or 1, 3) has one,
-    otherwise by its outline; the palm (given in camera axes) shadows the fingers. The fingers' own shadows on hand and
-    fingers are left out.
+    albedo: row of the fragments' colour. A part of the gripper casts no shadow on itself.
     """
-    boxed = object_halves.shape[0] > 0
-    eye, zero = np.eye(3), np.zeros(3)
-    lamp_here, place_here, axes_here = np.zeros(3), np.zeros(3), np.zeros((3, 3))
+    lamp_here, away = np.zeros(3), 0.0
     for k in range(3):
         for j in range(3):
-            lamp_here[k] += turn[j, k] * (lamp[j] - camera[j])
-            place_here[k] += turn[j, k] * (object_place[j] - camera[j])
-            for i in range(3):
-                axes_here[k, i] += turn[j, k] * object_axes[j, i]
+            lamp_here[k] += turn[j, k] * (casters.lamp[j] - camera[j])
+            away -= turn[j, 2] * (casters.origin[j] - camera[j]) if k == 2 else 0.0
     matrix = turned(ambient, turn)
-    turns, moves, lamps = np.empty((2, 3, 3), np.float32), np.empty((2, 3), np.float32), np.zeros((2, 3), np.float32)
-    change_frame(eye, zero, axes_here, place_here, turns[0], moves[0])
-    change_frame(eye, zero, palm_turn, palm_place, turns[1], moves[1])
-    halves, steps = np.empty((2, 3), np.float32), np.zeros((2, 2, 3), np.float32)
-    sizes = np.zeros(2)
+    reception = receive(casters, turn, camera)
     right, down = np.zeros(3), np.zeros(3)
-    right[0] = down[1] = -place_here[2] / focal
-    for k in range(2):
-        for j in range(3):
-            halves[k, j] = palm_half[j] if k == 1 else (object_halves[0, j] if boxed else outline.size)
-            sizes[k] += halves[k, j] ** 2
-            total = moves[k, j] + 0.0
-            for i in range(3):
-                total += turns[k, j, i] * lamp_here[i]
-            lamps[k, j] = f32(total)
-        sizes[k] = math.sqrt(sizes[k])
-        pixel_steps(turns[k], right, down, halves[k], steps[k])
-    lamp32, radius = lamp_here.astype(np.float32), f32(lamp_radius)
-    power, shine = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss)
-    to_lamp, lamp_move, chosen = np.empty((3, 3), np.float32), np.empty(3, np.float32), outline_scratch(outline)
-    outline_turn, outline_place = np.zeros((3, 3)), np.zeros(3)
-    for k in range(3):
-        for j in range(3):
-            outline_place[k] += turn[j, k] * (outline.place[j] - camera[j])
-            for i in range(3):
-                outline_turn[k, i] += turn[j, k] * outline.turn[j, i]
-    change_frame(eye, zero, outline_turn, outline_place, to_lamp, lamp_move)
-    blur = np.full(2, f32(right[0] * PIXEL_BLUR))
+    right[0] = down[1] = away / focal
+    spread(reception, casters, right, down)
+    opens = _open_to_object(S, fragments, describe_blockers(casters, turn, camera)[0])
+    lamp32, radius = lamp_here.astype(np.float32), f32(casters.lamp_radius)
+    power, shine = f32(lamp_luminance * casters.lamp_radius**2 * lamp_share), f32(gloss)
     for chunk in range(bounds.shape[0]):
         start = chunk * LANES
         n = min(LANES, fragments.shape[1] - start)
         own = fragments[:, start : start + n]
+        for i in range(n):
+            S[OPEN + i] = opens[start + i]
         _light(S, n, own, albedo, lamp32, radius, power, shine, matrix)
-        lit, finger = ZERO, ZERO
+        lit, first, last = ZERO, own[BODY, 0], own[BODY, 0]
         for i in range(n):
             lit = max(lit, S[LIT + i])
-            finger = max(finger, own[FINGER, i])
+            S[PART + i] = own[BODY, i]
+            first, last = min(first, own[BODY, i]), max(last, own[BODY, i])
         if lit > ZERO:
-            middle, reach = bounds[chunk, :3], bounds[chunk, 3] + 0.001
-            begin_group(S, n)
-            if may_shadow(middle, reach, place_here, sizes[0], lamp_here, lamp_radius):
-                if boxed:
-                    hide(S, n, turns[0], moves[0], lamps[0], halves[0], radius, steps[0])
-                else:
-                    shade_behind(S, n, middle, reach, to_lamp, lamp_move, outline, chosen, radius, blur, True)
-            end_group(S, n)
-            if finger > ZERO and may_shadow(middle, reach, palm_place, sizes[1], lamp_here, lamp_radius):
-                begin_group(S, n)
-                hide(S, n, turns[1], moves[1], lamps[1], halves[1], radius, steps[1])
-                for i in range(n):
-                    S[SEEN + i] *= ONE - own[FINGER, i] * (ONE - S[SEEN_NOW + i])
+            for k in range(casters.parts.size):
+                reception.kinds[k, 0] = first != last or casters.parts[k] != first
+            x, y, z, reach = f32(bounds[chunk, 0]), f32(bounds[chunk, 1]), f32(bounds[chunk, 2]), bounds[chunk, 3]
+            shade(S, n, x, y, z, f32(reach + 0.001), reception, True, False)
         for i in range(n):
             values[start + i] = S[RESULT + i] + S[LIT + i] * S[SEEN + i]
+
+
+@kernel
+def open_layers(fragments, turns, places, halves, parts):
+    """Fill in row OPEN of fragments. turns, places, halves: boxes of the gripper's `parts`, in camera axes."""
+    S, boxes = np.zeros(SCRATCH, np.float32), np.zeros((places.shape[0], BOX), np.float32)
+    for k in range(places.shape[0]):
+        describe_box(boxes[k], np.eye(3), np.zeros(3), turns[k], places[k], halves[k], np.zeros(3))
+    for start in range(0, fragments.shape[1], LANES):
+        n = min(LANES, fragments.shape[1] - start)
+        own = fragments[:, start : start + n]
+        own[layers.OPEN] = ONE
+        _place(S, n, own)
+        for k in range(places.shape[0]):
+            for i in range(n):
+                S[OPEN + i] = ONE
+            block(S, n, boxes[k], False)
+            for i in range(n):
+                own[layers.OPEN, i] *= ONE if own[BODY, i] == parts[k] else S[OPEN + i]
+
+
+@kernel
+def _open_to_object(S, fragments, box):
+    """Share of the light from all around that reaches each fragment past the object and the other parts, (n,)."""
+    opens, where, count = fragments[layers.OPEN].copy(), np.empty(fragments.shape[1], np.int64), 0
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = box[0], box[1], box[2], box[3], box[4], box[5], box[6], box[7], box[8]
+    for k in range(opens.size):
+        p, q, r = fragments[NORMAL_X, k], fragments[NORMAL_Y, k], fragments[NORMAL_Z, k]
+        u, v, w = fragments[X, k], fragments[Y, k], fragments[Z, k]
+        a, b, c = m00 * p + m01 * q + m02 * r, m10 * p + m11 * q + m12 * r, m20 * p + m21 * q + m22 * r
+        x = m00 * u + m01 * v + m02 * w + box[9]
+        y = m10 * u + m11 * v + m12 * w + box[10]
+        z = m20 * u + m21 * v + m22 * w + box[11]
+        # The box's highest corner over the fragment's horizon.
+        if abs(a) * box[15] + abs(b) * box[16] + abs(c) * box[17] > a * x + b * y + c * z:
+            where[count] = k
+            count += 1
+    for start in range(0, count, LANES):
+        n = min(LANES, count - start)
+        for i in range(n):
+            k = where[start + i]
+            S[U + i], S[V + i], S[W + i] = fragments[X, k], fragments[Y, k], fragments[Z, k]
+            S[lanes.NORMAL_X + i], S[lanes.NORMAL_Y + i] = fragments[NORMAL_X, k], fragments[NORMAL_Y, k]
+            S[lanes.NORMAL_Z + i], S[OPEN + i] = fragments[NORMAL_Z, k], opens[k]
+        block(S, n, box, False)
+        for i in range(n):
+            opens[where[start + i]] = S[OPEN + i]
+    return opens
+
+
+@kernel
+def _place(S, n, own):
+    for i in range(n):
+        S[U + i], S[V + i], S[W + i], S[OPEN + i] = own[X, i], own[Y, i], own[Z, i], own[layers.OPEN, i]
+        S[lanes.NORMAL_X + i], S[lanes.NORMAL_Y + i] = own[NORMAL_X, i], own[NORMAL_Y, i]
+        S[lanes.NORMAL_Z + i] = own[NORMAL_Z, i]
 
 
 @kernel
@@ -181,7 +205,7 @@ def _light(S, n, own, albedo, lamp, lamp_radius, power, gloss, matrix):
         shine *= shine
         shine *= shine
         S[LIT + i] = lit * (own[albedo, i] + gloss * shine)
-        S[RESULT + i] = own[albedo, i] * irradiance(matrix, n0, n1, n2)
+        S[RESULT + i] = own[albedo, i] * irradiance(matrix, n0, n1, n2) * S[OPEN + i]
 
 
 @kernel

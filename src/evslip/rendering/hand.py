@@ -90,8 +90,11 @@ _FINGER = (
     (_TILTED, (0.0, 0.0159, 0.02835), (0.00875, 0.0035, 0.01175)),
     (np.eye(3), (0.0, 0.0072, 0.045), (0.009, 0.0072, 0.009)),
 )
-PALM = 0
-"""Index of the palm in `shadow_boxes`."""
+_WHOLE_FINGER = (np.eye(3), (0.0, 0.0115, 0.027), (0.0098, 0.0115, 0.027))
+BLOCK_PARTS = np.array([HAND, LEFT, RIGHT])
+"""The part of each box in `blocking_boxes`."""
+BOX_PARTS = np.array([HAND, HAND] + [LEFT] * len(_FINGER) + [RIGHT] * len(_FINGER))
+"""The part of each box in `shadow_boxes`."""
 
 
 def shadow_boxes(travel_m: float) -> Boxes:
@@ -100,5 +103,16 @@ def shadow_boxes(travel_m: float) -> Boxes:
     for part in (LEFT, RIGHT):
         turn, place = finger_turn(part), finger_place(part, travel_m)
         boxes += [(turn @ axes, tuple(turn @ np.array(middle) + place), half) for axes, middle, half in _FINGER]
+    turns, places, halves = zip(*boxes, strict=True)
+    return Boxes(np.array(turns), np.array(places), np.array(halves))
+
+
+def blocking_boxes(travel_m: float) -> Boxes:
+    """A box for the palm and one for each finger: coarse, for light from all around."""
+    boxes = [_PALM]
+    for part in (LEFT, RIGHT):
+        turn, place = finger_turn(part), finger_place(part, travel_m)
+        axes, middle, half = _WHOLE_FINGER
+        boxes.append((turn @ axes, tuple(turn @ np.array(middle) + place), half))
     turns, places, halves = zip(*boxes, strict=True)
     return Boxes(np.array(turns), np.array(places), np.array(halves))

@@ -27,8 +27,11 @@ TILE_W, TILE_H = 32, 8
     LAMP_X, LAMP_Y, LAMP_Z, HIDDEN,  # receiver point in the lamp's frame; what an outline hides
     ROOM,  # share of the pixel that the point stands for, over which shadows are blurred
     PER_DEPTH, BLUR, STRETCH,  # 1 / way to the lamp; a pixel's blur across and how much longer shadows' blur is along
-) = (slot * LANES for slot in range(35))  # fmt: skip
-SCRATCH = 35 * LANES
+    SUM_HIDDEN, SUM_OUTLINED,  # what all casters of a group hide, each alone, and of it what outlines do
+    PART, OPEN,  # number of the body that the point belongs to; share of the light from all around that reaches it
+    MORE,  # the first of many that `union` and `occlusion` share
+) = (slot * LANES for slot in range(40))  # fmt: skip
+SCRATCH = 116 * LANES
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)

@@ -6,9 +6,9 @@ from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
 from evslip.rendering.body import GLOSS, View
+from evslip.rendering.casters import OBJECT_PART, Casters
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.gripper import order_by_depth
-from evslip.rendering.hand import Boxes
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline, outline_of
 from evslip.rendering.raster import make_raster, trace
@@ -25,7 +25,7 @@ class Mesh:
         height, width = camera.height, camera.width
         self._facets = prepare_facets(*surface_of(params))
         self._size = float(np.linalg.norm(self._facets.vertices, axis=1).max())
-        self.halves = np.zeros((0, 3))
+        self.half = np.abs(self._facets.vertices).max(0)
         self._texture = bake(channel_of(textures.load(params.object.texture), channel), wrap=True)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -34,7 +34,7 @@ class Mesh:
     def cover(self, view: View) -> None:
         self._count = trace(*view, self._facets, self._raster, self.total, self.touched, self.full)
 
-    def outline(self, view: View, lamp: np.ndarray) -> Outline:
+    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
         return outline_of(self._facets, view.place, view.axes, lamp, -view.turn[:, 2], self._size)
 
     def order(self, front: np.ndarray, layers: Layers) -> None:
@@ -42,7 +42,7 @@ class Mesh:
 
     def draw(
         self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
-        boxes: Boxes,
+        casters: Casters,
     ) -> None:  # fmt: skip
         lamp, raster = setting.lamp, self._raster
         draw_skin(
@@ -50,5 +50,5 @@ class Mesh:
             setting.ambient.matrix, GLOSS, *self._texture, self._facets.repeats,
             raster.functions, raster.fragment_pixel, raster.fragment_face, raster.fragment_place,
             raster.fragment_share, self._count,
-            boxes.turns, boxes.places, boxes.halves, keep, -float(view.turn[:, 2] @ (view.place - view.camera)),
+            casters, OBJECT_PART, keep, -float(view.turn[:, 2] @ (view.place - view.camera)),
         )  # fmt: skip

@@ -4,7 +4,8 @@ from collections import OrderedDict
 from typing import NamedTuple
 
 from evslip.camera import Camera
-from evslip.rendering.hand import Boxes, shadow_boxes
+from evslip.rendering.gripper import open_layers
+from evslip.rendering.hand import BLOCK_PARTS, Boxes, blocking_boxes, shadow_boxes
 from evslip.rendering.layers import Layers, resolve
 
 FINE_M, COARSE_M = 1e-4, 5e-4
@@ -19,6 +20,8 @@ class Opening(NamedTuple):
     layers: Layers
     boxes: Boxes
     """In camera axes."""
+    blockers: Boxes
+    """`hand.blocking_boxes`, in camera axes."""
 
 
 class Openings:
@@ -44,6 +47,11 @@ class Openings:
         return opening
 
     def _resolve(self, travel_m: float) -> Opening:
-        boxes, turn = shadow_boxes(travel_m), self._camera.rotation.T
-        places = (boxes.places - self._camera.position) @ turn.T
-        return Opening(resolve(self._camera, travel_m), Boxes(turn @ boxes.turns, places, boxes.halves))
+        boxes, blockers = self._turned(shadow_boxes(travel_m)), self._turned(blocking_boxes(travel_m))
+        layers = resolve(self._camera, travel_m)
+        open_layers(layers.fragments, *blockers, BLOCK_PARTS)
+        return Opening(layers, boxes, blockers)
+
+    def _turned(self, boxes: Boxes) -> Boxes:
+        turn = self._camera.rotation.T
+        return Boxes(turn @ boxes.turns, (boxes.places - self._camera.position) @ turn.T, boxes.halves)

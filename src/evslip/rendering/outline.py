@@ -22,7 +22,6 @@ from evslip.rendering.lanes import (
     ONE,
     PER_DEPTH,
     ROOM,
-    SEEN_NOW,
     STRETCH,
     ZERO,
     U,
@@ -41,6 +40,8 @@ PIXEL_BLUR = 0.5
 INNER, OUTER = f32(0.9566115), f32(0.6141848)
 """Mean half chords of the unit disc over heights 0 to 1/2 and 1/2 to 1."""
 PER_DISC = f32(1 / math.pi)
+ANY = (0.3, 0.5, 0.81)
+"""A direction for want of any other."""
 DEPTH_M = 0.004
 """Over this depth a receiver passes from the lit side of an outline to its shadow."""
 
@@ -62,30 +63,46 @@ class Outline(NamedTuple):
     """(a, b, c): the outline lies about at depth a x + b y + c."""
 
 
-def no_outline() -> Outline:
-    return Outline(np.eye(3), np.zeros(3), np.zeros((0, 2, 3), np.float32), 1.0, 0.0, np.zeros(3))
-
-
 def outline_of(
     facets: Facets, place: np.ndarray, axes: np.ndarray, lamp: np.ndarray, forward: np.ndarray, size: float
 ) -> Outline:
     """The outline of a mesh at a pose. forward (3,): direction of view; along its horizontal part pixels stretch
     on the surface."""
-    towards = lamp - place
-    distance = float(np.linalg.norm(towards))
-    third = towards / distance
-    level = forward * (1.0, 1.0, 0.0)
-    second = level - third * (third @ level)
-    if second @ second < 1e-6:
-        second = np.cross(third, (0.3, 0.5, 0.81))
-    second /= np.linalg.norm(second)
-    turn = np.stack([np.cross(second, third), second, third], 1)
-    edges, plane = _silhouette(facets.vertices, facets.planes, facets.edges, axes.T @ towards, axes.T @ turn)
+    turn = np.empty((3, 3))
+    distance = lamp_frame(place, lamp, forward, turn)
+    edges, plane = silhouette(facets.vertices, facets.planes, facets.edges, axes.T @ (lamp - place), axes.T @ turn)
     return Outline(turn, place, edges, distance, size, plane)
 
 
 @kernel
-def _silhouette(vertices, planes, edges, lamp, turn):
+def lamp_frame(place, lamp, forward, turn):
+    """Fill in turn (3, 3), axes of the lamp's frame at `place` as columns: the third towards the lamp, the second along
+    the level part of `forward`. Returns the lamp's distance."""
+    distance, along, square = 0.0, 0.0, 0.0
+    for j in range(3):
+        distance += (lamp[j] - place[j]) ** 2
+    distance = math.sqrt(distance)
+    for j in range(3):
+        turn[j, 2] = (lamp[j] - place[j]) / distance
+        along += turn[j, 2] * forward[j] if j < 2 else 0.0
+    for j in range(3):
+        turn[j, 1] = (forward[j] if j < 2 else 0.0) - turn[j, 2] * along
+        square += turn[j, 1] ** 2
+    if square < 1e-6:
+        for j in range(3):
+            a, b = (j + 1) % 3, (j + 2) % 3
+            turn[j, 1] = turn[a, 2] * ANY[b] - turn[b, 2] * ANY[a]
+        square = turn[0, 1] ** 2 + turn[1, 1] ** 2 + turn[2, 1] ** 2
+    for j in range(3):
+        turn[j, 1] /= math.sqrt(square)
+    for j in range(3):
+        a, b = (j + 1) % 3, (j + 2) % 3
+        turn[j, 0] = turn[a, 1] * turn[b, 2] - turn[b, 1] * turn[a, 2]
+    return distance
+
+
+@kernel
+def silhouette(vertices, planes, edges, lamp, turn):
     """Edges between what is turned to the lamp and what is not, in its frame, and `Outline.plane`. lamp, turn: where it
     is and its frame's axes, in the mesh's frame."""
     lit = np.empty(planes.shape[0], np.bool_)
@@ -131,14 +148,12 @@ def _volume(a0, a1, a2, b0, b1, b2, c0, c1, c2):
 
 
 @kernel
-def choose_edges(u, v, w, reach, turn, move, edges, distance, lamp_radius, blur, plane, chosen):
+def choose_edges(u, v, w, reach, outline, edges, lamp_radius, chosen):
     """Fill in `chosen` (int64, m) with the edges that matter to points within `reach` of (u, v, w): those beside or
-    left of the lamp's disc. turn, move: the points' frame -> the lamp's. blur, plane: as in `hide_behind`. Returns how
-    many.
+    left of the lamp's disc. outline: as in `hide_behind`. Returns how many.
     """
-    x = turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w + move[0]
-    y = turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w + move[1]
-    z = turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w + move[2]
+    x, y, z = _into(outline, u, v, w)
+    distance, blur, plane = outline[12], outline[16:18], outline[13:16]
     per_depth = ONE / (distance - z)
     count = 0
     room = reach * f32(1.05)
@@ -178,19 +193,17 @@ def strip(x0, y0, slope, y1, low, high, half):
 
 
 @kernel
-def hide_behind(S, n, turn, move, edges, chosen, count, distance, lamp_radius, blur, plane, layered):
-    """SEEN_NOW *= share of the lamp that an outline leaves visible from the points U, V, W.
+def hide_behind(S, n, outline, edges, chosen, count, lamp_radius, layered):
+    """HIDDEN = share of the lamp that an outline hides from the points U, V, W.
 
-    turn, move: their frame -> the lamp's; chosen, count: of `choose_edges`; blur (2,): half width of a pixel's blur
-    along the lamp's first and second axis, times the point's ROOM. With `layered`, points nearer to the lamp than
-    `plane` are not in the shadow.
+    outline (18,): turn (9) and move (3) from their frame to the lamp's, the lamp's distance, `Outline.plane` (3), and
+    half widths of a pixel's blur along the lamp's first and second axis, times the point's ROOM. edges: the outline's;
+    chosen, count: of `choose_edges`. With `layered`, points nearer to the lamp than the plane are not in the shadow.
     """
-    m00, m01, m02 = turn[0, 0], turn[0, 1], turn[0, 2]
-    m10, m11, m12 = turn[1, 0], turn[1, 1], turn[1, 2]
-    m20, m21, m22 = turn[2, 0], turn[2, 1], turn[2, 2]
-    o0, o1, o2 = move[0], move[1], move[2]
-    blur_x, blur_y = blur[0] + TINY, blur[1] + TINY
-    p0, p1, p2 = plane[0], plane[1], plane[2]
+    m00, m01, m02, m10, m11, m12 = outline[0], outline[1], outline[2], outline[3], outline[4], outline[5]
+    m20, m21, m22, o0, o1, o2 = outline[6], outline[7], outline[8], outline[9], outline[10], outline[11]
+    distance, p0, p1, p2 = outline[12], outline[13], outline[14], outline[15]
+    blur_x, blur_y = outline[16] + TINY, outline[17] + TINY
     for i in range(n):
         u, v, w = S[U + i], S[V + i], S[W + i]
         x = o0 + m00 * u + m01 * v + m02 * w
@@ -223,33 +236,33 @@ def hide_behind(S, n, turn, move, edges, chosen, count, distance, lamp_radius, b
         if layered:
             behind = (p0 * S[LAMP_X + i] + p1 * S[LAMP_Y + i] + p2 - S[LAMP_Z + i]) * f32(1 / DEPTH_M)
             hidden *= min(max(behind + HALF, ZERO), ONE)
-        S[SEEN_NOW + i] *= ONE - hidden
+        S[HIDDEN + i] = hidden
 
 
 @kernel
-def outline_scratch(outline):
-    """Room for `choose_edges`."""
-    return np.empty(outline.edges.shape[0], np.int64)
-
-
-@kernel
-def shade_behind(S, n, middle, reach, turn, move, outline, chosen, lamp_radius, blur, layered):
-    """`hide_behind` for points within `reach` of `middle` (3,), with the edges that matter to them."""
-    edges, distance = outline.edges, f32(outline.distance)
-    u, v, w = f32(middle[0]), f32(middle[1]), f32(middle[2])
-    plane = outline.plane.astype(np.float32)
-    if layered and _in_front(u, v, w, f32(reach), turn, move, plane):
-        return
-    count = choose_edges(u, v, w, f32(reach), turn, move, edges, distance, lamp_radius, blur, plane, chosen)
+def shade_behind(S, n, u, v, w, reach, outline, edges, chosen, lamp_radius, layered):
+    """`hide_behind` for points within `reach` of (u, v, w), with the edges that matter to them; chosen: scratch as long
+    as `edges`. Returns whether any does; only then is HIDDEN set."""
+    if layered and _in_front(u, v, w, reach, outline):
+        return False
+    count = choose_edges(u, v, w, reach, outline, edges, lamp_radius, chosen)
     if count > 0:
-        hide_behind(S, n, turn, move, edges, chosen, count, distance, lamp_radius, blur, plane, layered)
+        hide_behind(S, n, outline, edges, chosen, count, lamp_radius, layered)
+    return count > 0
 
 
 @kernel
-def _in_front(u, v, w, reach, turn, move, plane):
+def _in_front(u, v, w, reach, outline):
     """Whether all points within `reach` of (u, v, w) are nearer to the lamp than an outline's plane."""
-    x = turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w + move[0]
-    y = turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w + move[1]
-    z = turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w + move[2]
-    room = reach * (abs(plane[0]) + abs(plane[1]) + ONE) + f32(DEPTH_M)
-    return plane[0] * x + plane[1] * y + plane[2] - z < -room
+    x, y, z = _into(outline, u, v, w)
+    room = reach * (abs(outline[13]) + abs(outline[14]) + ONE) + f32(DEPTH_M)
+    return outline[13] * x + outline[14] * y + outline[15] - z < -room
+
+
+@formula
+def _into(outline, u, v, w):
+    return (
+        outline[0] * u + outline[1] * v + outline[2] * w + outline[9],
+        outline[3] * u + outline[4] * v + outline[5] * w + outline[10],
+        outline[6] * u + outline[7] * v + outline[8] * w + outline[11],
+    )

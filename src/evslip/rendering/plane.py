@@ -12,6 +12,7 @@ from evslip.rendering.lanes import (
     MINOR_U,
     MINOR_V,
     ONE,
+    OPEN,
     RAY_X,
     RAY_Y,
     RESULT,
@@ -140,13 +141,13 @@ def light_plane(S, n, plane, power, lamp_radius, gloss):
 def reflect(S, n, ambient):
     """RESULT = what the surface sends to the camera."""
     for i in range(n):
-        S[RESULT + i] = S[TEX + i] * (ambient + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+        S[RESULT + i] = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
 
 
 @kernel
 def reflect_below_horizon(S, n, ambient):
     """As `reflect`, over what RESULT holds already, in the GROUND share of each pixel."""
     for i in range(n):
-        own = S[TEX + i] * (ambient + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+        own = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
         share = min(ONE, max(ZERO, S[GROUND + i]))
         S[RESULT + i] += share * (own - S[RESULT + i])

@@ -1,8 +1,11 @@
 """Poses between the samples of a trajectory."""
 
+from functools import cached_property
+
 import numpy as np
 
 from evslip.camera import Camera
+from evslip.rendering.links import LinkPoses, carries, link_poses
 from evslip.trajectory import Trajectory
 
 
@@ -38,9 +41,10 @@ def matrices(quaternions: np.ndarray) -> np.ndarray:
 
 
 class Poses:
-    """Camera, object and fingers at chosen times, in the world frame."""
+    """Camera, object, fingers and arm at chosen times, in the world frame."""
 
     def __init__(self, traj: Trajectory, camera: Camera, at_us: np.ndarray):
+        self._traj, self._at_us = traj, at_us
         hand = interpolate(traj.t_us, traj.gripper_pose, at_us)
         body = interpolate(traj.t_us, traj.object_pose, at_us)
         turn = matrices(hand[:, 3:])
@@ -51,3 +55,12 @@ class Poses:
         self.object_rotation = np.ascontiguousarray(matrices(body[:, 3:]))
         self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
         """Mean of the two fingers, which mirror each other; of shape (m,)."""
+
+    @cached_property
+    def links(self) -> LinkPoses | None:
+        """The arm's links; None where no arm carries the hand."""
+        traj = self._traj
+        if traj.params.robot.kind != "panda" or not carries(traj.joints[0, :7], traj.gripper_pose[0, :3]):
+            return None
+        joints = [np.interp(self._at_us, traj.t_us, traj.joints[:, k]) for k in range(7)]
+        return link_poses(np.stack(joints, 1))

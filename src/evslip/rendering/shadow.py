@@ -4,9 +4,29 @@ import math
 
 import numpy as np
 
-from evslip.rendering.lanes import HALF, ONE, ROOM, SEEN, SEEN_NOW, TWO, ZERO, U, V, W, f32, formula, kernel
+from evslip.rendering.lanes import (
+    HALF,
+    HIDDEN,
+    ONE,
+    PART,
+    ROOM,
+    SEEN,
+    SEEN_NOW,
+    SUM_HIDDEN,
+    SUM_OUTLINED,
+    TWO,
+    ZERO,
+    U,
+    V,
+    W,
+    f32,
+    formula,
+    kernel,
+)  # fmt: skip
 
 TINY = f32(1e-12)
+BOX = 24
+"""Floats that describe a box to the passes; see `describe_box`."""
 
 
 @formula
@@ -66,21 +86,15 @@ def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, 
 
 
 @kernel
-def hide(S, n, turn, move, lamp, half, lamp_radius, steps):
-    """SEEN_NOW = min(SEEN_NOW, share of the lamp that a box leaves visible from the points U, V, W).
+def hide(S, n, box, lamp_radius):
+    """HIDDEN = share of the lamp that a box hides from the points U, V, W.
 
-    turn (3, 3), move (3,): receiver frame -> box frame; lamp (3,): its centre in the box frame; half (3,): the box;
-    steps (2, 3): of `pixel_steps`. The box's silhouette is the intersection of its three wedges; their shares are
+    box (BOX,): see `describe_box`. The box's silhouette is the intersection of its three wedges; their shares are
     multiplied.
     """
-    m00, m01, m02 = turn[0, 0], turn[0, 1], turn[0, 2]
-    m10, m11, m12 = turn[1, 0], turn[1, 1], turn[1, 2]
-    m20, m21, m22 = turn[2, 0], turn[2, 1], turn[2, 2]
-    o0, o1, o2 = move[0], move[1], move[2]
-    l0, l1, l2 = lamp[0], lamp[1], lamp[2]
-    h0, h1, h2 = half[0], half[1], half[2]
-    r0, r1, r2 = steps[0, 0], steps[0, 1], steps[0, 2]
-    d0, d1, d2 = steps[1, 0], steps[1, 1], steps[1, 2]
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = box[0], box[1], box[2], box[3], box[4], box[5], box[6], box[7], box[8]
+    o0, o1, o2, l0, l1, l2, h0, h1, h2 = box[9], box[10], box[11], box[12], box[13], box[14], box[15], box[16], box[17]
+    r0, r1, r2, d0, d1, d2 = box[18], box[19], box[20], box[21], box[22], box[23]
     far0, far1, far2 = math.sqrt(l1 * l1 + l2 * l2), math.sqrt(l2 * l2 + l0 * l0), math.sqrt(l0 * l0 + l1 * l1)
     soft = math.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + d0 * d0 + d1 * d1 + d2 * d2) * f32(0.25) + TINY
     for i in range(n):
@@ -91,13 +105,27 @@ def hide(S, n, turn, move, lamp, half, lamp_radius, steps):
         hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2, soft, room)
         hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0, soft, room)
         hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1, soft, room)
-        S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
+        S[HIDDEN + i] = hidden
 
 
 @kernel
 def begin_group(S, n):
     for i in range(n):
-        S[SEEN_NOW + i] = ONE
+        S[SEEN_NOW + i], S[SUM_HIDDEN + i], S[SUM_OUTLINED + i] = ONE, ZERO, ZERO
+
+
+@kernel
+def take_in(S, n, part, outlined):
+    """Add what one caster hides (HIDDEN) to its group, but for points of its own body. outlined: 1 for an
+    outline, 0 for a box. Returns whether it hides any."""
+    most = ZERO
+    for i in range(n):
+        hidden = ZERO if S[PART + i] == part else S[HIDDEN + i]
+        S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
+        S[SUM_HIDDEN + i] += hidden
+        S[SUM_OUTLINED + i] += outlined * hidden
+        most = max(most, hidden)
+    return most > ZERO
 
 
 @kernel
@@ -107,17 +135,32 @@ def end_group(S, n):
 
 
 @kernel
-def pixel_steps(turn, right, down, half, steps):
-    """steps (2, 3): how a receiver point moves, in the box frame, from one pixel to the next; right, down (3,): the
-    same in the receiver frame. No longer than the mean half side of the box: a shadow much smaller than its pixel, as
-    close to the horizon, is nothing to be spread."""
-    longest = (half[0] + half[1] + half[2]) / 3
+def describe_box(box, axes, place, box_axes, box_place, half, lamp):
+    """Fill in box (BOX,) for receivers in the frame `axes` at `place`: turn (9) and move (3) from there to the box's
+    frame, the lamp's centre there (3) and half sides (3); not `pixel_steps` (6)."""
+    turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
+    change_frame(axes, place, box_axes, box_place, turn, move)
+    for j in range(3):
+        total = 0.0
+        for i in range(3):
+            box[3 * j + i] = turn[j, i]
+            total += box_axes[i, j] * (lamp[i] - box_place[i])
+        box[9 + j], box[12 + j], box[15 + j] = move[j], f32(total), f32(half[j])
+
+
+@kernel
+def pixel_steps(box, right, down):
+    """How a receiver point moves, in the box frame, from one pixel to the next; right, down (3,): the same in the
+    receiver frame. No longer than the mean half side of the box: a shadow much smaller than its pixel, as close to the
+    horizon, is nothing to be spread."""
+    longest = (box[15] + box[16] + box[17]) / 3
     for m in range(2):
         step = right if m == 0 else down
         length = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
         scale = min(1.0, longest / (length + 1e-12))
         for k in range(3):
-            steps[m, k] = f32(scale * (turn[k, 0] * step[0] + turn[k, 1] * step[1] + turn[k, 2] * step[2]))
+            along = box[3 * k] * step[0] + box[3 * k + 1] * step[1] + box[3 * k + 2] * step[2]
+            box[18 + 3 * m + k] = f32(scale * along)
 
 
 @kernel
@@ -151,14 +194,15 @@ def may_shadow(receiver, receiver_radius, caster, caster_radius, lamp, lamp_radi
 
 
 @kernel
-def box_may_shadow(u, v, w, reach, turn, move, half, lamp, lamp_radius):
+def box_may_shadow(u, v, w, reach, box, lamp_radius):
     """As `may_shadow`, for the box itself and so with fewer false alarms. u, v, w, reach: sphere around the receiver in
-    its frame; turn, move, half, lamp: as in `hide`."""
+    its frame; box: of `describe_box`."""
     start = (
-        turn[0, 0] * u + turn[0, 1] * v + turn[0, 2] * w + move[0],
-        turn[1, 0] * u + turn[1, 1] * v + turn[1, 2] * w + move[1],
-        turn[2, 0] * u + turn[2, 1] * v + turn[2, 2] * w + move[2],
+        box[0] * u + box[1] * v + box[2] * w + box[9],
+        box[3] * u + box[4] * v + box[5] * w + box[10],
+        box[6] * u + box[7] * v + box[8] * w + box[11],
     )
+    lamp, half = (box[12], box[13], box[14]), (box[15], box[16], box[17])
     size, away, length = 0.0, 0.0, 0.0
     for k in range(3):
         size += half[k] ** 2
@@ -173,22 +217,3 @@ def box_may_shadow(u, v, w, reach, turn, move, half, lamp, lamp_radius):
         a, b = (-half[k] - margin - start[k]) / step, (half[k] + margin - start[k]) / step
         first, last = max(first, min(a, b)), min(last, max(a, b))
     return first <= last
-
-
-@kernel
-def place_lamp(caster_turns, caster_places, lamp, lamps):
-    """lamps (k, 3): the lamp's centre in every caster's frame."""
-    for k in range(caster_places.shape[0]):
-        for j in range(3):
-            total = 0.0
-            for i in range(3):
-                total += caster_turns[k, i, j] * (lamp[i] - caster_places[k, i])
-            lamps[k, j] = f32(total)
-
-
-def casters(
-    camera_position: np.ndarray, camera_rotation: np.ndarray, part_turns: np.ndarray, part_places: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """World frames of the gripper's parts, which are given in camera axes."""
-    turns, places = camera_rotation @ part_turns, camera_position + part_places @ camera_rotation.T
-    return np.ascontiguousarray(turns), np.ascontiguousarray(places)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from evslip.rendering.ambient import irradiance, turned
+from evslip.rendering.casters import OBJECT_PART, around, receive, shade, spread
 from evslip.rendering.lanes import (
     AMBIENT,
     GLOSS,
@@ -19,6 +20,8 @@ from evslip.rendering.lanes import (
     NORMAL_Y,
     NORMAL_Z,
     ONE,
+    OPEN,
+    PART,
     RESULT,
     ROOM,
     SEEN,
@@ -30,7 +33,8 @@ from evslip.rendering.lanes import (
     f32,
     kernel,
 )  # fmt: skip
-from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, risen
+from evslip.rendering.occlusion import block, describe_blockers, faces_any
+from evslip.rendering.shadow import risen
 from evslip.rendering.texels import SQUARE, sample_around
 
 COARSEST = 0.25
@@ -41,38 +45,31 @@ COARSEST = 0.25
 def draw_skin(
     out, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
     cells, levels, repeats, functions, pixels, faces, places, shares, count,
-    caster_turns, caster_places, caster_halves, keep, middle_depth,
+    casters, part, keep, middle_depth,
 ):  # fmt: skip
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
-    Casters: the gripper's boxes in camera axes. middle_depth: of the object, for the blur of shadows over a pixel.
+    part: number of this body among the casters. middle_depth: of the object, for the blur of shadows over a pixel.
     """
     height, width = out.shape
     flat, kept = out.reshape(-1), keep.reshape(-1)
-    eye, zero, lamp_here = np.eye(3), np.zeros(3), np.zeros(3)
+    lamp_here = np.zeros(3)
     for k in range(3):
         for j in range(3):
             lamp_here[k] += turn[j, k] * (lamp[j] - camera[j])
     matrix, lamp32 = turned(ambient, turn), lamp_here.astype(np.float32)
     power, shine, radius = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss), f32(lamp_radius)
-    casters = caster_places.shape[0]
-    turns, moves = np.empty((casters, 3, 3), np.float32), np.empty((casters, 3), np.float32)
-    lamps, steps = np.zeros((casters, 3), np.float32), np.zeros((casters, 2, 3), np.float32)
-    halves, sizes = caster_halves.astype(np.float32), np.zeros(casters)
+    reception = receive(casters, turn, camera)
     right, down = np.zeros(3), np.zeros(3)
     right[0] = down[1] = middle_depth / focal
-    for c in range(casters):
-        change_frame(eye, zero, caster_turns[c], caster_places[c], turns[c], moves[c])
-        for j in range(3):
-            total = 0.0
-            for i in range(3):
-                total += caster_turns[c, i, j] * (lamp_here[i] - caster_places[c, i])
-            lamps[c, j] = f32(total)
-            sizes[c] += caster_halves[c, j] ** 2
-        sizes[c] = math.sqrt(sizes[c])
-        pixel_steps(turns[c], right, down, halves[c], steps[c])
-    texels, middle = levels[0, 1], np.empty(3)
+    for c in range(casters.parts.size):
+        reception.kinds[c, 0] = casters.parts[c] != part
+    spread(reception, casters, right, down)
+    blockers = describe_blockers(casters, turn, camera)
+    for i in range(LANES):
+        S[PART + i] = f32(part)
+    texels = levels[0, 1]
     for start in range(0, count, LANES):
         n = min(LANES, count - start)
         _unpack(
@@ -83,18 +80,21 @@ def draw_skin(
         for i in range(n):
             lit = max(lit, S[LIT + i])
             S[AMBIENT + i] = irradiance(matrix, S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i])
+            S[OPEN + i] = ONE
+        if part == OBJECT_PART:
+            for k in range(1, blockers.shape[0]):
+                if faces_any(S, n, blockers[k]):
+                    block(S, n, blockers[k], False)
         if lit > ZERO:
-            reach = _around(S, n, middle)
-            begin_group(S, n)
-            for c in range(casters):
-                if may_shadow(middle, reach, caster_places[c], sizes[c], lamp_here, lamp_radius):
-                    hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, steps[c])
-            end_group(S, n)
-        part = slice(start, start + n)
-        _look_up(S, n, functions, faces[part], places[part], shares[part], texels, repeats)
+            u, v, w, reach = around(S, n)
+            shade(S, n, u, v, w, reach, reception, True, True)
+        own = slice(start, start + n)
+        _look_up(S, n, functions, faces[own], places[own], shares[own], texels, repeats)
         sample_around(S, n, cells, fetched, levels, True, SQUARE)
         for i in range(n):
-            S[RESULT + i] = S[TEX + i] * (S[AMBIENT + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+            S[RESULT + i] = (
+                S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+            )
         for i in range(n):
             p = pixels[start + i]
             flat[p] += shares[start + i] * kept[p] * S[RESULT + i]
@@ -166,16 +166,3 @@ def _look_up(S, n, functions, faces, places, shares, texels, repeats):
         room_v = HALF - max(HALF * (abs(S[MAJOR_V + i]) + abs(S[MINOR_V + i])), border)
         S[U + i] = S[U + i] if repeats[0] else HALF + min(max(S[U + i] - HALF, -room_u), room_u)
         S[V + i] = S[V + i] if repeats[1] else HALF + min(max(S[V + i] - HALF, -room_v), room_v)
-
-
-@kernel
-def _around(S, n, middle):
-    """Fill in the middle of a box around the points U, V, W; returns the radius of a sphere around it."""
-    square = ZERO
-    for slot, k in ((U, 0), (V, 1), (W, 2)):
-        low, high = S[slot], S[slot]
-        for i in range(n):
-            low, high = min(low, S[slot + i]), max(high, S[slot + i])
-        middle[k] = HALF * (low + high)
-        square += (high - low) * (high - low)
-    return HALF * math.sqrt(square) + f32(0.002)

@@ -5,10 +5,11 @@ import math
 import numpy as np
 
 from evslip.rendering.ambient import irradiance
+from evslip.rendering.casters import OBJECT_PART, aim, around, receive, shade, spread
 from evslip.rendering.lanes import HALF as HALF
-from evslip.rendering.lanes import LANES, LEAST_ROOM, RAY_X, RAY_Y, RESULT, ROOM, ZERO, f32, kernel
+from evslip.rendering.lanes import LANES, LEAST_ROOM, PART, RAY_X, RAY_Y, RESULT, ROOM, ZERO, f32, kernel
+from evslip.rendering.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
 from evslip.rendering.plane import PLANE, describe, light_plane, meet_face, reflect
-from evslip.rendering.shadow import begin_group, change_frame, end_group, hide, may_shadow, pixel_steps, place_lamp
 from evslip.rendering.texels import SQUARE, sample_around, unfold
 
 SHADOW_GAP_M = 1e-6
@@ -35,26 +36,22 @@ def face_axes(axes, half, place, face, u_axis, v_axis, normal, origin):
 @kernel
 def draw_solid(
     out, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
-    place, axes, half, cells, levels, level_starts, caster_turns, caster_places, caster_halves,
-    visible, faces, rows, area, spans, keep,
+    place, axes, half, cells, levels, level_starts, casters, visible, faces, rows, area, spans, keep,
 ):  # fmt: skip
     """Add the object's faces to `out`, weighted by coverage (area, spans, rows of `cover_box`) and by keep (height,
     width), the share of each pixel that no part of the gripper in front of the object covers.
 
     lamp_share: how much of the lamp stands above the surface's horizon. level_starts (4,): rows of `levels` that belong
-    to the faces across x, y, z. Casters: the gripper's.
+    to the faces across x, y, z.
     """
     pixel, width, height = f32(1.0 / focal), out.shape[1], out.shape[0]
     radius, power = f32(lamp_radius), f32(lamp_luminance * lamp_radius**2 * lamp_share)
-    count = caster_places.shape[0]
-    lamps = np.empty((count, 3), np.float32)
-    place_lamp(caster_turns, caster_places, lamp, lamps)
-    turns, moves = np.empty((count, 3, 3), np.float32), np.empty((count, 3), np.float32)
-    steps, halves = np.zeros((count, 2, 3), np.float32), caster_halves.astype(np.float32)
+    for i in range(LANES):
+        S[PART + i] = f32(OBJECT_PART)
     u_axis, v_axis, normal, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     frame, plane = np.empty((3, 3)), np.zeros(PLANE)
     right, down = np.zeros(3), np.zeros(3)
-    active = np.zeros(count, np.bool_)
+    nodes = np.empty((FACE_NODES, FACE_NODES), np.float32)
     for k in range(visible):
         half_u, half_v = face_axes(axes, half, place, faces[k], u_axis, v_axis, normal, origin)
         describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp)
@@ -69,14 +66,15 @@ def draw_solid(
         right[0] = math.sqrt(distance) / focal
         down[1] = right[0]
         lit = plane[14] > -lamp_radius
-        for c in range(count):
-            active[c] = lit and _above(caster_turns[c], caster_places[c], caster_halves[c], normal, origin)
-            size = math.sqrt(caster_halves[c, 0] ** 2 + caster_halves[c, 1] ** 2 + caster_halves[c, 2] ** 2)
-            reach = math.sqrt(half_u**2 + half_v**2) + 0.002
-            active[c] = active[c] and may_shadow(origin, reach, caster_places[c], size, lamp, lamp_radius)
-            if active[c]:
-                change_frame(frame, origin, caster_turns[c], caster_places[c], turns[c], moves[c])
-                pixel_steps(turns[c], right, down, halves[c], steps[c])
+        face_nodes(S, half_u, half_v, describe_blockers(casters, frame, origin)[1:], nodes)
+        reception = receive(casters, frame, origin)
+        reach = math.sqrt(half_u**2 + half_v**2) + 0.002
+        shaded = lit and aim(reception, casters, origin, reach)
+        if shaded:
+            for c in range(casters.parts.size):
+                if casters.parts[c] == OBJECT_PART or not _above(casters, c, normal, origin):
+                    reception.kinds[c, 0] = 0
+            spread(reception, casters, right, down)
         for row in range(rows[k, 0], rows[k, 1]):
             first, last = spans[k, row, 0], spans[k, row, 1]
             while first < last and keep[row, first] <= ZERO:
@@ -91,12 +89,10 @@ def draw_solid(
                     S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
                 meet_face(S, n, plane32, pixel, f32(half_u), f32(half_v))
                 light_plane(S, n, plane32, power, radius, gloss)
-                if lit:
-                    begin_group(S, n)
-                    for c in range(count):
-                        if active[c]:
-                            hide(S, n, turns[c], moves[c], lamps[c], halves[c], radius, steps[c])
-                    end_group(S, n)
+                open_face(S, n, f32(half_u), f32(half_v), nodes)
+                if shaded:
+                    u, v, w, reach = around(S, n)
+                    shade(S, n, u, v, w, reach, reception, True, True)
                 unfold(S, n, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF, False)
                 sample_around(S, n, cells, fetched, own, False, SQUARE)
                 reflect(S, n, light)
@@ -105,13 +101,13 @@ def draw_solid(
 
 
 @kernel
-def _above(turn, place, half, normal, origin):
-    """Whether any corner of a box lies above a plane."""
+def _above(casters, c, normal, origin):
+    """Whether any corner of a caster's box lies above a plane."""
     top = 0.0
     for j in range(3):
-        top += normal[j] * (place[j] - origin[j])
+        top += normal[j] * (casters.places[c, j] - origin[j])
         along = 0.0
         for i in range(3):
-            along += normal[i] * turn[i, j]
-        top += abs(along) * half[j]
+            along += normal[i] * casters.turns[c, i, j]
+        top += abs(along) * casters.halves[c, j]
     return top > SHADOW_GAP_M
