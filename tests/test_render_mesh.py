@@ -11,12 +11,12 @@ from evslip.draws import draw
 from evslip.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import body
 from evslip.rendering.facets import prepare_facets
-from evslip.rendering.lanes import LANES, ROOM, SCRATCH, SEEN_NOW, U, V, W
+from evslip.rendering.lanes import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
 from evslip.rendering.mesh import Mesh
-from evslip.rendering.outline import outline_of, outline_scratch, shade_behind
+from evslip.rendering.outline import outline_of, shade_behind
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster
-from evslip.rendering.shadow import begin_group, change_frame
+from evslip.rendering.shadow import change_frame
 from evslip.shapes import surface_of
 from made_up import still, turning
 
@@ -51,20 +51,18 @@ def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6)):
     S, result = np.zeros(SCRATCH, np.float32), []
     turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
     change_frame(np.eye(3), np.zeros(3), outline.turn, outline.place, turn, move)
+    row = np.array([*turn.ravel(), *move, outline.distance, *outline.plane, *blur], np.float32)
+    chosen = np.empty(len(outline.edges), np.int64)
     for start in range(0, len(points), LANES):
-        chunk = points[start : start + LANES]
+        chunk = points[start : start + LANES].astype(np.float32)
         n = len(chunk)
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + n] = values
-        S[ROOM : ROOM + n] = 1
-        begin_group(S, n)
+        S[ROOM : ROOM + n], S[HIDDEN : HIDDEN + n] = 1, 0
         middle = (chunk.min(0) + chunk.max(0)) / 2
         reach = np.linalg.norm(chunk - middle, axis=1).max()
-        shade_behind(
-            S, n, middle, reach, turn, move, outline, outline_scratch(outline), np.float32(lamp_radius),
-            np.asarray(blur, np.float32), False,
-        )  # fmt: skip
-        result.append(S[SEEN_NOW : SEEN_NOW + n].copy())
+        shade_behind(S, n, *middle, reach, row, outline.edges, chosen, np.float32(lamp_radius), False)
+        result.append(1 - S[HIDDEN : HIDDEN + n])
     return np.concatenate(result)
 
 

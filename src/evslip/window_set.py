@@ -15,6 +15,8 @@ from evslip.frame import BODIES
 HOLD, SLIP = 0, 1
 LabelMode = Literal["motion", "angular", "paper"]
 FORMAT, VERSION = "evslip windows", 1
+OLD_BODIES = 4
+"""Bodies that files of before the arm was drawn count."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ class Windows:
     recent: np.ndarray
     """Whether the object moved in the 0.2 s before the window, bool of shape (n,)."""
     by_body: np.ndarray
-    """Events of each body in the crop, in the order of evslip.frame.BODIES, int64 of shape (n, 4)."""
+    """Events of each body in the crop, in the order of evslip.frame.BODIES, int64 of shape (n, 5)."""
     dropped: int = 0
     """Windows whose movement lay between hold and slip."""
 
@@ -220,7 +222,11 @@ def load_windows(path: str | Path) -> Windows:
         values = stored_settings(file.attrs)
         plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in values.items()}
         kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
-        arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, (_, tail) in _ARRAYS.items()}
+        tails = {name: tail for name, (_, tail) in _ARRAYS.items()}
+        if isinstance(counts := file.get("by_body"), h5py.Dataset) and counts.shape[1:] == (OLD_BODIES,):
+            tails["by_body"] = (OLD_BODIES,)
+        arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, tail in tails.items()}
+        arrays["by_body"] = np.pad(arrays["by_body"], ((0, 0), (0, len(BODIES) - tails["by_body"][0])))
         windows = Windows(WindowSettings(**plain), dropped=hdf5.attribute(file, "dropped", int), **arrays)
     return _checked(windows, path)
 

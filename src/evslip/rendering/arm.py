@@ -6,7 +6,7 @@ from evslip.camera import Camera
 from evslip.rendering.body import View
 from evslip.rendering.casters import ARM_PART, Casters
 from evslip.rendering.hand import WHITEST
-from evslip.rendering.links import CASTERS, LinkPoses, hulls, in_view, outlines_of, posed
+from evslip.rendering.links import CASTERS, COARSE, LinkPoses, hulls, in_view, outlines_of, posed
 from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting
 from evslip.rendering.skin import draw_skin
@@ -70,9 +70,8 @@ def cast_links(
 ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
     """What casts the links' shadows: turns, places and halves of boxes around them, and the outlines of
     `links.outlines_of`."""
-    parts, places, turns = hulls(), links.places[index], links.turns[index]
-    middles = places + np.einsum("kij,kj->ki", turns, parts.centres)
+    parts, places, turns = hulls(COARSE), links.places[index], links.turns[index]
     found = outlines_of(
         parts.facets.vertices, parts.facets.planes, parts.starts, parts.facets.edges, places, turns, lamp, forward
     )
-    return (turns[:CASTERS], middles[:CASTERS], parts.halves[:CASTERS]), found
+    return (turns[:CASTERS], links.middles[index, :CASTERS], hulls().halves[:CASTERS]), found

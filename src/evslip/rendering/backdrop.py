@@ -153,9 +153,8 @@ def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
             S, n, plane, pixel, power, lamp_radius, gloss, per_m * levels[0, 1], PROBES, 1, ENDLESS, ENDLESS
         )  # fmt: skip
         if shaded:
-            middle = np.empty(3, np.float32)
-            reach = around(S, n, middle)
-            shade(S, n, middle[0], middle[1], middle[2], reach, reception, False)
+            u, v, w, reach = around(S, n)
+            shade(S, n, u, v, w, reach, reception, False, True)
         sample(S, n, cells, fetched, levels, per_m, ZERO, -per_m, ZERO, True, PROBES, 1)
         if lowest >= ONE:
             reflect(S, n, ambient)

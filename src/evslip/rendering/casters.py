@@ -62,10 +62,9 @@ class Casters(NamedTuple):
     """(3,)."""
     rims: np.ndarray
     """Outlines of the boxes there; see `union.rims_of`."""
-    rim_counts: np.ndarray
     block_turns: np.ndarray
-    """Boxes that stand in for the object, the palm and the fingers where they keep light from all around away, as above;
-    (b, 3, 3)."""
+    """Axes of the boxes that stand in for the object, the palm and the fingers where they keep light from all around
+    away; (b, 3, 3)."""
     block_places: np.ndarray
     block_halves: np.ndarray
 
@@ -76,8 +75,7 @@ class Reception(NamedTuple):
     boxes: np.ndarray
     """Of `shadow.describe_box`, float32 (k, BOX)."""
     kinds: np.ndarray
-    """Whether the caster is asked at all; the number of its outline or -1; of its body; of its edges where boxes are
-    joined; int64 (k, 4)."""
+    """Whether the caster is asked at all; the number of its outline or -1; that of its body; int64 (k, 3)."""
     edges: np.ndarray
     """Of all outlines, float32 (m, 2, 3)."""
     starts: np.ndarray
@@ -112,11 +110,11 @@ def cast(
         a, b = (j + 1) % 3, (j + 2) % 3
         frame[j, 0], frame[j, 2] = first[j], towards[j]
         frame[j, 1] = towards[a] * first[b] - towards[b] * first[a]
-    rims, rim_counts = np.empty((count, RIMS, 2, 3), np.float32), np.empty(count, np.int64)
-    rims_of(turns, places, halves, lamp, frame, origin, rims, rim_counts)
+    rims = np.zeros((count, RIMS, 2, 3), np.float32)
+    rims_of(turns, places, halves, lamp, frame, origin, rims)
     return Casters(
         lamp, lamp_radius, turns, places, halves, parts, sizes, outlines, edges, starts, frames, origins,
-        planes, frame, origin, rims, rim_counts, blockers[0], blockers[1], blockers[2],
+        planes, frame, origin, rims, blockers[0], blockers[1], blockers[2],
     )  # fmt: skip
 
 
@@ -124,12 +122,11 @@ def cast(
 def receive(casters, axes, place):
     """The casters from a frame at `place` with `axes` as columns. Steps and blurs are still to be set, by `spread`."""
     count, number = casters.places.shape[0], casters.origins.shape[0]
-    boxes, kinds = np.zeros((count, BOX), np.float32), np.zeros((count, 4), np.int64)
+    boxes, kinds = np.zeros((count, BOX), np.float32), np.zeros((count, 3), np.int64)
     outlines, joint = np.zeros((number, 18), np.float32), np.zeros(16, np.float32)
     for k in range(count):
         describe_box(boxes[k], axes, place, casters.turns[k], casters.places[k], casters.halves[k], casters.lamp)
-        kinds[k, 0], kinds[k, 1] = 1, casters.outlines[k]
-        kinds[k, 2], kinds[k, 3] = casters.parts[k], casters.rim_counts[k]
+        kinds[k, 0], kinds[k, 1], kinds[k, 2] = 1, casters.outlines[k], casters.parts[k]
     longest = count
     for k in range(number):
         _put_frame(outlines[k], axes, place, casters.frames[k], casters.origins[k], casters.lamp)
@@ -191,9 +188,10 @@ def aim(reception, casters, middle, reach):
 
 
 @kernel
-def shade(S, n, u, v, w, reach, reception, layered):
+def shade(S, n, u, v, w, reach, reception, layered, joint_always):
     """SEEN *= share of the lamp that the chosen casters leave visible from the points U, V, W, which lie within `reach`
     of (u, v, w) in the frame of the reception. layered: some casters may lie behind the points; see `hide_behind`.
+    joint_always: their union counts under narrow lamps, too.
     """
     begin_group(S, n)
     boxes, kinds, edges, starts, outlines, rims, joint, scratch = reception
@@ -212,21 +210,21 @@ def shade(S, n, u, v, w, reach, reception, layered):
             scratch[0, count] = k
             count += 1
     wide = radius > WIDE * joint[12]
-    if (count > 1 or (wide and count > 0)) and overlaps(S, n, wide):
+    if (wide or joint_always) and (count > 1 or (wide and count > 0)) and overlaps(S, n, wide):
         join(S, n, scratch[0], count, rims, kinds, joint)
     if count > 0:
         end_group(S, n)
 
 
 @kernel
-def around(S, n, middle):
-    """Fill in the middle of a box around the points U, V, W; returns the radius of a sphere around it, with room for
-    the blur of shadows at its rim."""
-    square = f32(0)
-    for slot, k in ((U, 0), (V, 1), (W, 2)):
-        low, high = S[slot], S[slot]
-        for i in range(n):
-            low, high = min(low, S[slot + i]), max(high, S[slot + i])
-        middle[k] = HALF * (low + high)
-        square += (high - low) * (high - low)
-    return f32(0.6) * math.sqrt(square) + f32(0.005)
+def around(S, n):
+    """Middle (u, v, w) of a box around the points U, V, W, and the radius of a sphere around it with room for the blur
+    of shadows at its rim."""
+    low_u, high_u, low_v, high_v, low_w, high_w = S[U], S[U], S[V], S[V], S[W], S[W]
+    for i in range(n):
+        low_u, high_u = min(low_u, S[U + i]), max(high_u, S[U + i])
+        low_v, high_v = min(low_v, S[V + i]), max(high_v, S[V + i])
+        low_w, high_w = min(low_w, S[W + i]), max(high_w, S[W + i])
+    du, dv, dw = high_u - low_u, high_v - low_v, high_w - low_w
+    reach = f32(0.6) * math.sqrt(du * du + dv * dv + dw * dw) + f32(0.005)
+    return HALF * (low_u + high_u), HALF * (low_v + high_v), HALF * (low_w + high_w), reach

@@ -9,7 +9,7 @@ from evslip.rendering.ambient import irradiance, turned
 from evslip.rendering.casters import receive, shade, spread
 from evslip.rendering.lanes import LANES, LIT, ONE, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, ZERO, U, V, W, f32, kernel
 from evslip.rendering.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
-from evslip.rendering.occlusion import block, describe_blockers, faces_any
+from evslip.rendering.occlusion import block, describe_blockers
 from evslip.rendering.shadow import BOX, describe_box, risen
 
 TOUCHING_M = 0.0015
@@ -34,24 +34,26 @@ def shade_gripper(
     right, down = np.zeros(3), np.zeros(3)
     right[0] = down[1] = away / focal
     spread(reception, casters, right, down)
-    object_box = describe_blockers(casters, turn, camera)[0]
+    opens = _open_to_object(S, fragments, describe_blockers(casters, turn, camera)[0])
     lamp32, radius = lamp_here.astype(np.float32), f32(casters.lamp_radius)
     power, shine = f32(lamp_luminance * casters.lamp_radius**2 * lamp_share), f32(gloss)
     for chunk in range(bounds.shape[0]):
         start = chunk * LANES
         n = min(LANES, fragments.shape[1] - start)
         own = fragments[:, start : start + n]
-        _place(S, n, own)
-        if faces_any(S, n, object_box):
-            block(S, n, object_box, False)
+        for i in range(n):
+            S[OPEN + i] = opens[start + i]
         _light(S, n, own, albedo, lamp32, radius, power, shine, matrix)
-        lit = ZERO
+        lit, first, last = ZERO, own[BODY, 0], own[BODY, 0]
         for i in range(n):
             lit = max(lit, S[LIT + i])
             S[PART + i] = own[BODY, i]
+            first, last = min(first, own[BODY, i]), max(last, own[BODY, i])
         if lit > ZERO:
-            x, y, z, reach = bounds[chunk]
-            shade(S, n, f32(x), f32(y), f32(z), f32(reach + 0.001), reception, True)
+            for k in range(casters.parts.size):
+                reception.kinds[k, 0] = first != last or casters.parts[k] != first
+            x, y, z, reach = f32(bounds[chunk, 0]), f32(bounds[chunk, 1]), f32(bounds[chunk, 2]), bounds[chunk, 3]
+            shade(S, n, x, y, z, f32(reach + 0.001), reception, True, False)
         for i in range(n):
             values[start + i] = S[RESULT + i] + S[LIT + i] * S[SEEN + i]
 
@@ -73,6 +75,35 @@ def open_layers(fragments, turns, places, halves, parts):
             block(S, n, boxes[k], False)
             for i in range(n):
                 own[layers.OPEN, i] *= ONE if own[BODY, i] == parts[k] else S[OPEN + i]
+
+
+@kernel
+def _open_to_object(S, fragments, box):
+    """Share of the light from all around that reaches each fragment past the object and the other parts, (n,)."""
+    opens, where, count = fragments[layers.OPEN].copy(), np.empty(fragments.shape[1], np.int64), 0
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = box[0], box[1], box[2], box[3], box[4], box[5], box[6], box[7], box[8]
+    for k in range(opens.size):
+        p, q, r = fragments[NORMAL_X, k], fragments[NORMAL_Y, k], fragments[NORMAL_Z, k]
+        u, v, w = fragments[X, k], fragments[Y, k], fragments[Z, k]
+        a, b, c = m00 * p + m01 * q + m02 * r, m10 * p + m11 * q + m12 * r, m20 * p + m21 * q + m22 * r
+        x = m00 * u + m01 * v + m02 * w + box[9]
+        y = m10 * u + m11 * v + m12 * w + box[10]
+        z = m20 * u + m21 * v + m22 * w + box[11]
+        # The box's highest corner over the fragment's horizon.
+        if abs(a) * box[15] + abs(b) * box[16] + abs(c) * box[17] > a * x + b * y + c * z:
+            where[count] = k
+            count += 1
+    for start in range(0, count, LANES):
+        n = min(LANES, count - start)
+        for i in range(n):
+            k = where[start + i]
+            S[U + i], S[V + i], S[W + i] = fragments[X, k], fragments[Y, k], fragments[Z, k]
+            S[lanes.NORMAL_X + i], S[lanes.NORMAL_Y + i] = fragments[NORMAL_X, k], fragments[NORMAL_Y, k]
+            S[lanes.NORMAL_Z + i], S[OPEN + i] = fragments[NORMAL_Z, k], opens[k]
+        block(S, n, box, False)
+        for i in range(n):
+            opens[where[start + i]] = S[OPEN + i]
+    return opens
 
 
 @kernel

@@ -31,8 +31,8 @@ LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 class Layers(NamedTuple):
     fragments: np.ndarray
     """float32 of shape (16, n), in the order of the pixels; see the row names above. Positions and directions in camera
-    axes, SHARE of the pixel's area, BODY: HAND, LEFT or RIGHT of `hand`, OPEN: share of the light from all around that the
-    other parts let pass."""
+    axes, SHARE of the pixel's area, BODY: HAND, LEFT or RIGHT of `hand`, OPEN: share of the light from all around that
+    the other parts let pass."""
     pixels: np.ndarray
     """Flat index of every pixel that has fragments, of shape (m,)."""
     starts: np.ndarray

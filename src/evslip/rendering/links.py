@@ -21,7 +21,9 @@ from evslip.shapes.surface import corner_normals
 LINKS = 8
 """Links of the arm, from the base to the one that the hand is fixed to."""
 CASTERS = LINKS - 1
-DIRECTIONS = 64
+FINE, COARSE = 64, 24
+"""Directions in which a hull keeps its farthest corner, for the arm's look and for its shadow, which has no sharp edge
+on what the camera sees."""
 AWAY_M = 0.005
 """Joints that lead farther from the hand than this are not those of an arm that carries it."""
 
@@ -48,6 +50,8 @@ class LinkPoses(NamedTuple):
     """Origins of the links' frames in metres, of shape (n, LINKS, 3)."""
     turns: np.ndarray
     """Their axes as columns, of shape (n, LINKS, 3, 3)."""
+    middles: np.ndarray
+    """Centres of the boxes around them, of shape (n, LINKS, 3)."""
 
 
 def link_poses(joints_rad: np.ndarray) -> LinkPoses:
@@ -60,7 +64,8 @@ def link_poses(joints_rad: np.ndarray) -> LinkPoses:
         turn = turn @ fixed @ Rotation.from_euler("z", angle[:, None]).as_matrix()
         places.append(place)
         axes.append(turn)
-    return LinkPoses(np.stack(places, 1), np.ascontiguousarray(np.stack(axes, 1)))
+    origins, columns = np.stack(places, 1), np.ascontiguousarray(np.stack(axes, 1))
+    return LinkPoses(origins, columns, origins + np.einsum("nkij,kj->nki", columns, hulls().centres))
 
 
 def carries(joints_rad: np.ndarray, hand_m: np.ndarray) -> bool:
@@ -84,19 +89,22 @@ def _joints() -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
     return (np.array([xyz for xyz, _ in named]), turns), origins["panda_joint8"][0]
 
 
-def _directions() -> np.ndarray:
-    """Unit vectors spread evenly over the sphere; a hull keeps the corner that lies farthest in each."""
-    z = 1 - 2 * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
-    turn = np.arange(DIRECTIONS) * np.pi * (3 - np.sqrt(5))
+def _directions(count: int) -> np.ndarray:
+    """Unit vectors spread evenly over the sphere."""
+    z = 1 - 2 * (np.arange(count) + 0.5) / count
+    turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
     return np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], 1)
 
 
 @cache
-def hulls() -> Hulls:
+def hulls(directions: int = FINE) -> Hulls:
+    """All links, each with the corners that lie farthest in so many directions, and with the volume that it had."""
     vertices, faces, owners = [], [], []
     for link in range(LINKS):
         corners = collision_hull(f"link{link}")
-        corners = corners[np.unique((corners @ _directions().T).argmax(0))]
+        volume, middle = ConvexHull(corners).volume, corners.mean(0)
+        corners = corners[np.unique((corners @ _directions(directions).T).argmax(0))]
+        corners = middle + (corners - middle) * np.cbrt(volume / ConvexHull(corners).volume)
         hull = ConvexHull(corners)
         triangles = hull.simplices.copy()
         a, b, c = (corners[triangles[:, k]] for k in range(3))
@@ -172,8 +180,8 @@ def posed(places: np.ndarray, turns: np.ndarray) -> Facets:
 
 @kernel
 def in_view(places, turns, centres, halves, camera, turn, slope_x, slope_y):
-    """Whether the camera may see any of the links' boxes, given by centres and halves in their frames. slope_x, slope_y:
-    of the image's borders, half its size over the focal length; camera, turn: where the camera is."""
+    """Whether the camera may see any of the links' boxes, given by centres and halves in their frames. slope_x,
+    slope_y: of the image's borders, half its size over the focal length; camera, turn: where the camera is."""
     point = np.empty(3)
     for k in range(places.shape[0]):
         left, right, low, high, ahead = True, True, True, True, False

@@ -58,28 +58,47 @@ def arc(cosine):
 def block(S, n, box, above):
     """OPEN *= 1 - DARK * form factor of a box, seen from the points U, V, W with normals NORMAL.
 
-    box: of `shadow.describe_box`. above: the whole box lies above the points' horizon. Where it does not, the part above
-    is that of a sphere with the same flow of light (Snyder 1996, Hill 2016).
+    box: of `shadow.describe_box`. above: the whole box lies above the points' horizon. Where it does not, the part
+    above is that of a sphere with the same flow of light (Snyder 1996, Hill 2016).
     """
     _into_box(S, n, box)
-    h = (box[15], box[16], box[17])
-    for corner in range(8):
-        x = h[0] if corner & 1 else -h[0]
-        y = h[1] if corner & 2 else -h[1]
-        z = h[2] if corner & 4 else -h[2]
-        at = MORE + 3 * corner * LANES
-        for i in range(n):
-            a, b, c = x - S[PX + i], y - S[PY + i], z - S[PZ + i]
-            unit = ONE / math.sqrt(a * a + b * b + c * c + f32(1e-12))
-            S[at + i], S[at + LANES + i], S[at + 2 * LANES + i] = a * unit, b * unit, c * unit
+    h0, h1, h2 = box[15], box[16], box[17]
+    # Corners and edges are written out: at constant distances in S, loops need no check for overlap.
+    _see_corner(S, n, 0 * 3 * LANES, -h0, -h1, -h2)
+    _see_corner(S, n, 1 * 3 * LANES, h0, -h1, -h2)
+    _see_corner(S, n, 2 * 3 * LANES, -h0, h1, -h2)
+    _see_corner(S, n, 3 * 3 * LANES, h0, h1, -h2)
+    _see_corner(S, n, 4 * 3 * LANES, -h0, -h1, h2)
+    _see_corner(S, n, 5 * 3 * LANES, h0, -h1, h2)
+    _see_corner(S, n, 6 * 3 * LANES, -h0, h1, h2)
+    _see_corner(S, n, 7 * 3 * LANES, h0, h1, h2)
     for i in range(n):
         S[FLOW_X + i], S[FLOW_Y + i], S[FLOW_Z + i] = ZERO, ZERO, ZERO
-    for a in range(3):
-        b, c = (a + 1) % 3, (a + 2) % 3
-        for sides in range(4):
-            side_b, side_c = sides & 1, sides >> 1
-            first = MORE + 3 * ((side_b << b) + (side_c << c)) * LANES
-            _add_edge(S, n, first, first + 3 * (1 << a) * LANES, b, c, side_b, side_c, h[b], h[c])
+    never, always = _faces_seen(S, n, (h0, h1, h2))
+    if matters(never, always, 4, 16):
+        _add_edge(S, n, 0 * 3 * LANES, 1 * 3 * LANES, 1 * LANES, 2 * LANES, -ONE, -ONE, h1, h2)
+    if matters(never, always, 8, 16):
+        _add_edge(S, n, 2 * 3 * LANES, 3 * 3 * LANES, 1 * LANES, 2 * LANES, ONE, -ONE, h1, h2)
+    if matters(never, always, 4, 32):
+        _add_edge(S, n, 4 * 3 * LANES, 5 * 3 * LANES, 1 * LANES, 2 * LANES, -ONE, ONE, h1, h2)
+    if matters(never, always, 8, 32):
+        _add_edge(S, n, 6 * 3 * LANES, 7 * 3 * LANES, 1 * LANES, 2 * LANES, ONE, ONE, h1, h2)
+    if matters(never, always, 16, 1):
+        _add_edge(S, n, 0 * 3 * LANES, 2 * 3 * LANES, 2 * LANES, 0 * LANES, -ONE, -ONE, h2, h0)
+    if matters(never, always, 32, 1):
+        _add_edge(S, n, 4 * 3 * LANES, 6 * 3 * LANES, 2 * LANES, 0 * LANES, ONE, -ONE, h2, h0)
+    if matters(never, always, 16, 2):
+        _add_edge(S, n, 1 * 3 * LANES, 3 * 3 * LANES, 2 * LANES, 0 * LANES, -ONE, ONE, h2, h0)
+    if matters(never, always, 32, 2):
+        _add_edge(S, n, 5 * 3 * LANES, 7 * 3 * LANES, 2 * LANES, 0 * LANES, ONE, ONE, h2, h0)
+    if matters(never, always, 1, 4):
+        _add_edge(S, n, 0 * 3 * LANES, 4 * 3 * LANES, 0 * LANES, 1 * LANES, -ONE, -ONE, h0, h1)
+    if matters(never, always, 2, 4):
+        _add_edge(S, n, 1 * 3 * LANES, 5 * 3 * LANES, 0 * LANES, 1 * LANES, ONE, -ONE, h0, h1)
+    if matters(never, always, 1, 8):
+        _add_edge(S, n, 2 * 3 * LANES, 6 * 3 * LANES, 0 * LANES, 1 * LANES, -ONE, ONE, h0, h1)
+    if matters(never, always, 2, 8):
+        _add_edge(S, n, 3 * 3 * LANES, 7 * 3 * LANES, 0 * LANES, 1 * LANES, ONE, ONE, h0, h1)
     for i in range(n):
         x, y, z = S[FLOW_X + i], S[FLOW_Y + i], S[FLOW_Z + i]
         level = x * S[NX + i] + y * S[NY + i] + z * S[NZ + i]
@@ -87,6 +106,19 @@ def block(S, n, box, above):
             length = math.sqrt(x * x + y * y + z * z)
             level = (length * length + level) / (length + ONE)
         S[OPEN + i] *= ONE - DARK * min(max(level, ZERO), ONE)
+
+
+@kernel
+def _faces_seen(S, n, half):
+    """Faces that no point sees, and those that all see: bit 2 a + side of axis a, whose side is 0 below, 1 above."""
+    never, always = 0, 0
+    for a in range(3):
+        low, high = S[PX + a * LANES], S[PX + a * LANES]
+        for i in range(n):
+            low, high = min(low, S[PX + a * LANES + i]), max(high, S[PX + a * LANES + i])
+        never |= (0 if low < -half[a] else 1 << (2 * a)) | (0 if high > half[a] else 2 << (2 * a))
+        always |= (1 << (2 * a) if high < -half[a] else 0) | (2 << (2 * a) if low > half[a] else 0)
+    return never, always
 
 
 @kernel
@@ -111,14 +143,29 @@ def _into_box(S, n, box):
         S[NX + i], S[NY + i], S[NZ + i] = a, b, c
 
 
-@kernel
-def _add_edge(S, n, first, second, b, c, side_b, side_c, half_b, half_c):
-    """An edge along one axis, from corner `first` to `second`, between the faces on side_b of axis b and side_c of c."""
-    sign_b, sign_c = ONE if side_b else -ONE, ONE if side_c else -ONE
-    place_b, place_c = PX + b * LANES, PX + c * LANES
+@formula
+def matters(never, always, face, other):
+    """Whether any point sees just one of the two faces that meet at an edge; faces are bits of `_faces_seen`."""
+    both = face | other
+    return (never & both) != both and (always & both) != both
+
+
+@formula
+def _see_corner(S, n, at, x, y, z):
+    """Unit vector to a corner."""
     for i in range(n):
-        seen_b = ONE if sign_b * S[place_b + i] > half_b else ZERO
-        seen_c = ONE if sign_c * S[place_c + i] > half_c else ZERO
+        a, b, c = x - S[PX + i], y - S[PY + i], z - S[PZ + i]
+        unit = ONE / math.sqrt(a * a + b * b + c * c + f32(1e-12))
+        S[MORE + at + i], S[MORE + at + LANES + i], S[MORE + at + 2 * LANES + i] = a * unit, b * unit, c * unit
+
+
+@formula
+def _add_edge(S, n, first, second, b, c, sign_b, sign_c, half_b, half_c):
+    """The flow of an edge along an axis, from corner `first` to `second`, between the faces across axes b and c."""
+    first, second = MORE + first, MORE + second
+    for i in range(n):
+        seen_b = ONE if sign_b * S[PX + b + i] > half_b else ZERO
+        seen_c = ONE if sign_c * S[PX + c + i] > half_c else ZERO
         x0, y0, z0 = S[first + i], S[first + LANES + i], S[first + 2 * LANES + i]
         x1, y1, z1 = S[second + i], S[second + LANES + i], S[second + 2 * LANES + i]
         weight = sign_b * sign_c * (seen_c - seen_b) * arc(x0 * x1 + y0 * y1 + z0 * z1)
@@ -149,21 +196,24 @@ def _block_all(S, n, boxes, above):
 
 @kernel
 def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters):
-    """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin; float32."""
-    nodes = np.empty((height // PITCH + 2, width // PITCH + 2), np.float32)
+    """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin."""
+    nodes = np.ones((height // PITCH + 2, width // PITCH + 2), np.float32)
     boxes, flat = describe_blockers(casters, np.eye(3), origin), nodes.reshape(-1)
-    for start in range(0, flat.size, LANES):
-        n = min(LANES, flat.size - start)
-        for i in range(n):
-            row, column = (start + i) // nodes.shape[1], (start + i) % nodes.shape[1]
-            x, y = (column * PITCH - width * 0.5) / focal, (height * 0.5 - row * PITCH) / focal
-            drop = max(turn[2, 2] - turn[2, 0] * x - turn[2, 1] * y, camera[2] / radius)
+    where, n, columns = np.empty(LANES, np.int64), 0, nodes.shape[1]
+    for k in range(flat.size):
+        x, y = ((k % columns) * PITCH - width * 0.5) / focal, (height * 0.5 - (k // columns) * PITCH) / focal
+        drop = turn[2, 2] - turn[2, 0] * x - turn[2, 1] * y
+        if drop > camera[2] / radius:
             away = camera[2] / drop
-            S[U + i] = f32(camera[0] - origin[0] + away * (turn[0, 0] * x + turn[0, 1] * y - turn[0, 2]))
-            S[V + i] = f32(camera[1] - origin[1] + away * (turn[1, 0] * x + turn[1, 1] * y - turn[1, 2]))
-        _block_all(S, n, boxes, True)
-        for i in range(n):
-            flat[start + i] = S[OPEN + i]
+            S[U + n] = f32(camera[0] - origin[0] + away * (turn[0, 0] * x + turn[0, 1] * y - turn[0, 2]))
+            S[V + n] = f32(camera[1] - origin[1] + away * (turn[1, 0] * x + turn[1, 1] * y - turn[1, 2]))
+            where[n] = k
+            n += 1
+        if n == LANES or (k == flat.size - 1 and n > 0):
+            _block_all(S, n, boxes, True)
+            for i in range(n):
+                flat[where[i]] = S[OPEN + i]
+            n = 0
     return nodes
 
 

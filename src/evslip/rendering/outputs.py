@@ -10,6 +10,7 @@ from evslip.errors import ConfigError
 from evslip.params import Params
 from evslip.rendering.hand import LEFT, RIGHT, assemble
 from evslip.rendering.layers import NEAR_M
+from evslip.rendering.links import hulls, posed
 from evslip.rendering.poses import Poses
 from evslip.shapes import surface_of
 from evslip.trajectory import Trajectory
@@ -18,8 +19,8 @@ OUTPUTS = ("depth", "normal", "motion")
 """Names of the arrays of `evslip.frame.Frame` that are made on request."""
 HALF_STEP_US = 500
 """Motion is measured between poses this long before and after: together one step of the simulation's record."""
-OBJECT, SURFACE, SKY = RIGHT + 1, RIGHT + 2, RIGHT + 3
-"""Parts of the scene, after those of the gripper in `hand`."""
+OBJECT, SURFACE, SKY, FIRST_LINK = RIGHT + 1, RIGHT + 2, RIGHT + 3, RIGHT + 4
+"""Parts of the scene, after those of the gripper in `hand`; the last is the first of the arm's links."""
 
 
 def check_outputs(names: Collection[str]) -> None:
@@ -75,6 +76,12 @@ class Sight:
         body, axes = self._object, turn.T @ poses.object_rotation[index]
         corners = (body.vertices @ axes.T + turn.T @ (poses.object_position[index] - origin))[body.faces]
         self._meet(corners, body.normals @ axes.T, np.full(len(corners), OBJECT), depth, normal, part)
+        if poses.links is not None:
+            parts, arm = hulls(), posed(poses.links.places[index], poses.links.turns[index])
+            self._meet(
+                ((arm.vertices - origin) @ turn)[arm.faces], arm.normals @ turn,
+                parts.link_of_face + FIRST_LINK, depth, normal, part,
+            )  # fmt: skip
 
         rays = self._rays @ turn.T
         with np.errstate(divide="ignore"):
@@ -94,6 +101,12 @@ class Sight:
         world = points @ poses.camera_rotation[index].T + poses.camera_position[index]
         body = (world - poses.object_position[index]) @ poses.object_rotation[index] @ poses.object_rotation[k].T
         world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
+        links = poses.links
+        if links is not None:
+            for link in np.unique(part[part >= FIRST_LINK]):
+                number, own = link - FIRST_LINK, part == link
+                local = (world[own] - links.places[index, number]) @ links.turns[index, number]
+                world[own] = local @ links.turns[k, number].T + links.places[k, number]
         moved = (world - there) @ turn
         opening = (poses.travel_m[k] - poses.travel_m[index]) * self._camera.rotation[1]
         sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0

@@ -130,7 +130,8 @@ class Raycaster:
         starts = np.concatenate([starts[0], *(len(edges[0]) + more[1:] for more in starts[1:])])
         return cast(
             lamp.position, lamp.radius_m, view.turn @ self._closing, turns, places, halves, PARTS[: len(halves)],
-            blocking, np.concatenate(numbers), np.concatenate(edges), starts, *(np.concatenate(arrays) for arrays in rest),
+            blocking, np.concatenate(numbers), np.concatenate(edges), starts,
+            *(np.concatenate(arrays) for arrays in rest),
         )  # fmt: skip
 
     def _opening(self, travel_m: float) -> Opening:

@@ -1,10 +1,13 @@
 """When to draw a frame: often enough that nothing moves far in the image, and no oftener."""
 
+import itertools
+
 import numpy as np
 
 from evslip.camera import Camera, hand_camera
 from evslip.errors import ConfigError
 from evslip.params import Params
+from evslip.rendering.links import LINKS, hulls, in_view
 from evslip.rendering.poses import Poses
 from evslip.shapes import shape_of
 from evslip.trajectory import Trajectory
@@ -12,7 +15,9 @@ from evslip.trajectory import Trajectory
 GRID = 7
 """Motion of the scene behind the object is measured at GRID x GRID places of the image."""
 NEAR_M = 0.02
-"""Corners of the object closer to the camera plane than this are not followed."""
+"""Corners of object and arm closer to the camera plane than this are not followed."""
+LOOK = 50
+"""Every so many poses, it is seen which of the arm's links are in view."""
 
 
 def frame_times(
@@ -20,7 +25,7 @@ def frame_times(
 ) -> np.ndarray:
     """Times in microseconds, int64, strictly increasing from `start_us` to `end_us`.
 
-    Between two of them no point of the object and no place of surface or background moves farther in the image than
+    Between two of them no point of object or arm and no place of surface or background moves farther in the image than
     `max_motion_px` (default: the parameters' render.max_motion_px, at the camera's resolution), and no more time passes
     than one period of render.min_rate_hz. Raises ConfigError.
     """
@@ -51,12 +56,42 @@ def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     Under a lens with distortion: an upper bound.
     """
     plain, radius_m = camera.pinhole(), params.background.radius_m
-    return camera.stretch() * np.maximum(_object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
+    moved = np.maximum(_object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
+    return camera.stretch() * np.maximum(moved, _arm_motion(poses, plain))
 
 
 def _object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     corners = shape_of(params).outline()
-    world = poses.object_position[:, None] + corners @ poses.object_rotation.transpose(0, 2, 1)
+    return _corner_motion(poses, camera, poses.object_position, poses.object_rotation, corners)
+
+
+def _arm_motion(poses: Poses, camera: Camera) -> np.ndarray | float:
+    links, parts = poses.links, hulls()
+    if links is None:
+        return 0.0
+    slopes = camera.width / 2 / camera.focal_px, camera.height / 2 / camera.focal_px
+    motion = np.zeros(len(poses.camera_position) - 1)
+    for k in range(LINKS):
+        one = slice(k, k + 1)
+        looks = range(0, len(poses.camera_position), LOOK)
+        if any(
+            in_view(
+                links.places[i, one], links.turns[i, one], parts.centres[one], parts.halves[one],
+                poses.camera_position[i], poses.camera_rotation[i], *slopes,
+            )
+            for i in looks
+        ):  # fmt: skip
+            signs = np.array(list(itertools.product((-1, 1), repeat=3)))
+            corners = parts.centres[k] + signs * parts.halves[k]
+            motion = np.maximum(motion, _corner_motion(poses, camera, links.places[:, k], links.turns[:, k], corners))
+    return motion
+
+
+def _corner_motion(
+    poses: Poses, camera: Camera, places: np.ndarray, turns: np.ndarray, corners: np.ndarray
+) -> np.ndarray:
+    """Farthest movement of a body's corners (k, 3) while it is in view; places (m, 3), turns (m, 3, 3): its poses."""
+    world = places[:, None] + corners @ turns.transpose(0, 2, 1)
     image = camera.project(_into(poses.camera_position[:, None], poses.camera_rotation, world))
     ahead = image[..., 2] > NEAR_M
     moved = np.hypot(*np.moveaxis(np.diff(image[..., :2], axis=0), -1, 0))

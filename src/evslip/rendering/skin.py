@@ -72,7 +72,7 @@ def draw_skin(
     blockers = describe_blockers(casters, turn, camera)
     for i in range(LANES):
         S[PART + i] = f32(part)
-    texels, middle = levels[0, 1], np.empty(3, np.float32)
+    texels = levels[0, 1]
     for start in range(0, count, LANES):
         n = min(LANES, count - start)
         _unpack(
@@ -89,8 +89,8 @@ def draw_skin(
                 if faces_any(S, n, blockers[k]):
                     block(S, n, blockers[k], False)
         if lit > ZERO:
-            reach = around(S, n, middle)
-            shade(S, n, middle[0], middle[1], middle[2], reach, reception, True)
+            u, v, w, reach = around(S, n)
+            shade(S, n, u, v, w, reach, reception, True, True)
         _look_up(S, n, functions, faces[start : start + n], places[start : start + n], texels, repeats)
         sample(S, n, cells, fetched, levels, ONE, ZERO, ONE, ZERO, True, PROBES, PROBES)
         for i in range(n):

@@ -53,7 +53,7 @@ def draw_solid(
     u_axis, v_axis, normal, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     frame, plane = np.empty((3, 3)), np.zeros(PLANE)
     right, down = np.zeros(3), np.zeros(3)
-    middle, nodes = np.empty(3, np.float32), np.empty((FACE_NODES, FACE_NODES), np.float32)
+    nodes = np.empty((FACE_NODES, FACE_NODES), np.float32)
     for k in range(visible):
         half_u, half_v = face_axes(axes, half, place, faces[k], u_axis, v_axis, normal, origin)
         describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp)
@@ -95,8 +95,8 @@ def draw_solid(
                 )
                 open_face(S, n, f32(half_u), f32(half_v), nodes)
                 if shaded:
-                    reach = around(S, n, middle)
-                    shade(S, n, middle[0], middle[1], middle[2], reach, reception, True)
+                    u, v, w, reach = around(S, n)
+                    shade(S, n, u, v, w, reach, reception, True, True)
                 sample(
                     S, n, cells, fetched, own, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF,
                     False, PROBES, PROBES,

@@ -25,6 +25,7 @@ from evslip.rendering.lanes import (
     V,
     W,
     f32,
+    formula,
     kernel,
 )  # fmt: skip
 
@@ -33,8 +34,8 @@ LEAST, SOFT = f32(3e-3), f32(0.04)
 """Bodies are joined where more than one hides part of the lamp: those but the darkest together LEAST of it, wholly from
 SOFT on."""
 WIDE = f32(0.06)
-"""Under a lamp of a larger angular radius, boxes are measured in strips wherever they hide part of it: a box smaller than
-the lamp's cone hides more than the product of its wedges."""
+"""Under a lamp of a larger angular radius, boxes are measured in strips wherever they hide part of it: a box smaller
+than the lamp's cone hides more than the product of its wedges."""
 PER_DISC = f32(1 / np.pi)
 FAR, TINY = f32(1e6), f32(1e-9)
 HEIGHT = f32(2 / STRIPS)
@@ -49,15 +50,15 @@ LOW, HIGH, GAP_LOW, GAP_HIGH, LOST = (MORE + k * STRIPS * LANES for k in range(5
 """State of each strip: the joint interval, the largest gap in it, the length of other gaps."""
 X0, Y0, SLOPE, Y1 = (MORE + 5 * STRIPS * LANES + k * RIMS * LANES for k in range(4))
 """Edges of one box before the lamp's disc."""
-BOTTOM, TOP, MIDDLE, LEFT, RIGHT, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (
-    MORE + (5 * STRIPS + 4 * RIMS + k) * LANES for k in range(10)
+BOTTOM, TOP, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (
+    MORE + (5 * STRIPS + 4 * RIMS + k) * LANES for k in range(8)
 )
 
 
 @kernel
-def rims_of(turns, places, halves, lamp, frame, origin, rims, counts):
-    """Outlines of boxes as the lamp sees them: rims (k, RIMS, 2, 3), both ends of every edge in the lamp's frame;
-    counts (k,): how many edges. turns, places, halves: the boxes, in the world as are lamp, frame and origin."""
+def rims_of(turns, places, halves, lamp, frame, origin, rims):
+    """Outlines of boxes as the lamp sees them: rims (k, RIMS, 2, 3), both ends of every edge in the lamp's frame; where
+    there are fewer, the first is repeated. turns, places, halves: the boxes, in the world as lamp, frame and origin."""
     corner, towards, lit = np.zeros(3), np.zeros(3), np.zeros((3, 2), np.bool_)
     for k in range(places.shape[0]):
         for a in range(3):
@@ -85,13 +86,14 @@ def rims_of(turns, places, halves, lamp, frame, origin, rims, counts):
                                 total += frame[j, i] * world
                             rims[k, m, end, i] = f32(total)
                     m += 1
-        counts[k] = m
+        for e in range(m, RIMS):
+            rims[k, e] = rims[k, 0]
 
 
 @kernel
 def join(S, n, joined, count, rims, kinds, joint):
-    """SEEN_NOW of a group of casters: SEEN_NOW so far is what the darkest of them leaves. The union of the boxes `joined`
-    (the first `count`), over the sum of their shares, is that of the casters. rims, kinds, joint: of
+    """SEEN_NOW of a group of casters: SEEN_NOW so far is what the darkest of them leaves. The union of the boxes
+    `joined` (the first `count`), over the sum of their shares, is that of the casters. rims, kinds, joint: of
     `casters.Reception`.
     """
     m00, m01, m02, m10, m11, m12 = joint[0], joint[1], joint[2], joint[3], joint[4], joint[5]
@@ -105,38 +107,47 @@ def join(S, n, joined, count, rims, kinds, joint):
         S[LAMP_Z + i], S[PER_DEPTH + i] = z, ONE / (distance - z)
         S[OWN + i], S[BOXED + i] = ZERO, ZERO
         S[BLUR_X + i], S[BLUR_Y + i] = S[ROOM + i] * blur_x + TINY, S[ROOM + i] * blur_y + TINY
-    for s in range(STRIPS):
-        at = s * LANES
-        for i in range(n):
-            S[LOW + at + i], S[HIGH + at + i] = FAR, -FAR
-            S[GAP_LOW + at + i], S[GAP_HIGH + at + i], S[LOST + at + i] = ZERO, ZERO, ZERO
+    # Strips and edges are written out: at constant distances in S, loops need no check for overlap.
+    for strip in range(STRIPS):
+        S[LOW + strip * LANES : LOW + (strip + 1) * LANES] = FAR
+        S[HIGH + strip * LANES : HIGH + (strip + 1) * LANES] = -FAR
+    S[GAP_LOW : GAP_LOW + 3 * STRIPS * LANES] = ZERO
     for j in range(count):
         box = joined[j]
-        edges, boxed = kinds[box, 3], ONE if kinds[box, 1] < 0 else ZERO
+        boxed = ONE if kinds[box, 1] < 0 else ZERO
         for i in range(n):
             S[BOTTOM + i], S[TOP + i] = FAR, -FAR
-        for e in range(edges):
-            _project(S, n, e * LANES, rims[box, e], lamp_radius)
-        for s in range(STRIPS):
-            _span(S, n, edges, f32(s) * HEIGHT - ONE, CHORDS[s], boxed)
-            _add(S, n, s * LANES)
+        _project(S, n, 0, rims[box, 0], lamp_radius)
+        _project(S, n, 1 * LANES, rims[box, 1], lamp_radius)
+        _project(S, n, 2 * LANES, rims[box, 2], lamp_radius)
+        _project(S, n, 3 * LANES, rims[box, 3], lamp_radius)
+        _project(S, n, 4 * LANES, rims[box, 4], lamp_radius)
+        _project(S, n, 5 * LANES, rims[box, 5], lamp_radius)
+        _add(S, n, 0, f32(-1.0), CHORDS[0], boxed)
+        _add(S, n, 1 * LANES, f32(-0.75), CHORDS[1], boxed)
+        _add(S, n, 2 * LANES, f32(-0.5), CHORDS[2], boxed)
+        _add(S, n, 3 * LANES, f32(-0.25), CHORDS[3], boxed)
+        _add(S, n, 4 * LANES, f32(0.0), CHORDS[4], boxed)
+        _add(S, n, 5 * LANES, f32(0.25), CHORDS[5], boxed)
+        _add(S, n, 6 * LANES, f32(0.5), CHORDS[6], boxed)
+        _add(S, n, 7 * LANES, f32(0.75), CHORDS[7], boxed)
     for i in range(n):
-        S[LEFT + i] = ZERO
-    for s in range(STRIPS):
-        at = s * LANES
-        for i in range(n):
-            gap = max(S[GAP_HIGH + at + i] - S[GAP_LOW + at + i], ZERO) + S[LOST + at + i]
-            S[LEFT + i] += max(S[HIGH + at + i] - S[LOW + at + i] - gap, ZERO)
+        total = ZERO
+        for strip in range(STRIPS):
+            at = strip * LANES + i
+            gap = max(S[GAP_HIGH + at] - S[GAP_LOW + at], ZERO) + S[LOST + at]
+            total += max(S[HIGH + at] - S[LOW + at] - gap, ZERO)
+        S[UNITED + i] = total
     wide = ONE if lamp_radius > WIDE * distance else ZERO
     for i in range(n):
-        share = min((S[LEFT + i] + TINY) / (S[OWN + i] + TINY), ONE)
+        share = min((S[UNITED + i] + TINY) / (S[OWN + i] + TINY), ONE)
         hidden = min(share * (S[BOXED + i] * (HEIGHT * PER_DISC) + S[SUM_OUTLINED + i]), ONE)
         most = ONE - S[SEEN_NOW + i]
         weight = max(wide, min(max((S[SUM_HIDDEN + i] - most - LEAST) / SOFT, ZERO), ONE))
         S[SEEN_NOW + i] = min(max(S[SEEN_NOW + i] + weight * (most - hidden), ZERO), S[SEEN_NOW + i])
 
 
-@kernel
+@formula
 def _project(S, n, at, edge, lamp_radius):
     """One edge of an outline before the disc, in units of the lamp's radius, widened by the pixel's blur."""
     ax, ay, az = edge[0, 0], edge[0, 1], edge[0, 2]
@@ -154,36 +165,36 @@ def _project(S, n, at, edge, lamp_radius):
         S[TOP + i] = max(S[TOP + i], max(y0, y1))
 
 
-@kernel
-def _span(S, n, edges, low, chord, boxed):
-    """LEFT and RIGHT: what a box covers of one strip. Where it reaches into part of the strip's height alone, it counts
-    as so much narrower about its middle."""
-    high = low + HEIGHT
+@formula
+def _cross(S, at, y, left, right):
+    """left and right, with the place where an edge crosses the height y."""
+    y0 = S[Y0 + at]
+    x = S[X0 + at] + (y - y0) * S[SLOPE + at]
+    crossed = (y0 - y) * (S[Y1 + at] - y) <= ZERO
+    return min(left, x if crossed else FAR), max(right, x if crossed else -FAR)
+
+
+@formula
+def _add(S, n, at, bottom, chord, boxed):
+    """Join a box's interval to those of one strip, from height `bottom` on. Where the box reaches into part of the
+    strip's height alone, it counts as so much narrower about its middle. The larger of two gaps is kept for others to
+    fill."""
+    top = bottom + HEIGHT
     for i in range(n):
-        S[MIDDLE + i] = HALF * (min(max(S[BOTTOM + i], low), high) + min(max(S[TOP + i], low), high))
-        S[LEFT + i], S[RIGHT + i] = FAR, -FAR
-    for e in range(edges):
-        at = e * LANES
-        for i in range(n):
-            y0, y = S[Y0 + at + i], S[MIDDLE + i]
-            x = S[X0 + at + i] + (y - y0) * S[SLOPE + at + i]
-            crossed = (y0 - y) * (S[Y1 + at + i] - y) <= ZERO
-            S[LEFT + i] = min(S[LEFT + i], x if crossed else FAR)
-            S[RIGHT + i] = max(S[RIGHT + i], x if crossed else -FAR)
-    for i in range(n):
-        share = (min(S[TOP + i], high) - max(S[BOTTOM + i], low)) * (ONE / HEIGHT)
-        left, right = min(max(S[LEFT + i], -chord), chord), min(max(S[RIGHT + i], -chord), chord)
-        half = HALF * max(right - left, ZERO) * max(share, ZERO)
-        S[LEFT + i], S[RIGHT + i] = HALF * (left + right) - half, HALF * (left + right) + half
+        start, end = max(S[BOTTOM + i], bottom), min(S[TOP + i], top)
+        share = max((end - start) * (ONE / HEIGHT), ZERO)
+        y, left, right = HALF * (start + end), FAR, -FAR
+        left, right = _cross(S, i, y, left, right)
+        left, right = _cross(S, i + 1 * LANES, y, left, right)
+        left, right = _cross(S, i + 2 * LANES, y, left, right)
+        left, right = _cross(S, i + 3 * LANES, y, left, right)
+        left, right = _cross(S, i + 4 * LANES, y, left, right)
+        left, right = _cross(S, i + 5 * LANES, y, left, right)
+        left, right = min(max(left, -chord), chord), min(max(right, -chord), chord)
+        middle, half = HALF * (left + right), HALF * max(right - left, ZERO) * share
+        left, right = middle - half, middle + half
         S[OWN + i] += TWO * half
         S[BOXED + i] += TWO * half * boxed
-
-
-@kernel
-def _add(S, n, at):
-    """Join the interval LEFT to RIGHT to those of a strip. The larger of two gaps is kept for others to fill."""
-    for i in range(n):
-        left, right = S[LEFT + i], S[RIGHT + i]
         low, high = S[LOW + at + i], S[HIGH + at + i]
         gap_low, gap_high, lost = S[GAP_LOW + at + i], S[GAP_HIGH + at + i], S[LOST + at + i]
         some, first = right > left, low > high
@@ -209,7 +220,8 @@ def _add(S, n, at):
 
 @kernel
 def overlaps(S, n, wide):
-    """Whether `join` matters to any of the points: more than one caster hides part of the lamp, or under a wide lamp any."""
+    """Whether `join` matters to any of the points: more than one caster hides part of the lamp, or under a wide lamp
+    any."""
     most = ZERO
     for i in range(n):
         seen = S[SEEN_NOW + i]

@@ -1,0 +1,166 @@
+"""The arm in the picture: where its links are, what it looks like, and its shadow."""
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from brute_force import seen_share, triangles
+from evslip.camera import hand_camera
+from evslip.config import load_config
+from evslip.draws import draw
+from evslip.frame import ARM, GRIPPER, OBJECT
+from evslip.rendering.arm import cast_links
+from evslip.rendering.casters import ARM_PART, around, cast, receive, shade, spread
+from evslip.rendering.lanes import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
+from evslip.rendering.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed
+from evslip.rendering.outputs import FIRST_LINK, Outputs
+from evslip.rendering.poses import Poses
+from evslip.rendering.raycast import Raycaster
+from evslip.rendering.schedule import image_motion
+from evslip.robot import HOME_RAD, panda
+from made_up import still
+
+
+@pytest.fixture(scope="module")
+def model():
+    model = panda(10.0).compile()
+    return model, mujoco.MjData(model)
+
+
+def at(model, joints):
+    model, data = model
+    data.qpos[:7] = joints
+    mujoco.mj_kinematics(model, data)
+    return data
+
+
+def carried(model, **overrides):
+    """A scene whose arm carries the hand, moving slowly; the object hangs under it."""
+    params = draw(load_config("simple", {"camera.width": 138, "camera.height": 104, **overrides}), 0)
+    traj = still(params, 0.2)
+    share = np.linspace(0, 1, len(traj.t_us))[:, None]
+    traj.joints[:, :7] = HOME_RAD + (0, 0.25, 0, 0, 0, -0.25, 0) + share * (0.05, 0.05, 0, 0.02, 0, 0.05, 0)
+    for k, joints in enumerate(traj.joints):
+        data = at(model, joints[:7])
+        traj.gripper_pose[k, :3], traj.gripper_pose[k, 3:] = data.body("panda_hand").xpos, data.body("panda_hand").xquat
+        turn = data.body("panda_hand").xmat.reshape(3, 3)
+        traj.object_pose[k, :3] = traj.gripper_pose[k, :3] + 0.13 * turn[:, 2]
+    return traj
+
+
+def test_links_are_where_the_simulation_has_them(model):
+    rng = np.random.default_rng(0)
+    joints = rng.uniform(-1.5, 1.5, (5, 7))
+    links = link_poses(joints)
+    for k in range(5):
+        data = at(model, joints[k])
+        for link in range(LINKS):
+            assert links.places[k, link] == pytest.approx(data.body(f"panda_link{link}").xpos, abs=1e-6)
+            assert links.turns[k, link] == pytest.approx(data.body(f"panda_link{link}").xmat.reshape(3, 3), abs=1e-6)
+        hand = data.body("panda_hand").xpos
+        assert carries(joints[k], hand) and not carries(joints[k], hand + 0.01)
+
+
+def test_hulls_are_closed_and_convex():
+    parts = hulls()
+    facets, starts = parts.facets, parts.starts
+    for link in range(LINKS):
+        (v0, f0, e0), (v1, f1, e1) = starts[link : link + 2]
+        assert (v1 - v0) - (e1 - e0) + (f1 - f0) == 2
+        vertices = facets.vertices[v0:v1]
+        assert np.max(vertices @ facets.planes[f0:f1, :3].T - facets.planes[f0:f1, 3]) < 1e-6
+        assert np.all((facets.faces[f0:f1] >= v0) & (facets.faces[f0:f1] < v1))
+        assert np.max(np.abs(vertices - parts.centres[link]) - parts.halves[link]) < 1e-9
+        assert ConvexHull(vertices).volume > 1e-4
+
+
+def test_a_hand_without_an_arm_has_none():
+    traj = still(draw(load_config("simple", {"camera.width": 138, "camera.height": 104}), 0), 0.01)
+    camera = hand_camera(traj.params)
+    assert Poses(traj, camera, traj.t_us).links is None
+
+
+def test_the_arm_is_drawn_where_rays_meet_it(model):
+    traj = carried(model, **{"camera.mount": "front"})
+    camera = hand_camera(traj.params)
+    poses = Poses(traj, camera, np.array([100_000]))
+    artist = Raycaster(traj.params, camera, float(poses.travel_m[0]))
+    image, bodies = artist.draw(poses, 0)
+    _, _, part = Outputs(traj, camera, ("depth",))._cast(poses)
+    arm = part >= FIRST_LINK
+    assert arm.mean() > 0.05
+    assert np.mean((bodies == ARM) != arm) < 0.01  # pixels that it covers in part
+    assert {GRIPPER, OBJECT} < set(np.unique(bodies))
+    assert np.all(np.isfinite(image)) and image.min() > 0
+
+
+def test_no_arm_in_view_from_the_side(model):
+    traj = carried(model, **{"camera.mount": "side"})
+    camera = hand_camera(traj.params)
+    poses = Poses(traj, camera, np.array([0]))
+    parts, slopes = hulls(), (camera.width / 2 / camera.focal_px, camera.height / 2 / camera.focal_px)
+    view = poses.camera_position[0], poses.camera_rotation[0]
+    assert poses.links is not None
+    places, turns = poses.links.places[0], poses.links.turns[0]
+    assert not in_view(places, turns, parts.centres, parts.halves, *view, *slopes)
+    front = hand_camera(carried(model, **{"camera.mount": "front"}).params)
+    hand = poses.camera_rotation[0] @ camera.rotation.T
+    eye = poses.camera_position[0] + hand @ (front.position - camera.position)
+    assert in_view(places, turns, parts.centres, parts.halves, eye, hand @ front.rotation, *slopes)
+    _, bodies = Raycaster(traj.params, camera, float(poses.travel_m[0])).draw(poses, 0)
+    assert not np.any(bodies == ARM)
+
+
+@pytest.mark.parametrize("radius", [0.3, 2.0])
+def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
+    joints = HOME_RAD[None]
+    links = link_poses(joints)
+    lamp = np.array([-14.0, 9.0, 24.0])
+    (turns, places, halves), outlines = cast_links(links, 0, lamp, np.array([0.0, 1.0, 0.0]))
+    nothing = np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))
+    casters = cast(
+        lamp, radius, np.array([0.0, 1.0, 0.0]), turns, places, halves, np.full(CASTERS, ARM_PART), nothing,
+        np.arange(CASTERS), *outlines,
+    )  # fmt: skip
+    reception = receive(casters, np.eye(3), np.zeros(3))
+    spread(reception, casters, np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0]))
+    rng = np.random.default_rng(0)
+    points = np.concatenate([rng.uniform((-0.1, -0.6), (1.0, 0.5), (512, 2)), np.zeros((512, 1))], 1)
+    points = points[np.lexsort((points[:, 1], points[:, 0] // 0.1))]
+    S, found = np.zeros(SCRATCH, np.float32), []
+    for start in range(0, len(points), LANES):
+        chunk = points[start : start + LANES]
+        for slot, values in zip((U, V, W), chunk.T, strict=True):
+            S[slot : slot + LANES] = values
+        S[ROOM : ROOM + LANES], S[SEEN : SEEN + LANES], S[PART : PART + LANES] = 1, 1, 255
+        shade(S, LANES, *around(S, LANES), reception, False, True)
+        found.append(S[SEEN : SEEN + LANES].copy())
+    facets, parts = posed(links.places[0], links.turns[0]), hulls()
+    own = parts.link_of_face < CASTERS
+    faces = facets.faces[own]
+    uv, normals = np.zeros((len(faces), 3, 2)), np.ones((len(faces), 3, 3))
+
+    def body(origin, d):
+        return triangles(facets.vertices, faces, uv, normals, origin, d)
+
+    truth = seen_share(points, lamp, radius, [(np.zeros(3), np.eye(3), body)], 60, rng)
+    error = np.abs(np.concatenate(found) - truth)
+    assert 0.1 < np.mean(truth < 0.5) < 0.9
+    assert error.mean() < 0.03
+    assert np.quantile(error, 0.95) < 0.2
+
+
+def test_frames_follow_the_arm(model):
+    traj = carried(model, **{"camera.mount": "front"})
+    camera = hand_camera(traj.params)
+    poses = Poses(traj, camera, traj.t_us)
+    motion = image_motion(poses, camera, traj.params)
+    parts, links = hulls(), poses.links
+    assert links is not None
+    for link in range(3):
+        corner = links.places[:, link] + links.turns[:, link] @ (parts.centres[link] + parts.halves[link])
+        image = camera.project(np.einsum("nji,nj->ni", poses.camera_rotation, corner - poses.camera_position))
+        inside = np.all((image[:, :2] > 0) & (image[:, :2] < (camera.width, camera.height)), 1) & (image[:, 2] > 0)
+        moved = np.linalg.norm(np.diff(image[:, :2], axis=0), axis=1)
+        assert np.all(motion[inside[1:]] >= moved[inside[1:]] - 1e-9)

@@ -1,0 +1,147 @@
+"""Light from all around that bodies keep away, against rays over the hemisphere."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from brute_force import cuboid
+from evslip.camera import hand_camera
+from evslip.config import load_config
+from evslip.draws import draw
+from evslip.rendering.body import View
+from evslip.rendering.lanes import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
+from evslip.rendering.occlusion import DARK, PITCH, between, block, open_run, surface_nodes
+from evslip.rendering.poses import Poses
+from evslip.rendering.raycast import Raycaster
+from evslip.rendering.shadow import BOX, describe_box
+from made_up import still
+
+
+def rotation(rng):
+    q = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return q * np.sign(np.linalg.det(q))
+
+
+def rays_over(normal, count):
+    """Directions with the density of the cosine to a normal."""
+    k = np.arange(count) + 0.5
+    up, turn = np.sqrt(1 - k / count), 2.399963 * k
+    across = np.cross(normal, [0.3, 0.5, 0.81])
+    across /= np.linalg.norm(across)
+    side = np.sqrt(1 - up * up)
+    return (
+        up[:, None] * normal
+        + (side * np.cos(turn))[:, None] * across
+        + (side * np.sin(turn))[:, None] * np.cross(normal, across)
+    )
+
+
+def hidden(point, normal, boxes, count=4000):
+    rays = rays_over(np.asarray(normal, float), count)
+    clear = np.ones(count, bool)
+    for turn, place, half in boxes:
+        clear &= ~np.isfinite(cuboid(half, (point - place) @ turn, rays @ turn)[0])
+    return 1 - clear.mean()
+
+
+def kept_away(points, normal, box, above):
+    S, row = np.zeros(SCRATCH, np.float32), np.zeros(BOX, np.float32)
+    turn, place, half = box
+    describe_box(row, np.eye(3), np.zeros(3), turn, place, half, np.zeros(3))
+    n = len(points)
+    for slot, values in zip((U, V, W), points.T, strict=True):
+        S[slot : slot + n] = values
+    for slot, value in zip((NORMAL_X, NORMAL_Y, NORMAL_Z), normal, strict=True):
+        S[slot : slot + n] = value
+    S[OPEN : OPEN + n] = 1
+    block(S, n, row, above)
+    return (1 - S[OPEN : OPEN + n]) / DARK
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10**6))
+def test_what_a_box_hides_of_the_sky_matches_rays(seed):
+    rng = np.random.default_rng(seed)
+    half = rng.uniform(0.01, 0.06, 3)
+    turn = rotation(rng)
+    place = np.array([0.0, 0.0, np.abs(turn[2]) @ half + rng.uniform(0.01, 0.05)])
+    points = np.concatenate([rng.uniform(-0.12, 0.12, (8, 2)), np.zeros((8, 1))], 1)
+    found = kept_away(points, (0, 0, 1), (turn, place, half), True)
+    for point, value in zip(points, found, strict=True):
+        assert value == pytest.approx(hidden(point, (0, 0, 1), [(turn, place, half)]), abs=0.006)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_box_half_below_the_horizon_hides_about_what_rays_say(seed):
+    rng = np.random.default_rng(seed)
+    half, turn, place = rng.uniform(0.01, 0.05, 3), rotation(rng), rng.uniform(-0.06, 0.06, 3)
+    points = rng.normal(size=(8, 3))
+    points *= (0.1 + rng.uniform(0, 0.1, 8) / np.linalg.norm(points, axis=1))[:, None]
+    outside = np.any(np.abs((points - place) @ turn) > half + 0.01, 1)
+    normal = rotation(rng)[0]
+    found = kept_away(points, normal, (turn, place, half), False)
+    error = [f - hidden(p, normal, [(turn, place, half)]) for p, f in zip(points[outside], found[outside], strict=True)]
+    assert np.max(np.abs(error), initial=0.0) < 0.08
+    assert np.abs(np.mean(error)) < 0.04
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A held object over the table: camera, poses, the casters of the frame, parameters."""
+    params = draw(load_config("simple"), 0)
+    traj = still(params)
+    traj.gripper_pose[:, 2] = params.object.height_m + 0.1034 + 0.01
+    traj.object_pose[:, 2] = params.object.height_m / 2 + 0.02
+    camera = hand_camera(params)
+    poses = Poses(traj, camera, np.array([0]))
+    artist = Raycaster(params, camera, float(poses.travel_m[0]))
+    view = View(
+        poses.camera_position[0], poses.camera_rotation[0], camera.focal_px, poses.object_position[0],
+        poses.object_rotation[0],
+    )  # fmt: skip
+    _, boxes, blockers = artist._opening(float(poses.travel_m[0]))
+    return camera, poses, artist._casters(view, boxes, blockers, None, 0), params
+
+
+def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
+    camera, poses, casters, params = scene
+    eye, turn = poses.camera_position[0], poses.camera_rotation[0]
+    nodes = surface_nodes(
+        np.zeros(SCRATCH, np.float32), camera.width, camera.height, eye, turn, camera.focal_px,
+        params.background.radius_m, np.zeros(3), casters,
+    )  # fmt: skip
+    boxes = list(zip(casters.block_turns, casters.block_places, casters.block_halves, strict=True))
+    rng, errors = np.random.default_rng(0), []
+    for x, y in rng.uniform((0, 100), (camera.width, camera.height), (150, 2)):
+        ray = turn @ [(x - camera.width / 2) / camera.focal_px, (camera.height / 2 - y) / camera.focal_px, -1.0]
+        if ray[2] > -0.05:
+            continue
+        point = eye - eye[2] / ray[2] * ray
+        truth = 1 - DARK * hidden(point, (0, 0, 1), boxes, 2000)
+        errors.append(between(nodes, np.float32(x / PITCH), np.float32(y / PITCH)) - truth)
+    assert len(errors) > 100
+    assert abs(np.mean(errors)) < 0.01
+    assert np.quantile(np.abs(errors), 0.95) < 0.03
+
+
+def test_openness_of_a_row_is_that_between_its_nodes():
+    rng = np.random.default_rng(1)
+    nodes = rng.uniform(size=(5, 7)).astype(np.float32)
+    S = np.zeros(SCRATCH, np.float32)
+    for row in (0, 7, 8, 29):
+        open_run(S, 32, nodes, 8, row)
+        for i in range(32):
+            x, y = np.float32((8 + i + 0.5) / PITCH), np.float32((row + 0.5) / PITCH)
+            assert S[OPEN + i] == pytest.approx(between(nodes, x, y), abs=1e-5)
+
+
+def test_the_foot_of_a_standing_wall_is_half_in_the_dark():
+    wall = np.eye(3), np.array([0.0, 0.0, 0.5]), np.array([0.05, 2.0, 0.5])
+    points = np.array([[0.0501, 0.0, 0.0], [0.0, 0.0, 0.0], [0.55, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    found = kept_away(points, (0, 0, 1), wall, True)
+    assert found[0] == pytest.approx(0.5, abs=0.01)
+    assert found[1] == pytest.approx(0.5, abs=0.01)  # under it: what it would be beside it
+    assert found[2] == pytest.approx(0.5 * (1 - 0.5 / np.hypot(0.5, 1.0)), abs=0.02)
+    assert found[3] < 0.01

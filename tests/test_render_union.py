@@ -1,0 +1,99 @@
+"""What object and gripper hide of the lamp together, against many rays to it."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from brute_force import cuboid, seen_share
+from evslip.rendering.casters import around, cast, receive, shade, spread
+from evslip.rendering.hand import shadow_boxes
+from evslip.rendering.lanes import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
+from evslip.rendering.raycast import NO_OUTLINE, PARTS
+
+DOWN = np.diag([1.0, -1.0, -1.0])
+NOTHING = np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))
+
+
+def lamp_at(polar, azimuth):
+    polar, azimuth = np.radians([polar, azimuth])
+    return 30 * np.array([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)])
+
+
+def grasp(height=0.06):
+    """Turns, places and halves of an object held over the table, and of the gripper's boxes."""
+    boxes, hand = shadow_boxes(0.02), np.array([0.45, 0.0, height + 0.1034 + 0.04])
+    return (
+        np.concatenate([np.eye(3)[None], DOWN @ boxes.turns]),
+        np.concatenate([[[0.45, 0.0, height]], hand + boxes.places @ DOWN]),
+        np.concatenate([[[0.03, 0.02, 0.05]], boxes.halves]),
+    )
+
+
+def seen(points, lamp, radius, boxes, parts=PARTS, own=255):
+    turns, places, halves = boxes
+    count = len(halves)
+    casters = cast(
+        lamp, radius, DOWN @ (1e-3, 1.0, 0.0), turns, places, halves, parts[:count], NOTHING, np.full(count, -1),
+        *NO_OUTLINE,
+    )  # fmt: skip
+    reception = receive(casters, np.eye(3), np.zeros(3))
+    spread(reception, casters, np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0]))
+    S, result = np.zeros(SCRATCH, np.float32), []
+    for start in range(0, len(points), LANES):
+        chunk = points[start : start + LANES]
+        n = len(chunk)
+        for slot, values in zip((U, V, W), chunk.T, strict=True):
+            S[slot : slot + n] = values
+        S[ROOM : ROOM + n], S[SEEN : SEEN + n], S[PART : PART + n] = 1, 1, own
+        shade(S, n, *around(S, n), reception, False, True)
+        result.append(S[SEEN : SEEN + n].copy())
+    return np.concatenate(result)
+
+
+def table_points(rng, lamp, count):
+    over = rng.uniform(-0.2, 0.2, (count, 2)) + np.array([0.45, 0.0]) - 0.1 * lamp[:2] / lamp[2]
+    return np.concatenate([over, np.zeros((count, 1))], 1)
+
+
+@pytest.mark.parametrize(("polar", "azimuth"), [(40.0, 60.0), (15.0, 200.0), (65.0, 100.0)])
+@pytest.mark.parametrize(("radius", "mean", "most"), [(1.0, 0.02, 0.2), (3.0, 0.008, 0.06), (6.0, 0.012, 0.08)])
+def test_the_shadow_of_object_and_gripper_is_one(polar, azimuth, radius, mean, most):
+    rng, lamp, boxes = np.random.default_rng(0), lamp_at(polar, azimuth), grasp()
+    points = table_points(rng, lamp, 1000)
+    casters = [(place, turn, partial(cuboid, half)) for turn, place, half in zip(*boxes, strict=True)]
+    rays = seen_share(points, lamp, radius, casters, 300, rng)
+    error = np.abs(seen(points, lamp, radius, boxes) - rays)[rays < 0.98]
+    assert len(error) > 50
+    assert error.mean() < mean
+    assert np.quantile(error, 0.99) < most
+
+
+def test_two_bodies_that_hide_one_half_each_hide_all():
+    """Side by side over the point, each hides half of the lamp; one behind the other, both hide the same half."""
+    lamp, point = np.array([0.0, 0.0, 30.0]), np.array([[0.45, 0.0, 0.0]])
+    turns, halves = np.stack([np.eye(3)] * 2), np.full((2, 3), 0.05)
+    apart = np.array([[0.45, 0.05, 0.1], [0.45, -0.05, 0.1]])
+    alike = np.array([[0.45, 0.05, 0.1], [0.45, 0.05, 0.3]])
+    for radius in (0.5, 3.0):
+        assert seen(point, lamp, radius, (turns, apart, halves))[0] == pytest.approx(0.0, abs=0.01)
+        assert seen(point, lamp, radius, (turns, alike, halves))[0] == pytest.approx(0.5, abs=0.01)
+
+
+def test_shares_of_the_lamp_pass_on_smoothly():
+    """Along a line through the common penumbra, no step is larger than a little more than the steepest true one."""
+    lamp, boxes = lamp_at(40.0, 60.0), grasp()
+    for radius in (1.0, 1.7, 1.9, 5.0):
+        across = np.zeros((2000, 3))
+        across[:, 0] = np.linspace(0.35, 0.5, 2000)
+        across[:, 1] = np.linspace(-0.2, 0.05, 2000)
+        steps = np.abs(np.diff(seen(across, lamp, radius, boxes)))
+        assert steps.max() < 0.02
+
+
+def test_a_body_casts_no_shadow_on_itself():
+    lamp, boxes = np.array([0.0, 0.0, 30.0]), grasp()
+    under = np.array([[0.45, 0.03, 0.0]])
+    parts = np.full(9, 2)
+    assert seen(under, lamp, 1.0, boxes, parts, own=2)[0] == 1
+    assert seen(under, lamp, 1.0, boxes, parts, own=1)[0] < 1
