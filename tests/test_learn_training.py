@@ -117,9 +117,9 @@ def test_settings_of_a_network_and_wrong_ones() -> None:
     assert TrainSettings.of("snn", optimiser="adam", lr=None).optimiser == "adam"
     with pytest.raises(ConfigError, match="momentum"):
         TrainSettings.of("snn", momentum=0.9)
-    for wrong in ({"schedule": "step"}, {"protocol": "best"}, {"time_dropout": 1.0}, {"shift_px": -1}):
-        with pytest.raises(ConfigError, match=next(iter(wrong))):
-            TrainSettings(**wrong)
+    for name, value in (("schedule", "step"), ("protocol", "best"), ("time_dropout", 1.0), ("shift_px", -1)):
+        with pytest.raises(ConfigError, match=name):
+            TrainSettings.of("snn", **{name: value})
 
 
 def test_the_paper_s_split_is_by_window_and_by_label(windows) -> None:
