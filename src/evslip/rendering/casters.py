@@ -211,7 +211,7 @@ def shade(S, n, u, v, w, reach, reception, layered, joint_always):
             count += 1
     wide = radius > WIDE * joint[12]
     if (wide or joint_always) and (count > 1 or (wide and count > 0)) and overlaps(S, n, wide):
-        join(S, n, scratch[0], count, rims, kinds, joint)
+        join(S, n, scratch[0], count, boxes, rims, kinds, joint)
     if count > 0:
         end_group(S, n)
 

@@ -28,6 +28,7 @@ from evslip.rendering.lanes import (
     formula,
     kernel,
 )  # fmt: skip
+from evslip.rendering.outline import STEEP, held
 
 STRIPS = 8
 LEAST, SOFT = f32(3e-3), f32(0.04)
@@ -48,10 +49,10 @@ EDGES = 12
 
 LOW, HIGH, GAP_LOW, GAP_HIGH, LOST = (MORE + k * STRIPS * LANES for k in range(5))
 """State of each strip: the joint interval, the largest gap in it, the length of other gaps."""
-X0, Y0, SLOPE, Y1 = (MORE + 5 * STRIPS * LANES + k * EDGES * LANES for k in range(4))
-"""Edges of one box before the lamp's disc."""
-BOTTOM, TOP, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (
-    MORE + (5 * STRIPS + 4 * EDGES + k) * LANES for k in range(8)
+X0, Y0, SLOPE, Y1, SENSE = (MORE + 5 * STRIPS * LANES + k * EDGES * LANES for k in range(5))
+"""Edges of one box before the lamp's disc; 1 or -1 for those of its outline, as they run, 0 for others."""
+PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (
+    MORE + (5 * STRIPS + 5 * EDGES + k) * LANES for k in range(9)
 )
 
 
@@ -79,10 +80,10 @@ def edges_of(turns, places, halves, frame, origin, edges):
 
 
 @kernel
-def join(S, n, joined, count, edges, kinds, joint):
+def join(S, n, joined, count, boxes, edges, kinds, joint):
     """SEEN_NOW of a group of casters: SEEN_NOW so far is what the darkest of them leaves. The union of the boxes
     `joined` (the first `count`), over the sum of their shares, is that of the casters. edges: of
-    `edges_of`; kinds, joint: of `casters.Reception`.
+    `edges_of`; boxes, kinds, joint: of `casters.Reception`.
     """
     m00, m01, m02, m10, m11, m12 = joint[0], joint[1], joint[2], joint[3], joint[4], joint[5]
     m20, m21, m22, o0, o1, o2 = joint[6], joint[7], joint[8], joint[9], joint[10], joint[11]
@@ -103,20 +104,32 @@ def join(S, n, joined, count, edges, kinds, joint):
     for j in range(count):
         box = joined[j]
         boxed = ONE if kinds[box, 1] < 0 else ZERO
-        for i in range(n):
-            S[BOTTOM + i], S[TOP + i] = FAR, -FAR
+        _enter(S, n, boxes[box])
+        h = (boxes[box, 15], boxes[box, 16], boxes[box, 17])
         _project(S, n, 0 * LANES, edges[box, 0], lamp_radius)
+        _sense(S, n, 0 * LANES, 1 * LANES, 2 * LANES, -ONE, -ONE, h[1], h[2])
         _project(S, n, 1 * LANES, edges[box, 1], lamp_radius)
+        _sense(S, n, 1 * LANES, 1 * LANES, 2 * LANES, ONE, -ONE, h[1], h[2])
         _project(S, n, 2 * LANES, edges[box, 2], lamp_radius)
+        _sense(S, n, 2 * LANES, 1 * LANES, 2 * LANES, -ONE, ONE, h[1], h[2])
         _project(S, n, 3 * LANES, edges[box, 3], lamp_radius)
+        _sense(S, n, 3 * LANES, 1 * LANES, 2 * LANES, ONE, ONE, h[1], h[2])
         _project(S, n, 4 * LANES, edges[box, 4], lamp_radius)
+        _sense(S, n, 4 * LANES, 2 * LANES, 0 * LANES, -ONE, -ONE, h[2], h[0])
         _project(S, n, 5 * LANES, edges[box, 5], lamp_radius)
+        _sense(S, n, 5 * LANES, 2 * LANES, 0 * LANES, ONE, -ONE, h[2], h[0])
         _project(S, n, 6 * LANES, edges[box, 6], lamp_radius)
+        _sense(S, n, 6 * LANES, 2 * LANES, 0 * LANES, -ONE, ONE, h[2], h[0])
         _project(S, n, 7 * LANES, edges[box, 7], lamp_radius)
+        _sense(S, n, 7 * LANES, 2 * LANES, 0 * LANES, ONE, ONE, h[2], h[0])
         _project(S, n, 8 * LANES, edges[box, 8], lamp_radius)
+        _sense(S, n, 8 * LANES, 0 * LANES, 1 * LANES, -ONE, -ONE, h[0], h[1])
         _project(S, n, 9 * LANES, edges[box, 9], lamp_radius)
+        _sense(S, n, 9 * LANES, 0 * LANES, 1 * LANES, ONE, -ONE, h[0], h[1])
         _project(S, n, 10 * LANES, edges[box, 10], lamp_radius)
+        _sense(S, n, 10 * LANES, 0 * LANES, 1 * LANES, -ONE, ONE, h[0], h[1])
         _project(S, n, 11 * LANES, edges[box, 11], lamp_radius)
+        _sense(S, n, 11 * LANES, 0 * LANES, 1 * LANES, ONE, ONE, h[0], h[1])
         _add(S, n, 0, f32(-1.0), CHORDS[0], boxed)
         _add(S, n, 1 * LANES, f32(-0.75), CHORDS[1], boxed)
         _add(S, n, 2 * LANES, f32(-0.5), CHORDS[2], boxed)
@@ -155,17 +168,40 @@ def _project(S, n, at, edge, lamp_radius):
         rise = y1 - y0
         S[X0 + at + i], S[Y0 + at + i], S[Y1 + at + i] = x0, y0, y1
         S[SLOPE + at + i] = (x1 - x0) / (rise + TINY if rise >= ZERO else rise - TINY)
-        S[BOTTOM + i] = min(S[BOTTOM + i], min(y0, y1))
-        S[TOP + i] = max(S[TOP + i], max(y0, y1))
 
 
 @formula
-def _cross(S, at, y, left, right):
-    """left and right, with the place where an edge crosses the height y."""
-    y0 = S[Y0 + at]
-    x = S[X0 + at] + (y - y0) * S[SLOPE + at]
-    crossed = (y0 - y) * (S[Y1 + at] - y) <= ZERO
-    return min(left, x if crossed else FAR), max(right, x if crossed else -FAR)
+def _enter(S, n, box):
+    """PX, PY, PZ = the points in a box's frame."""
+    for i in range(n):
+        u, v, w = S[U + i], S[V + i], S[W + i]
+        S[PX + i] = box[0] * u + box[1] * v + box[2] * w + box[9]
+        S[PY + i] = box[3] * u + box[4] * v + box[5] * w + box[10]
+        S[PZ + i] = box[6] * u + box[7] * v + box[8] * w + box[11]
+
+
+@formula
+def _sense(S, n, at, b, c, sign_b, sign_c, half_b, half_c):
+    """Whether an edge is part of the outline that a point sees: one of its two faces, across b and c, looks there."""
+    for i in range(n):
+        seen_b = ONE if sign_b * S[PX + b + i] > half_b else ZERO
+        seen_c = ONE if sign_c * S[PX + c + i] > half_c else ZERO
+        S[SENSE + at + i] = sign_b * sign_c * (seen_c - seen_b)
+
+
+@formula
+def _bound(S, at, bottom, top, chord, up, down, height):
+    """With one more edge: integrals over height of the two boundaries of the outline, held within +-chord, and the
+    height of one of them."""
+    y, slope = S[Y0 + at], S[SLOPE + at]
+    start, end = min(max(y, bottom), top), min(max(S[Y1 + at], bottom), top)
+    first, last = S[X0 + at] + (start - y) * slope, S[X0 + at] + (end - y) * slope
+    across = last - first
+    middle = min(max(HALF * (first + last), -chord), chord)
+    mean = (held(last, chord) - held(first, chord)) / across if abs(across) > STEEP else middle
+    rise = S[SENSE + at] * (end - start)
+    risen, fallen = max(rise, ZERO), max(-rise, ZERO)
+    return up + risen * mean, down + fallen * mean, height + risen
 
 
 @formula
@@ -175,23 +211,21 @@ def _add(S, n, at, bottom, chord, boxed):
     fill."""
     top = bottom + HEIGHT
     for i in range(n):
-        start, end = max(S[BOTTOM + i], bottom), min(S[TOP + i], top)
-        share = max((end - start) * (ONE / HEIGHT), ZERO)
-        y, left, right = HALF * (start + end), FAR, -FAR
-        left, right = _cross(S, i + 0 * LANES, y, left, right)
-        left, right = _cross(S, i + 1 * LANES, y, left, right)
-        left, right = _cross(S, i + 2 * LANES, y, left, right)
-        left, right = _cross(S, i + 3 * LANES, y, left, right)
-        left, right = _cross(S, i + 4 * LANES, y, left, right)
-        left, right = _cross(S, i + 5 * LANES, y, left, right)
-        left, right = _cross(S, i + 6 * LANES, y, left, right)
-        left, right = _cross(S, i + 7 * LANES, y, left, right)
-        left, right = _cross(S, i + 8 * LANES, y, left, right)
-        left, right = _cross(S, i + 9 * LANES, y, left, right)
-        left, right = _cross(S, i + 10 * LANES, y, left, right)
-        left, right = _cross(S, i + 11 * LANES, y, left, right)
-        left, right = min(max(left, -chord), chord), min(max(right, -chord), chord)
-        middle, half = HALF * (left + right), HALF * max(right - left, ZERO) * share
+        up, down, height = ZERO, ZERO, ZERO
+        up, down, height = _bound(S, i + 0 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 1 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 2 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 3 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 4 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 5 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 6 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 7 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 8 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 9 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 10 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 11 * LANES, bottom, top, chord, up, down, height)
+        middle = HALF * (up + down) / (height + TINY)
+        half = HALF * abs(up - down) * (ONE / HEIGHT)
         left, right = middle - half, middle + half
         S[OWN + i] += TWO * half
         S[BOXED + i] += TWO * half * boxed
