@@ -33,7 +33,6 @@ from evslip.truth import measure
 FINE = 4
 STEP_US = 100
 BIN_US = 1000
-NOISELESS = {"leak_rate_hz": 0.0, "shot_rate_hz": 0.0}
 CAMERAS = ("davis346", "clean")
 Image = tuple[int, np.ndarray]
 
@@ -77,7 +76,7 @@ def converged(traj: Trajectory, times_us: np.ndarray) -> Iterator[Image]:
 
 def film(frames: Iterator[Image], size: tuple[int, int]) -> tuple[list[Events], int]:
     """The events of every camera, and the number of frames."""
-    cameras = [EventCamera(name, size=size, **NOISELESS) for name in CAMERAS]
+    cameras = [EventCamera(name, size=size, leak_rate_hz=0.0, shot_rate_hz=0.0) for name in CAMERAS]
     parts: list[list[Events]] = [[] for _ in cameras]
     count = 0
     for t_us, image in frames:

@@ -7,7 +7,7 @@ from evslip.rendering.texels import SQUARE, TRIANGLE, bake, sample_along, sample
 AROUND = {"square": SQUARE, "triangle": TRIANGLE}
 
 
-def lookup(image, u, v, side, wrap=True, probes="square", length=1.0, angle=0.0):
+def lookup(image, u, v, side, wrap=True, probes="square", length: float | np.ndarray = 1.0, angle=0.0):
     """side: of the footprint, in texels along u; length: of its longer side, at `angle` to u, in sides."""
     cells, levels = bake(image.astype(np.float32), wrap)
     S, fetched = np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64)
