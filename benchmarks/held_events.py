@@ -7,7 +7,7 @@ pixels from their outlines, so that no background shines in) events can only com
 taken away step by step; the last line must be 0.
 
 as drawn         lamp, shadows of hand, object and arm, light from all around
-lamp alone       no background, no light from it
+mostly lamp      a hundredth of the background and of the light from it
 background alone no lamp, so no shadow; the light from all around changes only where the hand turns
 even             no lamp, and the same light from everywhere: nothing is left that could change
 """
@@ -52,12 +52,12 @@ def held(traj: Trajectory, start_us: int) -> Trajectory:
 def lit(params: Params, even: str) -> dict[str, Params]:
     """The scene in four lights."""
     light = params.light.model_copy(update={"luminance_cd_m2": 0.0})
-    dark = params.background.model_copy(update={"luminance_cd_m2": 0.0})
+    dim = params.background.model_copy(update={"luminance_cd_m2": 0.01 * params.background.luminance_cd_m2})
     grey = params.background.model_copy(update={"texture": even})
     table = params.surface.model_copy(update={"texture": even})
     return {
         "as drawn": params,
-        "lamp alone": params.model_copy(update={"background": dark}),
+        "mostly lamp": params.model_copy(update={"background": dim}),
         "background alone": params.model_copy(update={"light": light}),
         "even": params.model_copy(update={"light": light, "background": grey, "surface": table}),
     }

@@ -67,7 +67,7 @@ def lights(spp: int) -> np.ndarray:
     return np.concatenate(columns, 1)
 
 
-def main(folder: str = "docs/figures", spp: str = "192") -> None:
+def main(folder: str = "docs/figures", spp: str = "96") -> None:
     print(describe())
     for name, make in (("rendering_phases", phases), ("rendering_lights", lights)):
         path = Path(folder) / f"{name}.jpg"

@@ -33,7 +33,9 @@ def test_help_names_every_verb():
     assert all(verb in result.stdout for verb in VERBS)
 
 
-@pytest.mark.parametrize("verb", ["demo", "generate", "windows", "train", "evaluate", "report", "events", "detect"])
+@pytest.mark.parametrize(
+    "verb", ["demo", "generate", "windows", "train", "evaluate", "report", "events", "render", "detect"]
+)
 def test_every_verb_explains_itself(verb):
     result = evslip(verb, "--help")
     assert result.returncode == 0

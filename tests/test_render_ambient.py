@@ -29,3 +29,12 @@ def test_matches_monte_carlo_under_a_textured_sky():
         normal /= np.linalg.norm(normal)
         exact = np.mean(4 * np.maximum(directions @ normal, 0) * radiance)
         assert irradiance(ambient.matrix, *normal) == pytest.approx(exact, rel=0.04)
+
+
+def test_no_side_receives_less_than_nothing():
+    """Under a lamp in the dark, only the table sends light: what looks upwards has none, and a fit may miss that."""
+    matrix = surround(np.zeros((8, 8)), 0.0, 8, lamp=3000.0, albedo=0.5).matrix
+    normals = np.random.default_rng(0).normal(size=(20_000, 3))
+    sides = np.column_stack([normals / np.linalg.norm(normals, axis=1, keepdims=True), np.ones(len(normals))])
+    received = np.einsum("ni,ij,nj->n", sides, matrix, sides)
+    assert received.min() >= 0 and received.max() == pytest.approx(1500.0, rel=0.03)

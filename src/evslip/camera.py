@@ -112,9 +112,9 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     return camera
 
 
-SCENE_EYE, SCENE_AIM = (1.45, -1.25, 0.85), (0.25, -0.02, 0.32)
+SCENE_EYE, SCENE_AIM = (1.45, -1.25, 0.85), (0.25, -0.02, 0.3)
 """Where the scene camera stands, and what it looks at: all of the robot and its workplace are in view."""
-SCENE_FOV_DEG = 27.0
+SCENE_FOV_DEG = 32.0
 """Vertical field of view of the scene camera."""
 
 

@@ -7,7 +7,10 @@ import numpy as np
 from evslip.rendering.lanes import f32, formula, kernel
 
 AZIMUTHS, ELEVATIONS = 128, 64
-NORMALS = 400
+NORMALS, FINE = 400, 10000
+"""Directions that the light is fitted for, and those that it is checked for."""
+LEAST = 2e-4
+"""Of the most light from any side: what may be missed between FINE directions."""
 
 
 class Ambient(NamedTuple):
@@ -40,17 +43,27 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
     below = albedo * (surface + lamp)
     all_directions = np.concatenate([directions.reshape(-1, 3), directions.reshape(-1, 3) * (1, 1, -1)])
     radiance = np.concatenate([upper.ravel(), np.full(upper.size, below)])
-    z = 1 - 2 * (np.arange(NORMALS) + 0.5) / NORMALS
-    turn = np.arange(NORMALS) * np.pi * (3 - np.sqrt(5))
-    normals = np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], 1)
+    normals = spread(NORMALS)
     received = np.maximum(normals @ all_directions.T, 0.0) @ radiance * share
-    x, y = normals[:, 0], normals[:, 1]
-    basis = np.stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z, 2 * x, 2 * y, 2 * z], 1)
-    a = np.linalg.lstsq(basis, received, rcond=None)[0]
+    a = np.linalg.lstsq(_basis(normals), received, rcond=None)[0]
+    # Where next to nothing arrives, the fit may fall below zero; there is no such light.
+    lift = max(0.0, LEAST * float(received.max()) - float((_basis(spread(FINE)) @ a).min()))
     matrix = np.array(
-        [[a[0], a[3], a[4], a[6]], [a[3], a[1], a[5], a[7]], [a[4], a[5], a[2], a[8]], [a[6], a[7], a[8], 0.0]]
+        [[a[0], a[3], a[4], a[6]], [a[3], a[1], a[5], a[7]], [a[4], a[5], a[2], a[8]], [a[6], a[7], a[8], lift]]
     )
     return Ambient(surface, matrix)
+
+
+def spread(count: int) -> np.ndarray:
+    """Directions spread evenly over the sphere, of shape (count, 3)."""
+    z = 1 - 2 * (np.arange(count) + 0.5) / count
+    turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
+    return np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], 1)
+
+
+def _basis(normals: np.ndarray) -> np.ndarray:
+    x, y, z = normals.T
+    return np.stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z, 2 * x, 2 * y, 2 * z], 1)
 
 
 @formula
