@@ -68,7 +68,7 @@ def test_a_constant_stays_constant(probes, side):
 
 
 @pytest.mark.parametrize(
-    ("probes", "length"), [("square", 1.0), ("square", 1.6), ("triangle", 1.0), ("row", 2.0), ("row", 6.3)]
+    ("probes", "length"), [("square", 1.0), ("square", 1.15), ("triangle", 1.0), ("row", 2.0), ("row", 4.9)]
 )
 @pytest.mark.parametrize("side", [0.3, 1.0, 2.3, 4.1, 7.7])
 @pytest.mark.parametrize("angle", [0.0, 0.5])

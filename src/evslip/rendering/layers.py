@@ -82,7 +82,7 @@ def _rasterise(image, normals, albedo, parts, width, height, focal):
     capacity = 2 * width * height
     fragments = np.zeros((16, capacity), np.float32)
     where = np.empty(capacity, np.int64)
-    depth = np.empty((BAND * GRID, width * GRID), np.float32)
+    near = np.empty((BAND * GRID, width * GRID), np.float32)
     owner = np.empty((BAND * GRID, width * GRID), np.int32)
     cluster = np.empty((MOST, 12))
     count = 0
@@ -95,16 +95,16 @@ def _rasterise(image, normals, albedo, parts, width, height, focal):
             if high <= top * GRID or low >= (top + rows) * GRID:
                 continue
             if not found:
-                depth[:] = np.inf
+                near[:] = 0
                 owner[:] = -1
                 found = True
-            _fill(image[t], t, top * GRID, rows * GRID, depth, owner)
+            _fill(image[t], t, top * GRID, rows * GRID, near, owner)
         if not found:
             continue
         for row in range(top, top + rows):
             for column in range(width):
                 used = _merge(
-                    row, column, top, width, height, focal, image, normals, albedo, parts, depth, owner, cluster
+                    row, column, top, width, height, focal, image, normals, albedo, parts, near, owner, cluster
                 )
                 for k in range(min(used, capacity - count)):
                     _write(cluster[k], fragments, count)
@@ -114,8 +114,8 @@ def _rasterise(image, normals, albedo, parts, width, height, focal):
 
 
 @kernel
-def _fill(corner, t, top, rows, depth, owner):
-    """Depth-test the samples of one triangle within a band."""
+def _fill(corner, t, top, rows, near, owner):
+    """Depth-test the samples of one triangle within a band. near: 1 / depth of each sample, 0 where nothing is."""
     ax, ay, bx, by, cx, cy = corner[0, 0], corner[0, 1], corner[1, 0], corner[1, 1], corner[2, 0], corner[2, 1]
     twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     if abs(twice) < 1e-9:
@@ -123,61 +123,66 @@ def _fill(corner, t, top, rows, depth, owner):
     y0 = max(0, int(np.ceil(min(ay, by, cy) - 0.5)) - top)
     y1 = min(rows, int(np.floor(max(ay, by, cy) - 0.5)) - top + 1)
     x0 = max(0, int(np.ceil(min(ax, bx, cx) - 0.5)))
-    x1 = min(depth.shape[1], int(np.floor(max(ax, bx, cx) - 0.5)) + 1)
+    x1 = min(near.shape[1], int(np.floor(max(ax, bx, cx) - 0.5)) + 1)
     inverse_a, inverse_b, inverse_c = 1 / corner[0, 2], 1 / corner[1, 2], 1 / corner[2, 2]
+    towards_b, towards_c, own = inverse_b - inverse_a, inverse_c - inverse_a, np.int32(t)
+    b_x, b_y, c_x, c_y = (cy - ay) / twice, (ax - cx) / twice, (ay - by) / twice, (bx - ax) / twice
     for y in range(y0, y1):
-        py = y + top + 0.5
+        along = y + top + 0.5 - ay
+        nearest, owners = near[y], owner[y]
         for x in range(x0, x1):
-            px = x + 0.5
-            b = ((px - ax) * (cy - ay) - (py - ay) * (cx - ax)) / twice
-            c = ((bx - ax) * (py - ay) - (by - ay) * (px - ax)) / twice
-            if b >= 0 and c >= 0 and b + c <= 1:
-                distance = 1 / (inverse_a + b * (inverse_b - inverse_a) + c * (inverse_c - inverse_a))
-                if distance < depth[y, x]:
-                    depth[y, x] = distance
-                    owner[y, x] = t
+            across = x + 0.5 - ax
+            b, c = across * b_x + along * b_y, across * c_x + along * c_y
+            inverse = np.float32(inverse_a + b * towards_b + c * towards_c)
+            # Without a branch, so that the loop becomes vector instructions.
+            seen = (b >= 0) & (c >= 0) & (b + c <= 1) & (inverse > nearest[x])
+            nearest[x] = inverse if seen else nearest[x]
+            owners[x] = own if seen else owners[x]
 
 
 @kernel
-def _merge(row, column, top, width, height, focal, image, normals, albedo, parts, depth, owner, cluster):
+def _merge(row, column, top, width, height, focal, image, normals, albedo, parts, near, owner, cluster):
     """Gather a pixel's samples in clusters: sums of position and normal; albedo, count, part. Returns how many."""
-    used = 0
-    previous, place = -1, 0
-    for j in range(GRID):
-        for i in range(GRID):
-            y, x = (row - top) * GRID + j, column * GRID + i
-            t = owner[y, x]
-            if t < 0:
-                continue
-            distance = depth[y, x]
-            px, py = x + 0.5, row * GRID + j + 0.5
-            n0, n1, n2 = _normal(image[t], normals[t], px, py, distance)
-            if t != previous or used == MOST:
-                place, best = -1, -2.0
-                for k in range(used):
-                    same = cluster[k, 10] == parts[t]
-                    for m in range(3):
-                        same = same and cluster[k, 6 + m] == albedo[t, m]
-                    length = np.sqrt(cluster[k, 3] ** 2 + cluster[k, 4] ** 2 + cluster[k, 5] ** 2) + 1e-12
-                    cosine = (cluster[k, 3] * n0 + cluster[k, 4] * n1 + cluster[k, 5] * n2) / length
-                    fits = same and cosine > SAME_DIRECTION
-                    score = cosine + (4.0 if fits else (2.0 if same else 0.0))
-                    if score > best and (fits or used == MOST):
-                        place, best = k, score
-                if place < 0:
-                    place = used
-                    used += 1
-                    cluster[place] = 0.0
-                    cluster[place, 6], cluster[place, 7], cluster[place, 8] = albedo[t, 0], albedo[t, 1], albedo[t, 2]
-                    cluster[place, 10] = parts[t]
-                previous = t
-            cluster[place, 0] += distance * (px / GRID - width * 0.5) / focal
-            cluster[place, 1] += distance * (height * 0.5 - py / GRID) / focal
-            cluster[place, 2] -= distance
-            cluster[place, 3] += n0
-            cluster[place, 4] += n1
-            cluster[place, 5] += n2
-            cluster[place, 9] += 1.0
+    used, first, count = 0, 0, GRID * GRID
+    while first < count:
+        # Samples of one triangle that follow each other have the normal of their middle.
+        t = owner[(row - top) * GRID + first // GRID, column * GRID + first % GRID]
+        past, x, y, inverse = first, 0.0, 0.0, 0.0
+        while past < count:
+            j, i = past // GRID, past % GRID
+            if owner[(row - top) * GRID + j, column * GRID + i] != t:
+                break
+            x, y, inverse = x + i, y + j, inverse + near[(row - top) * GRID + j, column * GRID + i]
+            past += 1
+        samples, first = past - first, past
+        if t < 0:
+            continue
+        px, py, distance = column * GRID + x / samples + 0.5, row * GRID + y / samples + 0.5, samples / inverse
+        n0, n1, n2 = _normal(image[t], normals[t], px, py, distance)
+        place, best = -1, -2.0
+        for k in range(used):
+            same = cluster[k, 10] == parts[t]
+            for m in range(3):
+                same = same and cluster[k, 6 + m] == albedo[t, m]
+            length = np.sqrt(cluster[k, 3] ** 2 + cluster[k, 4] ** 2 + cluster[k, 5] ** 2) + 1e-12
+            cosine = (cluster[k, 3] * n0 + cluster[k, 4] * n1 + cluster[k, 5] * n2) / length
+            fits = same and cosine > SAME_DIRECTION
+            score = cosine + (4.0 if fits else (2.0 if same else 0.0))
+            if score > best and (fits or used == MOST):
+                place, best = k, score
+        if place < 0:
+            place = used
+            used += 1
+            cluster[place] = 0.0
+            cluster[place, 6], cluster[place, 7], cluster[place, 8] = albedo[t, 0], albedo[t, 1], albedo[t, 2]
+            cluster[place, 10] = parts[t]
+        cluster[place, 0] += samples * distance * (px / GRID - width * 0.5) / focal
+        cluster[place, 1] += samples * distance * (height * 0.5 - py / GRID) / focal
+        cluster[place, 2] -= samples * distance
+        cluster[place, 3] += samples * n0
+        cluster[place, 4] += samples * n1
+        cluster[place, 5] += samples * n2
+        cluster[place, 9] += samples
     return used
 
 

@@ -76,8 +76,9 @@ class Sight:
         body, axes = self._object, turn.T @ poses.object_rotation[index]
         corners = (body.vertices @ axes.T + turn.T @ (poses.object_position[index] - origin))[body.faces]
         self._meet(corners, body.normals @ axes.T, np.full(len(corners), OBJECT), depth, normal, part)
-        if poses.links is not None:
-            parts, arm = hulls(), posed(poses.links.places[index], poses.links.turns[index])
+        links = poses.links
+        if links is not None:
+            parts, arm = hulls(), posed(links.places[index], links.turns[index])
             self._meet(
                 ((arm.vertices - origin) @ turn)[arm.faces], arm.normals @ turn,
                 parts.link_of_face + FIRST_LINK, depth, normal, part,
@@ -101,10 +102,12 @@ class Sight:
         world = points @ poses.camera_rotation[index].T + poses.camera_position[index]
         body = (world - poses.object_position[index]) @ poses.object_rotation[index] @ poses.object_rotation[k].T
         world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
-        for link in np.unique(part[part >= FIRST_LINK]) if poses.links is not None else ():
-            number, own = link - FIRST_LINK, part == link
-            local = (world[own] - poses.links.places[index, number]) @ poses.links.turns[index, number]
-            world[own] = local @ poses.links.turns[k, number].T + poses.links.places[k, number]
+        links = poses.links
+        if links is not None:
+            for link in np.unique(part[part >= FIRST_LINK]):
+                number, own = link - FIRST_LINK, part == link
+                local = (world[own] - links.places[index, number]) @ links.turns[index, number]
+                world[own] = local @ links.turns[k, number].T + links.places[k, number]
         moved = (world - there) @ turn
         opening = (poses.travel_m[k] - poses.travel_m[index]) * self._camera.rotation[1]
         sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0

@@ -88,8 +88,8 @@ def draw_skin(
         if lit > ZERO:
             u, v, w, reach = around(S, n)
             shade(S, n, u, v, w, reach, reception, True, True)
-        run = slice(start, start + n)
-        _look_up(S, n, functions, faces[run], places[run], shares[run], texels, repeats)
+        own = slice(start, start + n)
+        _look_up(S, n, functions, faces[own], places[own], shares[own], texels, repeats)
         sample_around(S, n, cells, fetched, levels, True, SQUARE)
         for i in range(n):
             S[RESULT + i] = (
