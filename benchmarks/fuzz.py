@@ -25,8 +25,8 @@ from evslip.errors import EvslipError
 from evslip.events.stream import Events
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from foreign_files import aedat2, bag
-from sample_records import random_events, simulated
+from foreign_files import aedat2, bag  # pyright: ignore[reportMissingImports]
+from sample_records import random_events, simulated  # pyright: ignore[reportMissingImports]
 
 SECONDS, MEGABYTES = 20, 1000
 

@@ -16,10 +16,11 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
-import h5py
 import numpy as np
 
+h5py: Any = importlib.import_module("h5py")  # its stubs know no dataset from a group
 Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -64,7 +65,7 @@ def by_h5py(path: Path) -> Columns:
 
 def by_tonic(path: Path) -> Columns:
     """With the code of tonic.datasets.DSEC that reads a recording's file, without its download."""
-    from tonic.datasets import DSEC
+    from tonic.datasets import DSEC  # pyright: ignore[reportMissingImports]
 
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder) / "recording" / "events_left"
@@ -82,7 +83,7 @@ def by_tonic(path: Path) -> Columns:
 
 
 def by_evlib(path: Path) -> Columns:
-    import evlib
+    import evlib  # pyright: ignore[reportMissingImports]
 
     table = evlib.load_events(str(path), sort=False).collect()
     t_us = table["t"].dt.total_microseconds().to_numpy()
@@ -92,21 +93,21 @@ def by_evlib(path: Path) -> Columns:
 
 
 def check_croissant(folder: Path) -> int:
-    import mlcroissant
+    import mlcroissant  # pyright: ignore[reportMissingImports]
 
     dataset = mlcroissant.Dataset(jsonld=str(folder / "croissant.json"))
     return sum(len(list(dataset.records(record_set.id))) for record_set in dataset.metadata.record_sets)
 
 
 def check_datasets(folder: Path) -> int:
-    import datasets
+    import datasets  # pyright: ignore[reportMissingImports]
 
     with tempfile.TemporaryDirectory() as cache:
         return sum(len(split) for split in datasets.load_dataset(str(folder), cache_dir=cache).values())
 
 
 def check_shards(folder: Path) -> int:
-    import webdataset
+    import webdataset  # pyright: ignore[reportMissingImports]
 
     found = 0
     for shard in sorted(folder.glob("data/*.tar")):

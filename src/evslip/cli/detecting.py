@@ -59,7 +59,10 @@ def windows(
         hold_mm=hold_mm, balance=balance, seed=seed,
     )  # fmt: skip
     samples = open_samples(dataset)
-    samples = samples.split(split) if split and isinstance(samples, Dataset) else samples
+    if split is not None:
+        if not isinstance(samples, Dataset):
+            raise ConfigError(f"split: {dataset} holds recordings, which are in no split")
+        samples = samples.split(split)
     if visualize is not None and not isinstance(samples, Dataset):
         raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
     cut = samples.windows(settings)

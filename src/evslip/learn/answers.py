@@ -13,7 +13,7 @@ from evslip.learn.evaluate import BATCH, answer, check_geometry, probabilities
 from evslip.learn.networks import Network
 from evslip.record import Record
 from evslip.window_set import WindowEvents, Windows, WindowSettings
-from evslip.windows import crop, label_of, moved_before, movements
+from evslip.windows import crop, labelled, moved_before
 
 UNKNOWN = -1
 """Count of events on the object where nobody knows the bodies."""
@@ -115,9 +115,10 @@ def on_windows(network: Network, windows: Windows) -> Answers:
 
 
 def on_records(network: Network, settings: WindowSettings, records: Iterable[Record], hop_s: float) -> Answers:
-    """Answers at every hop of the held time of records, cut and labelled as the settings say; none is left out.
+    """Answers at every hop of the held time of records, or of a person's intervals, cut and labelled as the settings
+    say; none is left out.
 
-    Records without a truth say nothing and are passed over. Raises DataError if nothing is left.
+    Records without either say nothing and are passed over. Raises DataError if nothing is left.
     """
     parts: list[Answers] = []
     for record in records:
@@ -125,15 +126,15 @@ def on_records(network: Network, settings: WindowSettings, records: Iterable[Rec
         if part is not None:
             parts.append(part)
     if not parts:
-        raise DataError(f"no record with a ground truth in which an object is held for {settings.length_s:g} s")
+        raise DataError(f"no record with a truth or labels in which an object is held for {settings.length_s:g} s")
     return _joined(parts)
 
 
 def _on_record(network: Network, settings: WindowSettings, record: Record) -> Answers | None:
-    truth = record.truth
-    moved = [] if truth is None else movements(truth, settings)
-    if truth is None or not moved:
+    found = labelled(record, settings)
+    if not found:
         return None
+    moved = [movement for movement, _ in found]
     length_us = round(settings.length_s * 1e6)
     start_us = np.array([movement.start_us for movement in moved], np.int64)
     inside = crop(record.events, record.size, settings)
@@ -146,7 +147,7 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> An
         p_slip.append(answer(network, [network.prepare(window) for window in windows]))
     return Answers(
         p_slip=np.concatenate(p_slip).astype(float),
-        label=np.array([label_of(movement, settings) for movement in moved], np.uint8),
+        label=np.array([label for _, label in found], np.uint8),
         counted=_apart(start_us, length_us),
         track=np.zeros(len(moved), np.int64),
         start_us=start_us,
@@ -156,7 +157,7 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> An
         events=bounds[1] - bounds[0],
         object_events=np.full(len(moved), UNKNOWN) if on_object is None else np.diff(on_object[bounds], axis=0)[0],
         around=circumstances(record, start_us, length_us),
-        tracks=(Track(record.name, slice(0, len(moved)), truth.onset_us, _end_of_slip(record)),),
+        tracks=(Track(record.name, slice(0, len(moved)), record.onset_us, _end_of_slip(record)),),
         length_us=length_us,
         hop_us=round(settings.hop_s * 1e6),
     )
@@ -178,6 +179,8 @@ def _apart(start_us: np.ndarray, length_us: int) -> np.ndarray:
 
 def _end_of_slip(record: Record) -> int | None:
     """End of the first slip; of records without episodes, the end of the held time."""
+    if record.intervals:
+        return next((interval.end_us for interval in record.intervals if interval.label == "slip"), None)
     truth = record.truth
     if truth is None or truth.onset_us is None:
         return None
