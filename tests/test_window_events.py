@@ -1,0 +1,69 @@
+"""Three bytes an event: nothing is lost, and damage is found."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evslip.learn.augment import Augmentation, flipped, merged, shifted
+from evslip.learn.networks import Geometry
+from evslip.learn.settings import TrainSettings
+from evslip.window_events import WindowEvents, pack, unpack
+from evslip.window_set import WindowSettings
+from learn_windows import random_window
+
+
+def events_of(gaps: list[int], seed: int = 0) -> WindowEvents:
+    rng, n = np.random.default_rng(seed), len(gaps)
+    x, y = (rng.integers(0, 256, n).astype(np.uint8) for _ in range(2))
+    return WindowEvents(np.cumsum(gaps, dtype=np.int64).astype(np.uint32), x, y, rng.random(n) < 0.5)
+
+
+@given(st.lists(st.one_of(st.integers(0, 3), st.sampled_from([126, 127, 128, 254, 100_000])), max_size=40))
+@settings(max_examples=60, deadline=None)
+def test_unpacking_undoes_packing(gaps: list[int]) -> None:
+    events = events_of(gaps)
+    packed = pack(events)
+    assert packed.shape == (len(gaps) + sum(gap // 127 for gap in gaps), 3)
+    back = unpack(packed, len(gaps))
+    assert back is not None
+    for one, other in zip(back, events, strict=True):
+        np.testing.assert_array_equal(one, other)
+        assert one.dtype == other.dtype
+
+
+def test_another_number_of_events_is_found() -> None:
+    packed = pack(events_of([5, 300, 0, 7]))
+    assert unpack(packed, 3) is None and unpack(packed, 5) is None and unpack(packed, 100) is None
+
+
+GEOMETRY = Geometry()
+
+
+def test_flipping_twice_and_shifting_back_change_nothing_inside() -> None:
+    events = random_window(0, 500)
+    for one, other in zip(flipped(flipped(events, 200), 200), events, strict=True):
+        np.testing.assert_array_equal(one, other)
+    away = shifted(events, 7, -4, GEOMETRY)
+    stay = (events.x.astype(int) + 7 < 200) & (events.y.astype(int) - 4 >= 0)
+    np.testing.assert_array_equal(away.t_us, events.t_us[stay])
+    back = shifted(away, -7, 4, GEOMETRY)
+    np.testing.assert_array_equal(back.x, events.x[stay])
+
+
+def test_merging_keeps_all_events_in_order() -> None:
+    one, other = random_window(1, 300), random_window(2, 200)
+    both = merged(one, other)
+    assert len(both.t_us) == 500 and (np.diff(both.t_us.astype(int)) >= 0).all()
+    assert both.x.sum(dtype=int) == one.x.sum(dtype=int) + other.x.sum(dtype=int)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=20, deadline=None)
+def test_augmentation_is_a_window_again_and_obeys_its_generator(seed: int) -> None:
+    augment = Augmentation(TrainSettings(shift_px=20, time_dropout=0.5, event_dropout=0.5), WindowSettings())
+    events = random_window(seed, 800)
+    one, other = (augment(events, np.random.default_rng(seed)) for _ in range(2))
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert len(one.t_us) <= 800 and (np.diff(one.t_us.astype(int)) >= 0).all()
+    assert one.x.max(initial=0) < 200 and one.y.max(initial=0) < 250
