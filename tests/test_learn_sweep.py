@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -42,7 +41,7 @@ def test_a_sweep_runs_goes_on_and_keeps_what_it_has(windows, tmp_path) -> None:
     more = sweep(windows, tmp_path, settings_of(trials=4))
     assert more.trials[:2] == first.trials and len(more.trials) == 4
     assert sweep(windows, tmp_path, settings_of(trials=4)) == more
-    assert more.best is not None and more.best.value == min(trial.value for trial in more.trials)
+    assert more.best is not None and more.best.value == min(trial.value or 0 for trial in more.trials)
     assert (tmp_path / more.best.folder / "model.json").is_file()
 
 
@@ -120,10 +119,8 @@ sweep(load_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, t
 
 def test_processes_share_a_sweep(windows, tmp_path) -> None:
     windows.save(tmp_path / "w.h5")
-    command = [
-        sys.executable, "-c", "from evslip.cli import main; main()", "sweep", str(tmp_path / "w.h5"), str(tmp_path / "s"),
-        "--model", "event_rate", "--trials", "4",
-    ]  # fmt: skip
+    arguments = ["sweep", str(tmp_path / "w.h5"), str(tmp_path / "s"), "--model", "event_rate", "--trials", "4"]
+    command = [sys.executable, "-c", "from evslip.cli import main; main()", *arguments]
     both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     outputs = [process.communicate(timeout=120) for process in both]
     assert [process.returncode for process in both] == [0, 0], outputs
@@ -201,9 +198,7 @@ def test_other_mistakes_are_refused(windows, tmp_path) -> None:
 @pytest.mark.parametrize(("sampler", "pruner"), [("tpe", "median"), ("random", "hyperband")])
 def test_samplers_and_pruners_work(sampler: str, pruner: str, windows, tmp_path) -> None:
     space = Space({"lr": Range(1e-5, 1e-1, log=True)}, {"epochs": 4, "batch": 8})
-    start = time.monotonic()
     settings = SweepSettings("voxelnet", space, 6, sampler, pruner, "loss")  # type: ignore[arg-type]
     found = sweep(windows, tmp_path, settings)
-    assert time.monotonic() > start
     assert {trial.state for trial in found.trials} <= {"complete", "pruned"} and found.best is not None
     assert not any((tmp_path / trial.folder).exists() for trial in found.trials if trial.state == "pruned")
