@@ -72,10 +72,7 @@ def get(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]
     Raises DataError naming the file and the key.
     """
     dataset = _dataset(parent, name)
-    fits = len(dataset.shape) == len(shape) and all(
-        want in (None, have) for want, have in zip(shape, dataset.shape, strict=True)
-    )
-    if dataset.dtype.kind not in kinds or not fits:
+    if dataset.dtype.kind not in kinds or not _fits(dataset, shape):
         wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
         raise DataError(
             f"{parent.file.filename}: {dataset.name}: {dataset.dtype} of shape {dataset.shape}, "
@@ -93,10 +90,7 @@ def mapped(parent: h5py.Group, name: str, dtype: np.dtype, shape: tuple[int | No
     """An array that was stored in one piece, mapped into memory, to read only. Raises DataError naming file and key."""
     dataset = _dataset(parent, name)
     path, offset = Path(parent.file.filename), dataset.id.get_offset()
-    fits = len(dataset.shape) == len(shape) and all(
-        want in (None, have) for want, have in zip(shape, dataset.shape, strict=True)
-    )
-    if dataset.dtype != dtype or not fits:
+    if dataset.dtype != dtype or not _fits(dataset, shape):
         raise DataError(f"{path}: {dataset.name}: {dataset.dtype} of shape {dataset.shape}, expected {dtype} {shape}")
     if not dataset.size:
         return np.empty(dataset.shape, dtype)
@@ -118,6 +112,12 @@ def attribute(node: h5py.Group, name: str, of: type) -> Any:
 
 
 _KINDS = {"b": "bool", "i": "int", "u": "uint", "f": "float", "S": "bytes"}
+
+
+def _fits(dataset: h5py.Dataset, shape: tuple[int | None, ...]) -> bool:
+    return len(dataset.shape) == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, dataset.shape, strict=True)
+    )
 
 
 def _dataset(parent: h5py.Group, name: str) -> h5py.Dataset:

@@ -119,7 +119,7 @@ class Windows:
     def __getitem__(self, index: int) -> WindowEvents:
         """The events of a window. Raises DataError if they are damaged."""
         entries = self.packed[self.first[index] : self.last[index]]
-        whole = zlib.crc32(entries) == self.checksum[index]
+        whole = zlib.crc32(entries.data) == self.checksum[index]
         events = unpack(entries, int(self.events[index])) if whole else None
         if events is None:
             where = f"{self.name[index]}, {self.start_us[index]} us"

@@ -115,7 +115,7 @@ def _append(
     row = {
         "packed": packed,
         "events": np.array([inside.count]),
-        "checksum": np.array([zlib.crc32(packed)], np.uint32),
+        "checksum": np.array([zlib.crc32(packed.data)], np.uint32),
         "label": np.array([label], np.uint8),
         "name": np.array([record.name]),
         "start_us": np.array([start_us]),

@@ -50,6 +50,6 @@ def logs(folder: Path, settings: TrainSettings, first_epoch: int, wandb: bool) -
 
 
 def _wandb_run(folder: Path, settings: TrainSettings):
-    import wandb
+    import wandb  # pyright: ignore[reportMissingImports] (an extra)
 
     return wandb.init(project="evslip", name=f"{settings.model}-{settings.seed}", dir=folder, config=asdict(settings))

@@ -23,6 +23,9 @@ class CountNet(Network):
 
     recommended: ClassVar = {"epochs": 20, "lr": 3e-3}
 
+    places: torch.Tensor
+    prior: torch.Tensor
+
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)
         rows, columns = cells(self.geometry.height, POOL), cells(self.geometry.width, POOL)

@@ -26,6 +26,8 @@ class EvGRU(Network):
 
     recommended: ClassVar = {"epochs": 20, "lr": 2e-3}
 
+    places: torch.Tensor
+
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)
         self.hops = max(1, round(self.geometry.length_us / HOP_US))

@@ -123,6 +123,11 @@ class Boosting(FeatureNetwork):
     """Gradient boosting (150 trees of depth 3) on the rate map, the flow, and where, when and of which polarity the
     events are. No gradient descent: it is found at once."""
 
+    base: torch.Tensor
+    feature: torch.Tensor
+    threshold: torch.Tensor
+    leaf: torch.Tensor
+
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)
         for name, value in trees.empty_forest()._asdict().items():

@@ -1,0 +1,149 @@
+"""Layers that work on coordinates against the dense ones, and the spiking neurons against their definition."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evslip.learn import build_model
+from evslip.learn.layers import srm, trains
+from evslip.learn.layers.grids import counts, voxel_grid
+from evslip.learn.layers.occupancy import Occupancy
+from evslip.learn.layers.occupancy import dense as dense_grid
+from evslip.learn.layers.sparse_linear import sparse_linear
+from evslip.learn.networks.mlp import MLP
+from evslip.learn.networks.snn import SNN
+from evslip.window_events import WindowEvents
+from learn_windows import random_window
+
+GRID = (7, 3, 4)
+
+
+def random_occupancy(seed: int, share: float = 0.2) -> Occupancy:
+    rng = np.random.default_rng(seed)
+    cells = np.flatnonzero(rng.random(2 * math.prod(GRID)) < share)
+    by_time = cells[np.argsort(cells // 12 % 7, kind="stable")]
+    return Occupancy(by_time, rng.random(len(cells)).astype(np.float32))
+
+
+@given(st.integers(0, 10**6), st.floats(0, 1))
+@settings(max_examples=20, deadline=None)
+def test_trains_hold_what_the_grid_holds(seed: int, share: float) -> None:
+    batch = [random_occupancy(seed, share), random_occupancy(seed + 1, 0.0)]
+    found = trains.dense([trains.trains(sample, GRID) for sample in batch], 7, 24)
+    torch.testing.assert_close(found, dense_grid(batch, GRID).permute(0, 2, 1, 3, 4).reshape(2, 7, 24))
+    for sample in batch:
+        train = trains.trains(sample, GRID)
+        assert (np.diff(train.units) > 0).all()
+        for first, last in zip(train.starts, train.starts[1:], strict=False):
+            assert (np.diff(train.bins[first:last]) > 0).all()
+
+
+@given(st.integers(0, 10**6), st.sampled_from([1, 3, 8]))
+@settings(max_examples=20, deadline=None)
+def test_the_sparse_linear_layer_and_its_gradient_equal_the_dense_ones(seed: int, outputs: int) -> None:
+    batch = [trains.trains(random_occupancy(seed + k), GRID) for k in range(3)]
+    weight = torch.randn(outputs, 24, generator=torch.Generator().manual_seed(seed), requires_grad=True)
+    sparse, full = sparse_linear(batch, weight, 7), trains.dense(batch, 7, 24) @ weight.T
+    assert (sparse - full).abs().max() < 1e-5
+    towards = torch.randn_like(full)
+    (one,), (other,) = (torch.autograd.grad((out * towards).sum(), weight) for out in (sparse, full))
+    assert (one - other).abs().max() < 1e-5
+
+
+@pytest.mark.parametrize("name", ["mlp", "snn"])
+def test_networks_on_coordinates_equal_the_dense_ones(name: str) -> None:
+    torch.manual_seed(0)
+    network = build_model(name)
+    batch = [network.prepare(random_window(seed, count)) for seed, count in enumerate((0, 3, 9000))]
+    if isinstance(network, MLP):
+        sparse, full = network(batch), network.dense(trains.dense(batch, 150, 6300))
+    else:
+        assert isinstance(network, SNN)
+        first = network.linear1(trains.dense(batch, 150, 6300))
+        assert (sparse_linear(batch, network.linear1.weight, 150) - first).abs().max() < 2e-5 * first.abs().max()
+        sparse, full = network.spikes(batch).sum(-1), network.rest(first).sum(-1)
+    assert (sparse - full).abs().max() < 1e-5
+
+
+@pytest.mark.parametrize(("name", "number"), [("mlp", 6_400_330), ("snn", 201_664), ("cnn3d", 5_696)])
+def test_the_paper_counts_its_parameters(name: str, number: int) -> None:
+    assert sum(p.numel() for p in build_model(name).parameters()) == number
+
+
+def brute_spikes(drive: np.ndarray) -> np.ndarray:
+    """Every response added up afresh in every bin."""
+    spikes = np.zeros_like(drive)
+    refractory = -srm.SCALE_REFRACTORY * srm.THETA * srm.alpha_kernel(srm.TAU_REFRACTORY, drive.shape[-1])
+    for t in range(drive.shape[-1]):
+        past = spikes[..., :t] @ refractory[t:0:-1]
+        spikes[..., t] = drive[..., t] + past >= srm.THETA
+    return spikes
+
+
+def test_neurons_spike_as_their_responses_add_up() -> None:
+    drive = np.random.default_rng(0).normal(3, 12, (6, 50))
+    neurons, given_drive = srm.Srm(50), torch.from_numpy(drive).float()
+    expected = brute_spikes(drive)
+    assert 0.05 < expected.mean() < 0.5
+    np.testing.assert_array_equal(neurons.spike(given_drive).numpy(), expected)
+    decay, gain = math.exp(-1 / srm.TAU_REFRACTORY), -srm.SCALE_REFRACTORY * srm.THETA * math.e / srm.TAU_REFRACTORY
+    np.testing.assert_array_equal(srm._spikes_torch(given_drive, decay, gain)[0].numpy(), expected)
+
+
+def test_a_spike_s_response_is_the_alpha_kernel() -> None:
+    spikes = torch.zeros(1, 40)
+    spikes[0, 5] = 1
+    t = np.arange(35)
+    np.testing.assert_allclose(srm.Srm(40).psp(spikes)[0, 5:], t / 10 * np.exp(1 - t / 10), atol=1e-6)
+
+
+def test_the_gradient_of_a_spike_is_the_surrogate() -> None:
+    drive = torch.tensor([[0.0, 4.0, 9.9, -30.0]], requires_grad=True)  # below threshold: no refractoriness
+    srm.Srm(4).spike(drive).sum().backward()
+    assert drive.grad is not None
+    torch.testing.assert_close(drive.grad, 0.1 * torch.exp(-(drive.detach() - 10).abs() / 10))
+
+
+def test_the_count_loss_is_half_the_squared_difference_of_counts() -> None:
+    neurons, spikes = srm.Srm(20), torch.zeros(1, 2, 20, requires_grad=True)
+    loss = neurons.count_loss(spikes, torch.tensor([[5.0, 0.0]]))
+    assert loss.item() == pytest.approx(0.5 * 20 * (5 / 20) ** 2)
+    loss.backward()
+    assert spikes.grad is not None
+    assert (spikes.grad[0, 0, :-1] < 0).all() and not spikes.grad[0, 1].any()
+
+
+def test_input_neurons_spike_as_their_responses_add_up() -> None:
+    rng = np.random.default_rng(3)
+    pixels = rng.integers(0, 17, (5, 60)) * (rng.random((5, 60)) < 0.08)
+    unit, time = np.nonzero(pixels)
+    starts = np.concatenate([[0], np.cumsum((pixels > 0).sum(1))])
+    given_pixels = trains.Trains(
+        np.arange(5, dtype=np.int32), starts, time.astype(np.int32), (pixels[unit, time] / 16).astype(np.float32)
+    )
+    found = trains.dense([srm.input_spikes(given_pixels, 60)], 60, 5)[0].T
+    kernel = srm.alpha_kernel(srm.TAU, 60)
+    drive = np.stack([np.convolve(row, kernel)[:60] for row in pixels]) * srm.POOL_WEIGHT * srm.THETA
+    expected = brute_spikes(drive)
+    assert expected.sum() > 20
+    np.testing.assert_array_equal(found.numpy(), expected)
+
+
+def test_counts_and_voxels_by_hand() -> None:
+    events = WindowEvents(
+        np.array([0, 40, 99], np.uint32),
+        np.array([0, 3, 4], np.uint8),
+        np.array([1, 1, 5], np.uint8),
+        np.array([True, False, True]),
+    )
+    grid = counts(events, (6, 6), 100, 2, 4)
+    assert grid.shape == (2, 2, 2, 2)
+    assert {tuple(place) for place in np.argwhere(grid)} == {(0, 0, 0, 0), (0, 1, 0, 0), (1, 0, 1, 1)}
+    voxels = voxel_grid(events, (6, 6), 100, 3, 2)
+    assert voxels.sum() == pytest.approx(1.0)
+    assert voxels[:, 0, 1] == pytest.approx([-0.2, -0.8, 0.0])
+    assert voxels[:, 2, 2] == pytest.approx([0.0, 0.02, 0.98], abs=1e-6)

@@ -1,0 +1,142 @@
+"""Training that is killed and goes on, its logs, its splits, and every network on data that can be learned."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from evslip.errors import ConfigError, DataError, MissingExtraError
+from evslip.learn import NETWORKS, TrainSettings, build_model, train
+from evslip.learn import logs as logs_module
+from evslip.learn.networks import network_class
+from evslip.learn.settings import TrainSettings as Settings
+from evslip.learn.train import learning_rate
+from evslip.learn.training_state import STATE, TrainingState
+from evslip.window_set import HOLD, SLIP
+from slip_records import slip_windows
+
+QUICK = TrainSettings.of("countnet", epochs=4, batch=16, val_fraction=0.25, time_dropout=0.2, shift_px=3)
+
+
+@pytest.fixture(scope="module")
+def windows():
+    return slip_windows(10)
+
+
+@pytest.fixture(scope="module")
+def whole(windows, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("whole")
+    train(windows, folder, QUICK, quiet=True)
+    return folder
+
+
+class _Killed(Exception):
+    pass
+
+
+def killed(windows, folder: Path, monkeypatch, after: int) -> None:
+    """Train, and die when so many epochs are on disk."""
+    save = TrainingState.save
+
+    def dying(self, path, of):
+        save(self, path, of)
+        if len(self.history) == after:
+            raise _Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(TrainingState, "save", dying)
+        with pytest.raises(_Killed):
+            train(windows, folder, QUICK, quiet=True)
+
+
+def test_a_killed_training_goes_on_to_the_same_result(windows, whole, tmp_path, monkeypatch) -> None:
+    killed(windows, tmp_path, monkeypatch, after=2)
+    assert (tmp_path / STATE).exists() and not (tmp_path / "model.json").exists()
+    torch.manual_seed(99)  # whatever a new process begins with
+    train(windows, tmp_path, QUICK, quiet=True)
+    for name in ("model.safetensors", "model.json", "history.json"):
+        assert (tmp_path / name).read_bytes() == (whole / name).read_bytes()
+    assert not (tmp_path / STATE).exists()
+    assert logged(tmp_path) == logged(whole)
+    assert [step for step, _ in logged(whole)] == [1, 2, 3, 4]
+
+
+def logged(folder: Path) -> list[tuple[int, float]]:
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    found = EventAccumulator(str(folder / "tensorboard"))
+    found.Reload()
+    return [(scalar.step, scalar.value) for scalar in found.Scalars("validation/loss")]
+
+
+def test_another_training_in_the_folder_is_refused(windows, tmp_path, monkeypatch) -> None:
+    killed(windows, tmp_path, monkeypatch, after=1)
+    with pytest.raises(ConfigError, match=r"lr 0\.003 there and 0\.1 now"):
+        train(windows, tmp_path, Settings.of("countnet", epochs=4, batch=16, lr=0.1, val_fraction=0.25), quiet=True)
+    with pytest.raises(ConfigError, match="other windows"):
+        train(windows.take(np.arange(len(windows) - 1)), tmp_path, QUICK, quiet=True)
+    data = (tmp_path / STATE).read_bytes()
+    (tmp_path / STATE).write_bytes(data[: len(data) // 2])
+    with pytest.raises(DataError, match="damaged"):
+        train(windows, tmp_path, QUICK, quiet=True)
+
+
+def test_a_loss_that_is_not_finite_leaves_the_last_good_state(windows, tmp_path, monkeypatch) -> None:
+    step, calls = network_class("countnet").step, []
+
+    def exploding(self, batch, labels, smoothing):
+        loss, logits = step(self, batch, labels, smoothing)
+        calls.append(1)
+        return (loss * float("nan") if len(calls) == 9 else loss), logits
+
+    monkeypatch.setattr(network_class("countnet"), "step", exploding)
+    with pytest.raises(DataError, match=r"the loss is nan at batch \d+ of epoch \d+; the state of epoch \d+ is saved"):
+        train(windows, tmp_path, QUICK, quiet=True)
+    assert json.loads((tmp_path / "model.json").read_text())["model"] == "countnet"
+
+
+def test_wandb_that_is_missing_is_one_clear_line(windows, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(logs_module, "find_spec", lambda _: None)
+    with pytest.raises(MissingExtraError, match=r"evslip\[wandb\]"):
+        train(windows, tmp_path, QUICK, quiet=True, wandb=True)
+
+
+def test_the_rate_rises_and_falls_or_stays() -> None:
+    cycle, constant = TrainSettings(lr=0.5), TrainSettings(lr=0.5, schedule="constant")
+    rates = np.array([learning_rate(share, cycle) for share in np.linspace(0, 1, 101)])
+    assert rates.argmax() == 20 and rates.max() == pytest.approx(0.5)
+    assert rates[0] == pytest.approx(0.02) and rates[-1] == pytest.approx(0)
+    assert (np.diff(rates[:21]) > 0).all() and (np.diff(rates[20:]) < 0).all()
+    assert {learning_rate(share, constant) for share in (0, 0.3, 1)} == {0.5}
+
+
+def test_settings_of_a_network_and_wrong_ones() -> None:
+    assert TrainSettings.of("snn").optimiser == "rmsprop"
+    assert TrainSettings.of("snn", optimiser="adam", lr=None).optimiser == "adam"
+    with pytest.raises(ConfigError, match="momentum"):
+        TrainSettings.of("snn", momentum=0.9)
+    for name, value in (("schedule", "step"), ("protocol", "best"), ("time_dropout", 1.0), ("shift_px", -1)):
+        with pytest.raises(ConfigError, match=name):
+            TrainSettings.of("snn", **{name: value})
+
+
+def test_the_paper_s_split_is_by_window_and_by_label(windows) -> None:
+    parts = [windows.split_as_paper(fold) for fold in range(5)]
+    keys = [{(n, s) for n, s in zip(second.name, second.start_us, strict=True)} for _, second in parts]
+    assert sum(map(len, keys)) == len(set.union(*keys)) == len(windows)
+    for first, second in parts:
+        assert len(first) + len(second) == len(windows)
+        for label in (HOLD, SLIP):
+            share = (second.label == label).sum() / (windows.label == label).sum()
+            assert abs(share - 0.2) < 0.03
+    assert set(parts[0][0].name) & set(parts[0][1].name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(NETWORKS) - {"cnn3d_bn", "cnn3d"}))
+def test_every_network_learns_what_can_be_learned(name: str, windows, tmp_path) -> None:
+    chosen = {"epochs": 6, "batch": 8} if list(build_model(name).parameters()) else {}
+    result = train(windows, tmp_path, TrainSettings.of(name, val_fraction=0.25, **chosen), quiet=True)
+    assert result.val_auroc > 0.9
