@@ -1,8 +1,6 @@
 """Sweeps: what is drawn, who does it, and what a kill leaves behind."""
 
 import json
-import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -83,10 +81,9 @@ def test_what_a_killed_process_left_is_taken_up_again(windows, tmp_path) -> None
     windows.save(tmp_path / "w.h5")
     script = """
 import sys, time
-from evslip.learn import sweep as package, SweepSettings, Space, Range
-from evslip.learn.sweep import sweep
+from evslip.learn import SweepSettings, Space, Range, sweep
 from evslip.window_set import load_windows
-import evslip.learn.sweep as module
+module = sys.modules["evslip.learn.sweep"]
 real = module.train
 def slow(*a, watch, **k):
     def stop(epoch, row):
@@ -95,16 +92,17 @@ def slow(*a, watch, **k):
             print("ready", flush=True)
             time.sleep(60)
     return real(*a, watch=stop, **k)
-sys.modules["evslip.learn.sweep"].train = slow
+module.train = slow
 space = Space({"lr": Range(1e-3, 1e-2)}, {"epochs": 4, "batch": 8})
 sweep(load_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, trials=1))
 """
     out = tmp_path / "sweep"
-    process = subprocess.Popen([sys.executable, "-c", script, str(tmp_path / "w.h5"), str(out)], stdout=subprocess.PIPE)
-    assert process.stdout is not None and process.stdout.readline() == b"ready\n"
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
-    process.stdout.close()
+    command = [sys.executable, "-c", script, str(tmp_path / "w.h5"), str(out)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        process.kill()
+    assert said == b"ready\n"
     assert [trial.state for trial in read_sweep(out).trials] == ["running"]
     space = Space({"lr": Range(1e-3, 1e-2)}, {"epochs": 4, "batch": 8})
     found = sweep(windows, out, SweepSettings("voxelnet", space, trials=1))
