@@ -77,6 +77,7 @@ def test_too_little_data_stops_the_sweep(tmp_path) -> None:
         sweep(slip_windows(2), tmp_path, settings_of())
 
 
+@pytest.mark.slow
 def test_what_a_killed_process_left_is_taken_up_again(windows, tmp_path) -> None:
     windows.save(tmp_path / "w.h5")
     script = """
@@ -115,6 +116,7 @@ sweep(load_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, t
     assert (out / trial.folder / weights).read_bytes() == (tmp_path / "whole" / weights).read_bytes()
 
 
+@pytest.mark.slow
 def test_processes_share_a_sweep(windows, tmp_path) -> None:
     windows.save(tmp_path / "w.h5")
     arguments = ["sweep", str(tmp_path / "w.h5"), str(tmp_path / "s"), "--model", "event_rate", "--trials", "4"]
@@ -193,9 +195,10 @@ def test_other_mistakes_are_refused(windows, tmp_path) -> None:
         sweep(windows, tmp_path, settings_of())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sampler", "pruner"), [("tpe", "median"), ("random", "hyperband")])
 def test_samplers_and_pruners_work(sampler: str, pruner: str, windows, tmp_path) -> None:
-    space = Space({"lr": Range(1e-5, 1e-1, log=True)}, {"epochs": 4, "batch": 8})
+    space = Space({"lr": Range(1e-5, 1e-1, log=True)}, {"epochs": 3, "batch": 16})
     settings = SweepSettings("voxelnet", space, 6, sampler, pruner, "loss")  # type: ignore[arg-type]
     found = sweep(windows, tmp_path, settings)
     assert {trial.state for trial in found.trials} <= {"complete", "pruned"} and found.best is not None
