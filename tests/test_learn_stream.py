@@ -10,6 +10,7 @@ from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
+from evslip.learn.cost import one_core
 from evslip.learn.evaluate import probabilities
 from evslip.learn.recent import LEAST, Recent
 from evslip.window_set import WindowSettings
@@ -77,8 +78,9 @@ def test_wrong_hop(model: Path, hop_s: float) -> None:
         Detector(model, hop_s=hop_s)
 
 
-@pytest.mark.parametrize("name", ["cnn3d", "cnn3d_bn", "evgru"])
-@pytest.mark.parametrize("hop_ms", [1, 7, 20])
+@pytest.mark.parametrize(
+    ("name", "hop_ms"), [("cnn3d_bn", 1), ("cnn3d", 7), ("cnn3d_bn", 20), ("evgru", 4), ("evgru", 10)]
+)
 def test_what_a_hop_brings_anew_gives_the_answers_of_the_whole_window(name: str, hop_ms: int, tmp_path: Path) -> None:
     torch.manual_seed(1)
     network = build_model(name)
@@ -87,28 +89,30 @@ def test_what_a_hop_brings_anew_gives_the_answers_of_the_whole_window(name: str,
             norm.running_mean.uniform_(-0.1, 0.1)  # type: ignore[union-attr]
             norm.running_var.uniform_(0.01, 0.1)  # type: ignore[union-attr]
     save_model(tmp_path, network, Description(name, 0.5, WindowSettings(), {}))
-    events = slip_record("a", turning(600, 1900, 15.0)).events.between(500_000, 760_000)
-    # A silent gap of 0.3 s, in which the detector's memory of phases goes stale.
-    later = events._replace(t_us=events.t_us + 560_000)
+    events = slip_record("a", turning(600, 1900, 15.0)).events.between(500_000, 700_000)
+    # A silent gap of 0.2 s, in which the detector's memory of phases goes stale.
+    later = events._replace(t_us=events.t_us + 400_000)
     rolling, plain = (Detector(tmp_path, hop_s=hop_ms / 1e3, incremental=kind) for kind in (True, False))
     assert rolling._rolling is not None and plain._rolling is None
-    for part in (events, later):
-        pieces = np.array_split(np.arange(part.count), 5)
-        found = [rolling.follow(part.select(piece)) for piece in pieces]
-        expected = plain.follow(part)
-        np.testing.assert_array_equal(np.concatenate([f.t_us for f in found]), expected.t_us)
-        np.testing.assert_array_equal(np.concatenate([f.events for f in found]), expected.events)
-        np.testing.assert_allclose(np.concatenate([f.p_slip for f in found]), expected.p_slip, atol=1e-5)
+    with one_core():
+        for part in (events, later):
+            pieces = np.array_split(np.arange(part.count), 5)
+            found = [rolling.follow(part.select(piece)) for piece in pieces]
+            expected = plain.follow(part)
+            np.testing.assert_array_equal(np.concatenate([f.t_us for f in found]), expected.t_us)
+            np.testing.assert_array_equal(np.concatenate([f.events for f in found]), expected.events)
+            np.testing.assert_allclose(np.concatenate([f.p_slip for f in found]), expected.p_slip, atol=1e-5)
 
 
 def test_the_buffer_of_recent_events_stays_small_and_right() -> None:
-    rng, recent, kept = np.random.default_rng(0), Recent(), np.empty(0, np.int64)
+    rng, recent, kept, most = np.random.default_rng(0), Recent(), np.empty(0, np.int64), 0
     for step in range(200):
         count = int(rng.integers(0, 20_000 if step < 20 else 200))
         t_us = np.sort(rng.integers(step * 1000, (step + 1) * 1000, count))
         recent.add(Events(t_us, *(np.zeros(count, kind) for kind in (np.uint8, np.uint8, bool))))
         recent.forget((step - 5) * 1000)
         kept = np.concatenate([kept, t_us])
+        most = max(most, len(kept))
         kept = kept[kept >= (step - 5) * 1000]
         np.testing.assert_array_equal(recent.t_us, kept)
-    assert len(recent._columns[0]) < 10 * len(kept) + LEAST
+    assert len(recent._columns[0]) <= 2 * most + LEAST

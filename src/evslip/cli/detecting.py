@@ -225,5 +225,5 @@ def detect(
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
     write_csv(detection, csv)
-    write_png(detection, png, title=recording.name)
+    write_png(detection, png, title=recording.name, truth=record.truth)
     console.print(f"{csv} and {png}: {detection.summary()}")

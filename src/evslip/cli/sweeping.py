@@ -52,7 +52,7 @@ def sweep(
 
     found = run(load_windows(windows), out, settings, told)
     write_sweep(found)
-    print_table(sweep_table(found, most=10))
+    print_table(sweep_table(found, most=10, short=True))
     if found.best is not None:
         console.print(f"best: trial {found.best.number}, model in {out / found.best.folder}")
     console.print(f"{out / 'sweep.html'}, sweep.csv")

@@ -8,8 +8,8 @@ LEAST = 4096
 
 
 class Recent:
-    """Cropped events in arrays that are refilled in place: room for twice what is kept at one time, so that what stays
-    is seldom moved."""
+    """Cropped events in arrays that are refilled in place: room for twice the most that was ever kept, so that what
+    stays is seldom moved."""
 
     def __init__(self) -> None:
         self._columns = tuple(np.empty(LEAST, kind) for kind in (np.int64, np.uint8, np.uint8, bool))
@@ -30,10 +30,7 @@ class Recent:
         """Append events that follow those kept."""
         count, room = self._last - self._first, len(self._columns[0])
         if self._last + events.count > room:
-            if 2 * (count + events.count) > room:
-                room = 2 * (count + events.count)
-            elif 8 * (count + events.count) < room:
-                room = max(LEAST, 2 * (count + events.count))
+            room = max(room, 2 * (count + events.count))
             self._columns = tuple(self._moved(column, room) for column in self._columns)
             self._first, self._last = 0, count
         for column, values in zip(self._columns, events[:4], strict=True):

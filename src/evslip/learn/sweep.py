@@ -24,7 +24,7 @@ from evslip import atomic
 from evslip.errors import ConfigError, DataError, MissingExtraError
 from evslip.learn.settings import TrainSettings
 from evslip.learn.spaces import Range, Space
-from evslip.learn.train import TrainResult, train
+from evslip.learn.train import TrainResult, split, train
 from evslip.window_set import Windows
 
 JOURNAL, TRIALS = "journal.log", "trials"
@@ -109,6 +109,7 @@ def sweep(
     out = Path(out)
     study = _open(out, settings)
     _identify(study, out, settings, windows)
+    split(windows, _training(settings, {}))  # too little data is no trial's fault: say so before any
     while True:
         _take_up(study)
         if _counted(study) >= settings.trials:
@@ -230,21 +231,21 @@ def _run(study: Any, trial: Any, windows: Windows, out: Path, settings: SweepSet
             if trial.should_prune():
                 raise optuna.TrialPruned
 
-    training = TrainSettings.of(settings.model, **{**settings.space.fixed, "seed": settings.seed, **chosen})
     try:
-        result = train(windows, out / name, training, quiet=True, watch=watch)
+        result = train(windows, out / name, _training(settings, chosen), quiet=True, watch=watch)
     except optuna.TrialPruned:
         study.tell(trial, state=optuna.trial.TrialState.PRUNED)
         shutil.rmtree(out / name, ignore_errors=True)  # half trained, of no use
     except DataError as error:
-        if not study.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,)) and trial.number == 0:
-            study.tell(trial, state=optuna.trial.TrialState.FAIL)
-            raise  # most likely the data: then no trial can do better
         trial.set_user_attr("error", str(error))
         study.tell(trial, state=optuna.trial.TrialState.FAIL)
     else:
         trial.set_user_attr("figures", _figures(result, before_s + time.monotonic() - start))
         study.tell(trial, _value(result, settings.goal))
+
+
+def _training(settings: SweepSettings, chosen: dict[str, Any]) -> TrainSettings:
+    return TrainSettings.of(settings.model, **{**settings.space.fixed, "seed": settings.seed, **chosen})
 
 
 def _drawn(trial: Any, name: str, values: Range | tuple[Any, ...]) -> Any:

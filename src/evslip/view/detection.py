@@ -7,6 +7,7 @@ import numpy as np
 
 from evslip import atomic
 from evslip.learn.stream import Detection
+from evslip.truth import Truth
 
 
 def write_csv(detection: Detection, path: Path) -> None:
@@ -20,13 +21,19 @@ def write_csv(detection: Detection, path: Path) -> None:
     atomic.write_text(path, "\n".join(["t_us,t_s,p_slip,slip,events", *lines]) + "\n")
 
 
-def write_png(detection: Detection, path: Path, title: str = "") -> None:
-    """Probability with the threshold above, events a window below. Raises StorageError."""
+def write_png(detection: Detection, path: Path, title: str = "", truth: Truth | None = None) -> None:
+    """Probability with the threshold above, with the true slips shaded if they are known; events a window below.
+    Raises StorageError."""
     from matplotlib.figure import Figure
 
     t_s = (detection.t_us - detection.start_us) / 1e6
     figure = Figure(figsize=(10, 4.5), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    for begin, end in _slips(truth):
+        span = ((begin - detection.start_us) / 1e6, (end - detection.start_us) / 1e6)
+        top.axvspan(
+            *span, color="0.5", alpha=0.18, lw=0, label="object slips" if begin == _slips(truth)[0][0] else None
+        )
     top.fill_between(t_s, 0, 1, where=detection.p_slip >= detection.threshold, color="#d62728", alpha=0.15, step="mid")
     top.plot(t_s, detection.p_slip, color="#d62728", lw=1.2)
     top.axhline(detection.threshold, color="0.4", lw=0.8, ls="--", label=f"threshold {detection.threshold:.2f}")
@@ -39,3 +46,13 @@ def write_png(detection: Detection, path: Path, title: str = "") -> None:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
     atomic.write_bytes(path, buffer.getvalue())
+
+
+def _slips(truth: Truth | None) -> list[tuple[int, int]]:
+    """Start and end of every slip, us; of records without episodes, from the onset to the end of holding."""
+    if truth is None or truth.onset_us is None:
+        return []
+    if truth.episodes:
+        return [(episode.start_us, episode.end_us) for episode in truth.episodes]
+    held = np.flatnonzero(truth.held)
+    return [(truth.onset_us, int(truth.t_us[held[-1]]))] if len(held) else []

@@ -25,8 +25,7 @@ def write_sweep(found: Sweep) -> None:
     parts = [
         page.section(
             "Settings and what came of them",
-            "A line is a trial, from its settings to its result; the better, the darker. Point at a line's mark for the "
-            "value.",
+            "A line is a trial, from its settings to its result: the better, the darker. Marks tell their values.",
             page.embed("parallel", parallel_coordinates(found)),
         ),
         page.section(
@@ -38,10 +37,11 @@ def write_sweep(found: Sweep) -> None:
     page.write_page(found.folder / "sweep.html", f"evslip: sweep {found.folder.absolute().name}", subtitle, parts)
 
 
-def sweep_table(found: Sweep, most: int) -> list[list[str]]:
-    """Head and lines, best first."""
+def sweep_table(found: Sweep, most: int, short: bool = False) -> list[list[str]]:
+    """Head and lines, best first; `short` ends each with the settings."""
     ranked = sorted(found.trials, key=lambda trial: _rank(found, trial))[:most]
-    return [[_text(cell) for cell in row] for row in _rows(found, ranked)]
+    columns = -len(FIGURES) - 1 if short else None
+    return [[_text(cell) for cell in row[:columns]] for row in _rows(found, ranked)]
 
 
 def parallel_coordinates(found: Sweep) -> Figure:

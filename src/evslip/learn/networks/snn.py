@@ -61,11 +61,24 @@ class SNN(Network):
 
     def spikes(self, batch: Sequence[Trains]) -> torch.Tensor:
         """Trains of the two outputs, of shape (windows, 2, bins)."""
+        return self.rest(self.summed(batch))
+
+    def summed(self, batch: Sequence[Trains]) -> torch.Tensor:
+        """The first layer's weighted sums, (windows, bins, hidden)."""
         if self.device.type == "cpu":
-            return self.rest(sparse_linear(batch, self.linear1.weight, BINS))
-        return self.rest(self.linear1(dense(batch, BINS, self.units).to(self.device)))
+            return sparse_linear(batch, self.linear1.weight, BINS)
+        return self.linear1(dense(batch, BINS, self.units).to(self.device))
 
     def rest(self, summed: torch.Tensor) -> torch.Tensor:
-        """The same from the first layer's weighted sums, (windows, bins, hidden)."""
-        hidden = self.neurons.spike(self.neurons.psp(summed.transpose(1, 2)))
-        return self.neurons.spike(self.neurons.psp(self.linear2.weight @ hidden))
+        """Trains of the outputs from the first layer's weighted sums."""
+        return self.neurons.spike(self.neurons.psp(self.linear2.weight @ self.hidden(summed)))
+
+    def hidden(self, summed: torch.Tensor) -> torch.Tensor:
+        """Trains of the hidden neurons, (windows, hidden, bins)."""
+        return self.neurons.spike(self.neurons.psp(summed.transpose(1, 2)))
+
+    def synaptic_operations(self, batch: Sequence[Trains]) -> torch.Tensor:
+        """Additions of a weight that the spikes of each window cause, of shape (windows,): 32 for each of the input, 2
+        for each hidden one."""
+        fed = torch.tensor([float(len(window.bins)) for window in batch])
+        return HIDDEN * fed + 2 * self.hidden(self.summed(batch)).sum((1, 2)).cpu()

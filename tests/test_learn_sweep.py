@@ -1,0 +1,205 @@
+"""Sweeps: what is drawn, who does it, and what a kill leaves behind."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from evslip.errors import ConfigError, DataError
+from evslip.learn import Range, Space, SweepSettings, sweep
+from evslip.learn.settings import TrainSettings
+from evslip.learn.spaces import PRESETS, space_of
+from evslip.learn.sweep import JOURNAL, read_sweep
+from evslip.learn.train import train
+from evslip.view.sweep import parallel_coordinates, sweep_table, write_sweep
+from slip_records import slip_windows
+
+pytestmark = pytest.mark.filterwarnings("ignore::optuna.exceptions.ExperimentalWarning")
+
+# A network without gradients learns in one epoch: it is the sweep that is tested.
+SPACE = Space(
+    {"batch": (4, 8, 16), "lr": Range(1e-4, 1e-1, log=True), "shift_px": Range(0, 3, whole=True)}, {"epochs": 1}
+)
+
+
+@pytest.fixture(scope="module")
+def windows():
+    return slip_windows(8)
+
+
+def settings_of(**changed) -> SweepSettings:
+    return SweepSettings(**{"model": "event_rate", "space": SPACE, "trials": 3, **changed})
+
+
+def test_a_sweep_runs_goes_on_and_keeps_what_it_has(windows, tmp_path) -> None:
+    first = sweep(windows, tmp_path, settings_of(trials=2))
+    assert [trial.state for trial in first.trials] == ["complete"] * 2
+    more = sweep(windows, tmp_path, settings_of(trials=4))
+    assert more.trials[:2] == first.trials and len(more.trials) == 4
+    assert sweep(windows, tmp_path, settings_of(trials=4)) == more
+    assert more.best is not None and more.best.value == min(trial.value or 0 for trial in more.trials)
+    assert (tmp_path / more.best.folder / "model.json").is_file()
+
+
+def test_random_trials_are_the_same_whoever_runs_them(windows, tmp_path) -> None:
+    one = sweep(windows, tmp_path / "one", settings_of(trials=4))
+    sweep(windows, tmp_path / "two", settings_of(trials=1))
+    two = sweep(windows, tmp_path / "two", settings_of(trials=4))
+    assert [trial.settings for trial in one.trials] == [trial.settings for trial in two.trials]
+    assert len({trial.settings["lr"] for trial in one.trials}) == 4
+    other = sweep(windows, tmp_path / "other", settings_of(trials=1, seed=1))
+    assert other.trials[0].settings["lr"] != one.trials[0].settings["lr"]
+    assert all(1e-4 <= trial.settings["lr"] <= 1e-1 and trial.settings["shift_px"] in range(4) for trial in one.trials)
+
+
+def test_another_sweep_in_the_same_folder_is_refused(windows, tmp_path) -> None:
+    sweep(windows, tmp_path, settings_of(trials=1))
+    with pytest.raises(ConfigError, match="goal loss, not auroc"):
+        sweep(windows, tmp_path, settings_of(trials=1, goal="auroc"))
+    with pytest.raises(ConfigError, match="windows"):
+        sweep(slip_windows(6), tmp_path, settings_of(trials=1))
+
+
+def test_a_trial_that_fails_is_told_and_does_not_stop_the_sweep(windows, tmp_path) -> None:
+    space = Space({"lr": (1e-3, 1e30)}, {"epochs": 2, "optimiser": "rmsprop", "batch": 8})
+    told = []
+    found = sweep(windows, tmp_path, SweepSettings("voxelnet", space, trials=5, seed=3), told.append)
+    by_lr = {trial.settings["lr"]: trial for trial in found.trials}
+    assert len(found.trials) == len(told) == 5
+    assert by_lr[1e-3].state == "complete"
+    assert by_lr[1e30].state == "failed" and "loss" in by_lr[1e30].error
+
+
+def test_too_little_data_stops_the_sweep(tmp_path) -> None:
+    with pytest.raises(DataError, match="too few"):
+        sweep(slip_windows(2), tmp_path, settings_of())
+
+
+@pytest.mark.slow
+def test_what_a_killed_process_left_is_taken_up_again(windows, tmp_path) -> None:
+    windows.save(tmp_path / "w.h5")
+    script = """
+import sys, time
+from evslip.learn import SweepSettings, Space, Range, sweep
+from evslip.window_set import load_windows
+module = sys.modules["evslip.learn.sweep"]
+real = module.train
+def slow(*a, watch, **k):
+    def stop(epoch, row):
+        watch(epoch, row)
+        if epoch == 2:
+            print("ready", flush=True)
+            time.sleep(60)
+    return real(*a, watch=stop, **k)
+module.train = slow
+space = Space({"lr": Range(1e-3, 1e-2)}, {"epochs": 4, "batch": 8})
+sweep(load_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, trials=1))
+"""
+    out = tmp_path / "sweep"
+    command = [sys.executable, "-c", script, str(tmp_path / "w.h5"), str(out)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        process.kill()
+    assert said == b"ready\n"
+    assert [trial.state for trial in read_sweep(out).trials] == ["running"]
+    space = Space({"lr": Range(1e-3, 1e-2)}, {"epochs": 4, "batch": 8})
+    found = sweep(windows, out, SweepSettings("voxelnet", space, trials=1))
+    (trial,) = found.trials
+    assert (trial.state, trial.figures["epochs"], trial.folder) == ("complete", 4, "trials/0000")
+    # It has gone on where it was: to the very weights of a training that nothing disturbed.
+    whole = TrainSettings.of("voxelnet", epochs=4, batch=8, lr=trial.settings["lr"], seed=0)
+    train(windows, tmp_path / "whole", whole, quiet=True)
+    weights = "model.safetensors"
+    assert (out / trial.folder / weights).read_bytes() == (tmp_path / "whole" / weights).read_bytes()
+
+
+@pytest.mark.slow
+def test_processes_share_a_sweep(windows, tmp_path) -> None:
+    windows.save(tmp_path / "w.h5")
+    arguments = ["sweep", str(tmp_path / "w.h5"), str(tmp_path / "s"), "--model", "event_rate", "--trials", "4"]
+    command = [sys.executable, "-c", "from evslip.cli import main; main()", *arguments]
+    both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    outputs = [process.communicate(timeout=120) for process in both]
+    assert [process.returncode for process in both] == [0, 0], outputs
+    found = read_sweep(tmp_path / "s")
+    # Both may begin the last one.
+    assert len(found.trials) in (4, 5) and all(trial.state == "complete" for trial in found.trials)
+    assert len({trial.settings["lr"] for trial in found.trials}) == len(found.trials)
+    assert (tmp_path / "s" / "sweep.html").is_file() and "best: trial" in "".join(out for out, _ in outputs)
+
+
+def test_the_table_and_the_page_show_every_trial(windows, tmp_path) -> None:
+    found = sweep(windows, tmp_path, settings_of(trials=3, goal="accuracy"))
+    write_sweep(found)
+    head, *lines = sweep_table(found, most=2)
+    assert head[:3] == ["trial", "state", "balanced accuracy"] and len(lines) == 2
+    assert found.best is not None and lines[0][0] == str(found.best.number)
+    figure = parallel_coordinates(found)
+    assert len(figure["data"]) == 3
+    heights = [height for trace in figure["data"] for height in trace["y"]]
+    assert all(0 <= height <= 1 for height in heights)
+    json.dumps(figure, allow_nan=False)
+    rows = (tmp_path / "sweep.csv").read_text().splitlines()
+    assert len(rows) == 4 and rows[0].startswith("trial,state,balanced accuracy,batch,lr,shift_px")
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("model", ["mlp", "snn", "cnn3d", "voxelnet"])
+def test_the_presets_fit_every_network(name: str, model: str) -> None:
+    space_of(name, model).check(model)
+
+
+def test_the_paper_s_grids_are_the_paper_s() -> None:
+    simple, complex_ = space_of("paper-simple", "cnn3d"), space_of("paper-complex", "snn")
+    assert simple.searched["batch"] == (8, 16, 32, 64, 96, 128, 160, 256, 512)
+    assert simple.searched["lr"] == Range(0.001, 0.014) and simple.fixed["epochs"] == 600
+    assert complex_.searched["lr"] == Range(5e-5, 5e-3, log=True) and complex_.fixed["epochs"] == 400
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "empty"),
+        ("lr = []", "lr: an empty list"),
+        ("lr = { min = 1 }", "expected"),
+        ("lr = { min = 0, max = 1, log = true }", "0 < min"),
+        ("lr = { min = 2.0, max = 1.0 }", "min < max"),
+        ("speed = [1, 2]", "speed: no setting"),
+        ("lr = [-1.0]", "lr -1"),
+        ('batch = ["a"]', "batch"),
+        ("lr = ", "TOML"),
+    ],
+)
+def test_wrong_spaces_are_refused_in_one_line(text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "space.toml").write_text(text)
+    with pytest.raises((ConfigError, DataError), match=words):
+        space_of(str(tmp_path / "space.toml"), "voxelnet")
+
+
+def test_other_mistakes_are_refused(windows, tmp_path) -> None:
+    with pytest.raises(ConfigError, match="paper-simple"):
+        space_of("paper", "mlp")
+    with pytest.raises(DataError, match="no such file"):
+        space_of(str(tmp_path / "absent.toml"), "mlp")
+    with pytest.raises(ConfigError, match="trials 0"):
+        settings_of(trials=0)
+    with pytest.raises(ConfigError, match="sampler 'grid'"):
+        settings_of(sampler="grid")
+    with pytest.raises(DataError, match="expected the folder of a sweep"):
+        read_sweep(tmp_path)
+    (tmp_path / JOURNAL).write_text("not a journal\n" * 3)
+    with pytest.raises(DataError, match="damaged"):
+        sweep(windows, tmp_path, settings_of())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sampler", "pruner"), [("tpe", "median"), ("random", "hyperband")])
+def test_samplers_and_pruners_work(sampler: str, pruner: str, windows, tmp_path) -> None:
+    space = Space({"lr": Range(1e-5, 1e-1, log=True)}, {"epochs": 3, "batch": 16})
+    settings = SweepSettings("voxelnet", space, 6, sampler, pruner, "loss")  # type: ignore[arg-type]
+    found = sweep(windows, tmp_path, settings)
+    assert {trial.state for trial in found.trials} <= {"complete", "pruned"} and found.best is not None
+    assert not any((tmp_path / trial.folder).exists() for trial in found.trials if trial.state == "pruned")
