@@ -17,7 +17,7 @@ import sys
 import tempfile
 import traceback
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 from unittest import mock
 
 import evslip
@@ -27,7 +27,8 @@ from evslip.draws import draw
 from evslip.schema import SLIP_KINDS, OneOf, SampleSpec, Within
 
 CPU_S, MORE_BYTES = 60, 3_000_000_000
-SECTIONS = {name: list(field.annotation.model_fields) for name, field in SampleSpec.model_fields.items()}
+MODELS: dict[str, Any] = {name: field.annotation for name, field in SampleSpec.model_fields.items()}
+SECTIONS = {name: list(model.model_fields) for name, model in MODELS.items()}
 TOP = ("seed", "sampling", "test_share", "together", "slip_fraction", "preset")
 NAMES = ("side", "front", "hold", "natural", "*", "plastic-0", "wood-1", "cylinder", "mesh", "shake", "rotate", "grid")
 
@@ -62,6 +63,8 @@ def main() -> None:
         outcomes[outcome] += 1
         if options.show or outcome not in ("valid", "refused"):
             print(f"{number} {outcome}: {words}", flush=True)
+        if (number + 1) % 200 == 0:
+            print(f"{number + 1}: {dict(outcomes)}", flush=True)
     print(f"{options.count} configurations: {dict(outcomes)}; samples made of valid ones: {dict(made)}")
     sys.exit(set(outcomes) - {"valid", "refused"} != set())
 
@@ -143,7 +146,7 @@ def mutated(rng: random.Random) -> str:
 
 def plausible(rng: random.Random, section: str, field: str, other: object) -> object:
     """A value, range or list within the limits of a field, mostly; the ends too."""
-    described = SampleSpec.model_fields[section].annotation.model_fields[field]
+    described = MODELS[section].model_fields[field]
     within = next((limit for limit in described.metadata if isinstance(limit, Within)), None)
     names = [limit.names for limit in described.metadata if isinstance(limit, OneOf)] or [
         get_args(described.annotation)

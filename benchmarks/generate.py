@@ -1,8 +1,9 @@
 """Seconds, events and bytes a sample, by stage; and the memory of a worker.
 
-python benchmarks/generate.py [--preset simple] [--count 16] [--workers 2] [--memory 500]
+python benchmarks/generate.py [--preset simple] [--count 16] [--workers 2] [--memory 500] [--books 100000]
 
-With --memory so many samples are made in this process instead, and its resident memory is watched.
+With --memory so many samples are made in this process instead, and its resident memory is watched. With --books the
+folder of so many samples is made up of empty files, and the time is taken until a run knows what is missing.
 """
 
 import argparse
@@ -10,6 +11,7 @@ import json
 import resource
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +20,9 @@ import evslip
 from evslip import dataset
 from evslip.config import dump_config
 from evslip.generation import STAGES, Job, make_sample
-from evslip.runners.attempts import attempt
+from evslip.journal import Entry, Journal, encode
+from evslip.runners.attempts import attempt, give_back_memory
+from evslip.runners.local import TASKS_PER_WORKER
 
 WARM = 20
 """Samples after which a worker has met all kinds of work, and its memory should stay what it is."""
@@ -30,9 +34,12 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=16)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--memory", type=int, default=0, metavar="COUNT")
+    parser.add_argument("--books", type=int, default=0, metavar="COUNT")
     options = parser.parse_args()
     if options.memory:
         return memory(options.preset, options.memory)
+    if options.books:
+        return books(options.books)
     with tempfile.TemporaryDirectory() as warm_up:
         start = time.perf_counter()
         evslip.generate(options.preset, warm_up, 1, workers=1)
@@ -68,13 +75,53 @@ def memory(preset: str, count: int) -> None:
             is_done, what = attempt(make_sample, Job(folder, text, "train", index, json.dumps({})))
             if not is_done:
                 raise SystemExit(str(what))
-            seen.append(int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 1e6)
+            seen.append(resident_mb())
             if index + 1 in (WARM, count) or (index + 1) % max(1, count // 10) == 0:
                 print(f"after {index + 1:4} samples {seen[-1]:6.1f} MB", flush=True)
     rest = np.array(seen[WARM:])
     halves = np.median(rest[: len(rest) // 2]), np.median(rest[len(rest) // 2 :])
     print(f"after the first {WARM}: {rest.min():.1f} to {rest.max():.1f} MB; medians of the halves differ by ", end="")
     print(f"{halves[1] - halves[0]:+.1f} MB; peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
+
+
+def books(count: int) -> None:
+    """Print what it takes to read the journals of `count` samples and to look at every file."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        for index in range(count):
+            if index % TASKS_PER_WORKER == 0:
+                path = Journal(root / dataset.JOURNAL).path
+                path.parent.mkdir(parents=True, exist_ok=True)
+            entry = Entry(
+                name=f"train/{index:07d}",
+                split="train",
+                index=index,
+                kind="simulated",
+                sha256=f"{index:064x}",
+                bytes=0,
+                events=2_000_000,
+                label="slip",
+            )
+            with path.open("ab") as file:
+                file.write(encode(entry))
+            record = dataset.sample_path(root, "train", index)
+            record.parent.mkdir(parents=True, exist_ok=True)
+            record.touch()
+        sizes = Counter(path.parent for path in root.rglob("*") if path.is_file())
+        print(f"{count:,} samples, {sum(sizes.values()):,} files, at most {max(sizes.values()):,} in a folder")
+        for name, indices in (("all", None), ("one part of a hundred", range(count // 100))):
+            give_back_memory()
+            before, start, begun = resident_mb(), time.perf_counter(), time.process_time()
+            there = dataset.finished(root, "train", indices)
+            seconds, busy = time.perf_counter() - start, time.process_time() - begun
+            print(
+                f"{name}: {len(there):,} found in {seconds:.1f} s, {busy:.1f} CPU-s; {resident_mb() - before:+.0f} MB"
+            )
+            del there
+
+
+def resident_mb() -> float:
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 1e6
 
 
 if __name__ == "__main__":

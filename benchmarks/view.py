@@ -92,7 +92,8 @@ def scrub(page: Page, places: np.ndarray) -> list[float]:
 
 JUMP = """async (share) => {
     const charts = document.getElementById("charts"), box = charts.getBoundingClientRect();
-    const answered = () => performance.getEntriesByType("resource").filter((entry) => entry.name.includes("/frame?")).length;
+    const frames = () => performance.getEntriesByType("resource").filter((entry) => entry.name.includes("/frame?"));
+    const answered = () => frames().length;
     const before = answered(), start = performance.now();
     const where = {clientX: box.left + 66 + share * (box.width - 76), clientY: box.top + 30, pointerId: 1, bubbles: true};
     charts.setPointerCapture = () => {};

@@ -187,7 +187,7 @@ def test_no_folder_of_a_million_samples_holds_more_than_ten_thousand_files(tmp_p
     assert len(folders) <= 10_000
     assert max(folders.values()) * 50 <= 10_000
     # A worker lives for 200 samples and writes one journal.
-    journals = collections.Counter(journal.Journal(tmp_path)._path.parent for _ in range(5000))
+    journals = collections.Counter(journal.Journal(tmp_path).path.parent for _ in range(5000))
     assert len(journals) <= 256
     assert max(journals.values()) < 100
 

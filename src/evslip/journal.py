@@ -38,26 +38,26 @@ class Journal:
 
     def __init__(self, folder: Path):
         self._folder = folder
-        self._path = self._new_path()
+        self.path = self._new_path()
 
     def append(self, entry: Entry) -> None:
         """Add a line and sync it. Raises StorageError."""
-        with atomic.storage_errors(self._path):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            is_new = not self._path.exists()
-            descriptor = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+        with atomic.storage_errors(self.path):
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            is_new = not self.path.exists()
+            descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
             try:
-                line = _line(entry)
+                line = encode(entry)
                 while line:
                     line = line[os.write(descriptor, line) :]
                 os.fsync(descriptor)
             except OSError:
-                self._path = self._new_path()  # what a full disk cut short stays a last line too
+                self.path = self._new_path()  # what a full disk cut short stays a last line too
                 raise
             finally:
                 os.close(descriptor)
             if is_new:
-                atomic.sync_folder(self._path.parent)
+                atomic.sync_folder(self.path.parent)
                 atomic.sync_folder(self._folder)
 
     def _new_path(self) -> Path:
@@ -89,15 +89,18 @@ def read_journals(
     return entries, problems
 
 
-def _line(entry: Entry) -> bytes:
+def encode(entry: Entry) -> bytes:
+    """An entry's line, with a checksum in it."""
     return json.dumps({**entry, "crc32": _checksum(entry)}).encode() + b"\n"
 
 
 def _parse(line: bytes) -> Entry | None:
     try:
         entry: Any = json.loads(line)
-        is_whole = entry.pop("crc32") == _checksum(entry)
-        return {sys.intern(key): _shared(value) for key, value in entry.items()} if is_whole else None
+        if entry.pop("crc32") != _checksum(entry):
+            return None
+        shared: Any = {sys.intern(key): _shared(value) for key, value in entry.items()}
+        return shared
     except (ValueError, AttributeError, KeyError, TypeError):
         return None
 

@@ -27,7 +27,7 @@ def attempt(work: Callable[[Any], Any], task: Any) -> tuple[bool, Any]:
         reason = f"{type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
         return False, " ".join(reason.split())
     finally:
-        _give_back()
+        give_back_memory()
 
 
 @functools.cache
@@ -35,7 +35,7 @@ def _trim() -> Callable[[int], int] | None:
     return getattr(ctypes.CDLL(None), "malloc_trim", None)  # other C libraries do without
 
 
-def _give_back() -> None:
+def give_back_memory() -> None:
     """Return freed memory to the system: glibc keeps it, and a worker would seem to grow for hundreds of samples."""
     if trim := _trim():
         trim(0)

@@ -134,13 +134,10 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
-    while True:
-        try:
-            task = pipe.recv()
-        except EOFError:
-            return
-        answer = attempt(work, task)
-        try:
-            pipe.send(answer)
-        except (TypeError, AttributeError, ValueError) as error:
-            pipe.send((False, EvslipError(f"a result cannot be sent: {error}")))
+    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the parent is gone
+        while True:
+            answer = attempt(work, pipe.recv())
+            try:
+                pipe.send(answer)
+            except (TypeError, AttributeError, ValueError) as error:
+                pipe.send((False, EvslipError(f"a result cannot be sent: {error}")))
