@@ -114,7 +114,6 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["info", "OUT/r.raw"], ["r.raw", "no such file"]),
         (["info", "OUT/r.mp4"], ["r.mp4", "known are"]),
         (["import", "OUT/r.raw", "OUT/r.h5", "--rotate", 45], ["--rotate"]),
-        (["import", "OUT", "OUT/r.h5"], ["isaac_stats.csv", "prophesee_recordings"]),
         (["publish", "OUT/none", "OUT/new"], ["no such folder"]),
         (["convert", "OUT/r.raw", "OUT/r.dat", "--crop", 1, 2, 3], ["--crop", "'3' is not INT INT INT INT"]),
         (["convert", "OUT/r.mp4", "OUT/r.dat"], ["r.mp4", "read", ".aedat4"]),
