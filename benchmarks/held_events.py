@@ -4,7 +4,7 @@ python benchmarks/held_events.py [--count 4] [--width 173]
 
 Random scenes of the preset complex, whose object is then moved exactly with the hand. Inside object and gripper (two
 pixels from their outlines, so that no background shines in) events can only come from light that changes. The light is
-taken away step by step; the last line must be 0.
+taken away step by step; on the last line none should be left.
 
 as drawn         lamp, shadows of hand, object and arm, light from all around
 mostly lamp      a hundredth of the background and of the light from it
