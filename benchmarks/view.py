@@ -95,7 +95,8 @@ JUMP = """async (share) => {
     const frames = () => performance.getEntriesByType("resource").filter((entry) => entry.name.includes("/frame?"));
     const answered = () => frames().length;
     const before = answered(), start = performance.now();
-    const where = {clientX: box.left + 66 + share * (box.width - 76), clientY: box.top + 30, pointerId: 1, bubbles: true};
+    const x = box.left + 66 + share * (box.width - 76);
+    const where = {clientX: x, clientY: box.top + 30, pointerId: 1, bubbles: true};
     charts.setPointerCapture = () => {};
     charts.dispatchEvent(new PointerEvent("pointerdown", where));
     charts.dispatchEvent(new PointerEvent("pointerup", where));
