@@ -111,10 +111,12 @@ class Outputs:
         world = points @ poses.camera_rotation[0].T + poses.camera_position[0]
         body = (world - poses.object_position[0]) @ poses.object_rotation[0] @ poses.object_rotation[k].T
         world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
-        for link in np.unique(part[part >= FIRST_LINK]) if poses.links is not None else ():
-            k0, own = link - FIRST_LINK, part == link
-            local = (world[own] - poses.links.places[0, k0]) @ poses.links.turns[0, k0]
-            world[own] = local @ poses.links.turns[k, k0].T + poses.links.places[k, k0]
+        links = poses.links
+        if links is not None:
+            for k0 in np.unique(part[part >= FIRST_LINK]) - FIRST_LINK:
+                own = part == k0 + FIRST_LINK
+                local = (world[own] - links.places[0, k0]) @ links.turns[0, k0]
+                world[own] = local @ links.turns[k, k0].T + links.places[k, k0]
         moved = (world - there) @ turn
         opening = (poses.travel_m[k] - poses.travel_m[0]) * self._camera.rotation[1]
         sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0
