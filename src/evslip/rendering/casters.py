@@ -22,7 +22,7 @@ from evslip.rendering.shadow import (
     pixel_steps,
     take_in,
 )
-from evslip.rendering.union import RIMS, WIDE, join, overlaps, rims_of
+from evslip.rendering.union import EDGES, WIDE, edges_of, join, overlaps
 
 OBJECT_PART, ARM_PART, NO_PART = 3, 4, 255
 """Numbers of bodies after those of the gripper in `hand`; the last one has no caster."""
@@ -61,7 +61,7 @@ class Casters(NamedTuple):
     origin: np.ndarray
     """(3,)."""
     rims: np.ndarray
-    """Outlines of the boxes there; see `union.rims_of`."""
+    """Edges of the boxes there; see `union.edges_of`."""
     block_turns: np.ndarray
     """Axes of the boxes that stand in for the object, the palm and the fingers where they keep light from all around
     away; (b, 3, 3)."""
@@ -83,7 +83,7 @@ class Reception(NamedTuple):
     """Of each outline: turn (9) and move (3) from the receivers' frame to its own, the lamp's distance, its plane (3)
     and a pixel's blur (2); float32 (o, 18)."""
     rims: np.ndarray
-    """Outlines of the boxes, float32 (k, RIMS, 2, 3)."""
+    """Of the boxes, float32 (k, EDGES, 2, 3)."""
     joint: np.ndarray
     """Turn (9) and move (3) to the frame in which boxes are joined, its distance from the lamp, a pixel's blur (2) and
     the lamp's radius; float32 (16,)."""
@@ -110,8 +110,8 @@ def cast(
         a, b = (j + 1) % 3, (j + 2) % 3
         frame[j, 0], frame[j, 2] = first[j], towards[j]
         frame[j, 1] = towards[a] * first[b] - towards[b] * first[a]
-    rims = np.zeros((count, RIMS, 2, 3), np.float32)
-    rims_of(turns, places, halves, lamp, frame, origin, rims)
+    rims = np.empty((count, EDGES, 2, 3), np.float32)
+    edges_of(turns, places, halves, frame, origin, rims)
     return Casters(
         lamp, lamp_radius, turns, places, halves, parts, sizes, outlines, edges, starts, frames, origins,
         planes, frame, origin, rims, blockers[0], blockers[1], blockers[2],
@@ -211,7 +211,7 @@ def shade(S, n, u, v, w, reach, reception, layered, joint_always):
             count += 1
     wide = radius > WIDE * joint[12]
     if (wide or joint_always) and (count > 1 or (wide and count > 0)) and overlaps(S, n, wide):
-        join(S, n, scratch[0], count, rims, kinds, joint)
+        join(S, n, scratch[0], count, boxes, rims, kinds, joint)
     if count > 0:
         end_group(S, n)
 

@@ -31,7 +31,7 @@ TILE_W, TILE_H = 32, 8
     PART, OPEN,  # number of the body that the point belongs to; share of the light from all around that reaches it
     MORE,  # the first of many that `union` and `occlusion` share
 ) = (slot * LANES for slot in range(38))  # fmt: skip
-SCRATCH = 114 * LANES
+SCRATCH = 148 * LANES
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)

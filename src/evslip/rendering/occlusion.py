@@ -45,13 +45,14 @@ FACE_NODES = 13
 
 
 @formula
-def arc(cosine):
-    """Angle over its sine over 2 pi, of two unit vectors; within 1e-3 (Heitz, Dupuy, Hill and Neubelt 2016)."""
+def arc(cosine, square):
+    """Angle over its sine over 2 pi, of two unit vectors; within 1e-3 (Heitz, Dupuy, Hill and Neubelt 2016). square: of
+    the sine."""
     x = abs(cosine)
     near = (f32(0.8543985) + (f32(0.4965155) + f32(0.0145206) * x) * x) / (
         f32(3.4175940) + (f32(4.1616724) + x) * x
     )  # fmt: skip
-    return near if cosine > ZERO else HALF / math.sqrt(max(ONE - x * x, f32(1e-7))) - near
+    return near if cosine > ZERO else HALF / math.sqrt(max(square, f32(1e-12))) - near
 
 
 @kernel
@@ -168,10 +169,12 @@ def _add_edge(S, n, first, second, b, c, sign_b, sign_c, half_b, half_c):
         seen_c = ONE if sign_c * S[PX + c + i] > half_c else ZERO
         x0, y0, z0 = S[first + i], S[first + LANES + i], S[first + 2 * LANES + i]
         x1, y1, z1 = S[second + i], S[second + LANES + i], S[second + 2 * LANES + i]
-        weight = sign_b * sign_c * (seen_c - seen_b) * arc(x0 * x1 + y0 * y1 + z0 * z1)
-        S[FLOW_X + i] += weight * (y0 * z1 - z0 * y1)
-        S[FLOW_Y + i] += weight * (z0 * x1 - x0 * z1)
-        S[FLOW_Z + i] += weight * (x0 * y1 - y0 * x1)
+        x, y, z = y0 * z1 - z0 * y1, z0 * x1 - x0 * z1, x0 * y1 - y0 * x1
+        angle = arc(x0 * x1 + y0 * y1 + z0 * z1, x * x + y * y + z * z)
+        weight = sign_b * sign_c * (seen_c - seen_b) * angle
+        S[FLOW_X + i] += weight * x
+        S[FLOW_Y + i] += weight * y
+        S[FLOW_Z + i] += weight * z
 
 
 @kernel

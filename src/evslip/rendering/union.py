@@ -28,6 +28,7 @@ from evslip.rendering.lanes import (
     formula,
     kernel,
 )  # fmt: skip
+from evslip.rendering.outline import STEEP, held
 
 STRIPS = 8
 LEAST, SOFT = f32(3e-3), f32(0.04)
@@ -39,62 +40,50 @@ than the lamp's cone hides more than the product of its wedges."""
 PER_DISC = f32(1 / np.pi)
 FAR, TINY = f32(1e6), f32(1e-9)
 HEIGHT = f32(2 / STRIPS)
-_EDGES = np.linspace(-1, 1, STRIPS + 1)
-_AREAS = (_EDGES * np.sqrt(1 - _EDGES**2) + np.arcsin(_EDGES)) / 2
-CHORDS = (np.diff(_AREAS) / np.diff(_EDGES)).astype(np.float32)
+_RIMS = np.linspace(-1, 1, STRIPS + 1)
+_AREAS = (_RIMS * np.sqrt(1 - _RIMS**2) + np.arcsin(_RIMS)) / 2
+CHORDS = (np.diff(_AREAS) / np.diff(_RIMS)).astype(np.float32)
 """Mean half chords of the unit disc, strip by strip."""
-RIMS = 6
-"""Most edges of a box's outline."""
+EDGES = 12
+"""Of a box: the outermost of them are its outline, from wherever it is seen."""
 
 LOW, HIGH, GAP_LOW, GAP_HIGH, LOST = (MORE + k * STRIPS * LANES for k in range(5))
 """State of each strip: the joint interval, the largest gap in it, the length of other gaps."""
-X0, Y0, SLOPE, Y1 = (MORE + 5 * STRIPS * LANES + k * RIMS * LANES for k in range(4))
-"""Edges of one box before the lamp's disc."""
-BOTTOM, TOP, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (
-    MORE + (5 * STRIPS + 4 * RIMS + k) * LANES for k in range(8)
+X0, Y0, SLOPE, Y1, SENSE = (MORE + 5 * STRIPS * LANES + k * EDGES * LANES for k in range(5))
+"""Edges of one box before the lamp's disc; 1 or -1 for those of its outline, as they run, 0 for others."""
+PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (
+    MORE + (5 * STRIPS + 5 * EDGES + k) * LANES for k in range(9)
 )
 
 
 @kernel
-def rims_of(turns, places, halves, lamp, frame, origin, rims):
-    """Outlines of boxes as the lamp sees them: rims (k, RIMS, 2, 3), both ends of every edge in the lamp's frame; where
-    there are fewer, the first is repeated. turns, places, halves: the boxes, in the world as lamp, frame and origin."""
-    corner, towards, lit = np.zeros(3), np.zeros(3), np.zeros((3, 2), np.bool_)
+def edges_of(turns, places, halves, frame, origin, edges):
+    """Fill in edges (k, EDGES, 2, 3): both ends of the edges of boxes, in the lamp's frame. turns, places, halves: the
+    boxes, in the world as frame and origin."""
+    corner = np.zeros(3)
     for k in range(places.shape[0]):
-        for a in range(3):
-            towards[a] = 0.0
-            for j in range(3):
-                towards[a] += turns[k, j, a] * (lamp[j] - places[k, j])
-            lit[a, 0], lit[a, 1] = towards[a] < -halves[k, a], towards[a] > halves[k, a]
-        m = 0
-        for a in range(3):
+        for m in range(EDGES):
+            a, sides = m // 4, m % 4
             b, c = (a + 1) % 3, (a + 2) % 3
-            for side_b in range(2):
-                for side_c in range(2):
-                    if lit[b, side_b] == lit[c, side_c] or m == RIMS:
-                        continue
-                    for end in range(2):
-                        corner[a] = (2 * end - 1) * halves[k, a]
-                        corner[b] = (2 * side_b - 1) * halves[k, b]
-                        corner[c] = (2 * side_c - 1) * halves[k, c]
-                        for i in range(3):
-                            total = 0.0
-                            for j in range(3):
-                                world = places[k, j] - origin[j]
-                                for q in range(3):
-                                    world += turns[k, j, q] * corner[q]
-                                total += frame[j, i] * world
-                            rims[k, m, end, i] = f32(total)
-                    m += 1
-        for e in range(m, RIMS):
-            rims[k, e] = rims[k, 0]
+            for end in range(2):
+                corner[a] = (2 * end - 1) * halves[k, a]
+                corner[b] = (2 * (sides % 2) - 1) * halves[k, b]
+                corner[c] = (2 * (sides // 2) - 1) * halves[k, c]
+                for i in range(3):
+                    total = 0.0
+                    for j in range(3):
+                        world = places[k, j] - origin[j]
+                        for q in range(3):
+                            world += turns[k, j, q] * corner[q]
+                        total += frame[j, i] * world
+                    edges[k, m, end, i] = f32(total)
 
 
 @kernel
-def join(S, n, joined, count, rims, kinds, joint):
+def join(S, n, joined, count, boxes, edges, kinds, joint):
     """SEEN_NOW of a group of casters: SEEN_NOW so far is what the darkest of them leaves. The union of the boxes
-    `joined` (the first `count`), over the sum of their shares, is that of the casters. rims, kinds, joint: of
-    `casters.Reception`.
+    `joined` (the first `count`), over the sum of their shares, is that of the casters. edges: of
+    `edges_of`; boxes, kinds, joint: of `casters.Reception`.
     """
     m00, m01, m02, m10, m11, m12 = joint[0], joint[1], joint[2], joint[3], joint[4], joint[5]
     m20, m21, m22, o0, o1, o2 = joint[6], joint[7], joint[8], joint[9], joint[10], joint[11]
@@ -115,14 +104,32 @@ def join(S, n, joined, count, rims, kinds, joint):
     for j in range(count):
         box = joined[j]
         boxed = ONE if kinds[box, 1] < 0 else ZERO
-        for i in range(n):
-            S[BOTTOM + i], S[TOP + i] = FAR, -FAR
-        _project(S, n, 0, rims[box, 0], lamp_radius)
-        _project(S, n, 1 * LANES, rims[box, 1], lamp_radius)
-        _project(S, n, 2 * LANES, rims[box, 2], lamp_radius)
-        _project(S, n, 3 * LANES, rims[box, 3], lamp_radius)
-        _project(S, n, 4 * LANES, rims[box, 4], lamp_radius)
-        _project(S, n, 5 * LANES, rims[box, 5], lamp_radius)
+        _enter(S, n, boxes[box])
+        h = (boxes[box, 15], boxes[box, 16], boxes[box, 17])
+        _project(S, n, 0 * LANES, edges[box, 0], lamp_radius)
+        _sense(S, n, 0 * LANES, 1 * LANES, 2 * LANES, -ONE, -ONE, h[1], h[2])
+        _project(S, n, 1 * LANES, edges[box, 1], lamp_radius)
+        _sense(S, n, 1 * LANES, 1 * LANES, 2 * LANES, ONE, -ONE, h[1], h[2])
+        _project(S, n, 2 * LANES, edges[box, 2], lamp_radius)
+        _sense(S, n, 2 * LANES, 1 * LANES, 2 * LANES, -ONE, ONE, h[1], h[2])
+        _project(S, n, 3 * LANES, edges[box, 3], lamp_radius)
+        _sense(S, n, 3 * LANES, 1 * LANES, 2 * LANES, ONE, ONE, h[1], h[2])
+        _project(S, n, 4 * LANES, edges[box, 4], lamp_radius)
+        _sense(S, n, 4 * LANES, 2 * LANES, 0 * LANES, -ONE, -ONE, h[2], h[0])
+        _project(S, n, 5 * LANES, edges[box, 5], lamp_radius)
+        _sense(S, n, 5 * LANES, 2 * LANES, 0 * LANES, ONE, -ONE, h[2], h[0])
+        _project(S, n, 6 * LANES, edges[box, 6], lamp_radius)
+        _sense(S, n, 6 * LANES, 2 * LANES, 0 * LANES, -ONE, ONE, h[2], h[0])
+        _project(S, n, 7 * LANES, edges[box, 7], lamp_radius)
+        _sense(S, n, 7 * LANES, 2 * LANES, 0 * LANES, ONE, ONE, h[2], h[0])
+        _project(S, n, 8 * LANES, edges[box, 8], lamp_radius)
+        _sense(S, n, 8 * LANES, 0 * LANES, 1 * LANES, -ONE, -ONE, h[0], h[1])
+        _project(S, n, 9 * LANES, edges[box, 9], lamp_radius)
+        _sense(S, n, 9 * LANES, 0 * LANES, 1 * LANES, ONE, -ONE, h[0], h[1])
+        _project(S, n, 10 * LANES, edges[box, 10], lamp_radius)
+        _sense(S, n, 10 * LANES, 0 * LANES, 1 * LANES, -ONE, ONE, h[0], h[1])
+        _project(S, n, 11 * LANES, edges[box, 11], lamp_radius)
+        _sense(S, n, 11 * LANES, 0 * LANES, 1 * LANES, ONE, ONE, h[0], h[1])
         _add(S, n, 0, f32(-1.0), CHORDS[0], boxed)
         _add(S, n, 1 * LANES, f32(-0.75), CHORDS[1], boxed)
         _add(S, n, 2 * LANES, f32(-0.5), CHORDS[2], boxed)
@@ -161,17 +168,40 @@ def _project(S, n, at, edge, lamp_radius):
         rise = y1 - y0
         S[X0 + at + i], S[Y0 + at + i], S[Y1 + at + i] = x0, y0, y1
         S[SLOPE + at + i] = (x1 - x0) / (rise + TINY if rise >= ZERO else rise - TINY)
-        S[BOTTOM + i] = min(S[BOTTOM + i], min(y0, y1))
-        S[TOP + i] = max(S[TOP + i], max(y0, y1))
 
 
 @formula
-def _cross(S, at, y, left, right):
-    """left and right, with the place where an edge crosses the height y."""
-    y0 = S[Y0 + at]
-    x = S[X0 + at] + (y - y0) * S[SLOPE + at]
-    crossed = (y0 - y) * (S[Y1 + at] - y) <= ZERO
-    return min(left, x if crossed else FAR), max(right, x if crossed else -FAR)
+def _enter(S, n, box):
+    """PX, PY, PZ = the points in a box's frame."""
+    for i in range(n):
+        u, v, w = S[U + i], S[V + i], S[W + i]
+        S[PX + i] = box[0] * u + box[1] * v + box[2] * w + box[9]
+        S[PY + i] = box[3] * u + box[4] * v + box[5] * w + box[10]
+        S[PZ + i] = box[6] * u + box[7] * v + box[8] * w + box[11]
+
+
+@formula
+def _sense(S, n, at, b, c, sign_b, sign_c, half_b, half_c):
+    """Whether an edge is part of the outline that a point sees: one of its two faces, across b and c, looks there."""
+    for i in range(n):
+        seen_b = ONE if sign_b * S[PX + b + i] > half_b else ZERO
+        seen_c = ONE if sign_c * S[PX + c + i] > half_c else ZERO
+        S[SENSE + at + i] = sign_b * sign_c * (seen_c - seen_b)
+
+
+@formula
+def _bound(S, at, bottom, top, chord, up, down, height):
+    """With one more edge: integrals over height of the two boundaries of the outline, held within +-chord, and the
+    height of one of them."""
+    y, slope = S[Y0 + at], S[SLOPE + at]
+    start, end = min(max(y, bottom), top), min(max(S[Y1 + at], bottom), top)
+    first, last = S[X0 + at] + (start - y) * slope, S[X0 + at] + (end - y) * slope
+    across = last - first
+    middle = min(max(HALF * (first + last), -chord), chord)
+    mean = (held(last, chord) - held(first, chord)) / across if abs(across) > STEEP else middle
+    rise = S[SENSE + at] * (end - start)
+    risen, fallen = max(rise, ZERO), max(-rise, ZERO)
+    return up + risen * mean, down + fallen * mean, height + risen
 
 
 @formula
@@ -181,17 +211,21 @@ def _add(S, n, at, bottom, chord, boxed):
     fill."""
     top = bottom + HEIGHT
     for i in range(n):
-        start, end = max(S[BOTTOM + i], bottom), min(S[TOP + i], top)
-        share = max((end - start) * (ONE / HEIGHT), ZERO)
-        y, left, right = HALF * (start + end), FAR, -FAR
-        left, right = _cross(S, i, y, left, right)
-        left, right = _cross(S, i + 1 * LANES, y, left, right)
-        left, right = _cross(S, i + 2 * LANES, y, left, right)
-        left, right = _cross(S, i + 3 * LANES, y, left, right)
-        left, right = _cross(S, i + 4 * LANES, y, left, right)
-        left, right = _cross(S, i + 5 * LANES, y, left, right)
-        left, right = min(max(left, -chord), chord), min(max(right, -chord), chord)
-        middle, half = HALF * (left + right), HALF * max(right - left, ZERO) * share
+        up, down, height = ZERO, ZERO, ZERO
+        up, down, height = _bound(S, i + 0 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 1 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 2 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 3 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 4 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 5 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 6 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 7 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 8 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 9 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 10 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = _bound(S, i + 11 * LANES, bottom, top, chord, up, down, height)
+        middle = HALF * (up + down) / (height + TINY)
+        half = HALF * abs(up - down) * (ONE / HEIGHT)
         left, right = middle - half, middle + half
         S[OWN + i] += TWO * half
         S[BOXED + i] += TWO * half * boxed
@@ -225,6 +259,5 @@ def overlaps(S, n, wide):
     most = ZERO
     for i in range(n):
         seen = S[SEEN_NOW + i]
-        other = ONE - seen if wide else S[SUM_HIDDEN + i] - (ONE - seen)
-        most = max(most, min(other, seen))
+        most = max(most, seen if wide else min(S[SUM_HIDDEN + i] - (ONE - seen), seen))
     return most > LEAST
