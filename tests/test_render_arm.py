@@ -14,7 +14,7 @@ from evslip.rendering.arm import cast_links
 from evslip.rendering.casters import ARM_PART, around, cast, receive, shade, spread
 from evslip.rendering.lanes import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
 from evslip.rendering.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed
-from evslip.rendering.outputs import FIRST_LINK, Outputs
+from evslip.rendering.outputs import FIRST_LINK, Sight
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster
 from evslip.rendering.schedule import image_motion
@@ -87,7 +87,7 @@ def test_the_arm_is_drawn_where_rays_meet_it(model):
     poses = Poses(traj, camera, np.array([100_000]))
     artist = Raycaster(traj.params, camera, float(poses.travel_m[0]))
     image, bodies = artist.draw(poses, 0)
-    _, _, part = Outputs(traj, camera, ("depth",))._cast(poses)
+    _, _, part = Sight(traj.params, camera).cast(poses, 0)
     arm = part >= FIRST_LINK
     assert arm.mean() > 0.05
     assert np.mean((bodies == ARM) != arm) < 0.01  # pixels that it covers in part
