@@ -15,6 +15,7 @@ even             no lamp, and the same light from everywhere: nothing is left th
 import argparse
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -31,7 +32,7 @@ from evslip.rendering import recorded_span, render
 from evslip.simulation import simulate
 from evslip.trajectory import Trajectory
 
-NOISELESS = {"sigma": 0.0, "leak_rate_hz": 0.0, "shot_rate_hz": 0.0}
+NOISELESS: dict[str, Any] = {"sigma": 0.0, "leak_rate_hz": 0.0, "shot_rate_hz": 0.0}
 MARGIN_PX = 2
 
 
@@ -95,6 +96,7 @@ def main() -> None:
             except (GraspFailed, PlanRejected):
                 continue
             made += 1
+            length = 0.0
             for name, scene in lit(params, even).items():
                 found, length = count(held(traj, start)._replace(params=scene), size)
                 totals[name] = totals.get(name, 0) + found

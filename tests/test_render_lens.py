@@ -7,7 +7,7 @@ from evslip.config import load_config
 from evslip.draws import draw
 from evslip.frame import OBJECT, SURFACE
 from evslip.rendering.lens import SPREAD, Lens, gaussian
-from evslip.rendering.outputs import Outputs
+from evslip.rendering.outputs import Sight
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster
 from made_up import turning
@@ -68,9 +68,8 @@ def test_bodies_are_where_rays_through_the_lens_meet_them(lens):
     params = draw(load_config("simple", {**SIZE, **lens}), 0)
     _, bodies = drawn(params)
     traj = turning(params)
-    depth, _, part = Outputs(traj, hand_camera(params), ("depth",))._cast(
-        Poses(traj, hand_camera(params), np.array([600_000]))
-    )
+    camera = hand_camera(params)
+    depth, _, part = Sight(params, camera).cast(Poses(traj, camera, np.array([600_000])), 0)
     assert np.all(depth > 0)
     for body, kind in ((OBJECT, 3), (SURFACE, 4)):
         assert np.mean((bodies == body) != (part == kind)) < 0.01

@@ -114,7 +114,7 @@ class Sight:
         return np.where((part <= RIGHT)[..., None], points + sign[..., None] * opening, moved)
 
     def _gripper(self, travel_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As `_cast`, of the gripper alone, which stands still in the image while its opening stays the same."""
+        """As `cast`, of the gripper alone, which stands still in the image while its opening stays the same."""
         if travel_m != self._travel_m:
             shape = self._rays.shape[:2]
             self._seen = np.full(shape, np.inf), np.zeros((*shape, 3)), np.full(shape, SKY, np.uint8)
