@@ -129,7 +129,7 @@ def test_a_record_without_truth_is_left_out_and_said(model) -> None:
     silent = Record(kind="recording", name="real", size=(346, 260), events=slip_record("a", np.zeros(2400)).events)
     notes = assess(model, Records([silent, *slip_records(2)]), resamples=0).notes
     assert any("1 of 3 records" in note for note in notes)
-    with pytest.raises(DataError, match="no record with a ground truth"):
+    with pytest.raises(DataError, match="no record with a truth or labels"):
         assess(model, Records([silent]), resamples=0)
 
 

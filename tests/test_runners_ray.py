@@ -54,7 +54,8 @@ def test_a_cluster_that_loses_a_node_half_way_makes_the_same_bytes(tmp_path, mon
     finally:
         cluster.shutdown()
     assert watcher.notices[0] == "Ray: nodes: 2, cores: 2"
-    assert any("lost" in notice for notice in watcher.notices)
+    # Whether the lost node was at work just then, and is missed, is Ray's affair: see the next test.
+    assert watcher.count == COUNT
     assert sorted(made.entry["index"] for made in summary.made) == list(range(COUNT))
     assert evslip.open_dataset(tmp_path / "ray").verify() == []
     evslip.generate(CHEAP, tmp_path / "local", COUNT, workers=1)

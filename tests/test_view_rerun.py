@@ -1,3 +1,4 @@
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from evslip.view.rerun_log import write_rerun
 from sample_records import random_events
 
 rerun = pytest.importorskip("rerun", reason="needs the extra rerun")
+RERUN = Path(sys.executable).with_name("rerun")
 
 
 def recording(count: int) -> Record:
@@ -22,11 +24,11 @@ def test_a_file_is_whole(tmp_path: Path):
 
     write_rerun(tmp_path / "o.rrd", [recording(500)])
     checked = subprocess.run(
-        ["rerun", "rrd", "verify", str(tmp_path / "o.rrd")], capture_output=True, text=True, check=True
+        [str(RERUN), "rrd", "verify", str(tmp_path / "o.rrd")], capture_output=True, text=True, check=True
     )
     assert "verified without error" in checked.stdout + checked.stderr
     printed = subprocess.run(
-        ["rerun", "rrd", "print", "-v", str(tmp_path / "o.rrd")], capture_output=True, text=True, check=True
+        [str(RERUN), "rrd", "print", "-v", str(tmp_path / "o.rrd")], capture_output=True, text=True, check=True
     )
     assert "/r/camera/events" in printed.stdout
 

@@ -131,7 +131,8 @@ def take_in(S, n, part, outlined):
 @kernel
 def end_group(S, n):
     for i in range(n):
-        S[SEEN + i] *= S[SEEN_NOW + i]
+        # Shares that overlap may sum to a little more than the whole lamp.
+        S[SEEN + i] *= max(S[SEEN_NOW + i], ZERO)
 
 
 @kernel
