@@ -140,7 +140,7 @@ def _rerun() -> Any:
     # Rerun asks its maker's server for nothing, and tells it nothing.
     os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "0")
     with contextlib.suppress(ImportError):
-        import rerun
+        import rerun  # pyright: ignore[reportMissingImports] (an extra)
 
         return rerun
     raise MissingExtraError("files for Rerun need the package rerun-sdk: pip install 'evslip[rerun]'")
