@@ -96,7 +96,10 @@ def recording(tmp_path: Path) -> Path:
 def test_the_list_filters_sorts_and_completes(open_page, samples: Path):
     page = open_page(open_shelf(samples))
     page.wait_for_selector("body[data-complete]")
-    names = lambda: [row.split("\t")[0] for row in page.inner_text("#rows").splitlines()]  # noqa: E731
+
+    def names() -> list[str]:
+        return [row.split("\t")[0] for row in page.inner_text("#rows").splitlines()]
+
     assert names() == [f"train/{index:07d}" for index in range(4)]
     page.select_option("#label", "slip")
     assert names() == ["train/0000000", "train/0000003"]

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
+from string import Template
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,7 @@ STATIC = {
     "labels.js": "text/javascript",
     "cloud.js": "text/javascript",
     "clock.js": "text/javascript",
+    "page.js": "text/javascript",
     "sample.js": "text/javascript",
 }
 """All files that are given out, with their types."""
@@ -58,9 +60,13 @@ class Explorer:
         with self._opening:
             return self._open(position)
 
-    def page(self, name: str) -> Callable[[Request], Response]:
-        """A page of static/."""
-        text = resources.files("evslip.explorer").joinpath("static", name).read_text(encoding="utf-8")
+    def page(self, name: str, script: str) -> Callable[[Request], Response]:
+        """A page of static/, with what it shares with the others, and its script."""
+        folder = resources.files("evslip.explorer").joinpath("static")
+        head, player, page = (
+            Template(folder.joinpath(file).read_text(encoding="utf-8")) for file in ("head.html", "player.html", name)
+        )
+        text = page.substitute(head=head.substitute(script=script), player=player.template)
         return lambda request: Response(text, media_type="text/html")
 
     def static(self, request: Request) -> Response:
@@ -155,10 +161,10 @@ class Explorer:
 def make_app(explorer: Explorer, hosts: list[str]) -> Guard:
     """The application, which answers to the given values of the Host header alone."""
     at = "/api/samples/{position:int}"
-    first = "label.html" if explorer.labels is not None else "index.html"
+    first = ("label.html", "labels") if explorer.labels is not None else ("index.html", "list")
     routes = [
-        Route("/", explorer.page(first)),
-        Route("/sample/{position:int}", explorer.page("sample.html")),
+        Route("/", explorer.page(*first)),
+        Route("/sample/{position:int}", explorer.page("sample.html", "sample")),
         Route("/static/{name}", explorer.static),
         Route("/plotly.js", explorer.plotly),
         Route("/api/items", explorer.items),

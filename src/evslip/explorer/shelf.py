@@ -61,7 +61,8 @@ def open_shelf(path: str | Path) -> Shelf:
         return open_recording(path)
     samples = open_samples(path)
     if isinstance(samples, Recordings):
-        labels = samples.labels()
+        # Without their events, which would be all that the folder holds.
+        labels = [samples.read(position, events=False).label for position in range(len(samples))]
         items = [Item(file, file.stem, "", label, None) for file, label in zip(samples.files, labels, strict=True)]
         return Shelf(path.absolute().name, items)
     entries = [entry for entry in samples.entries if entry["kind"] == "simulated"]

@@ -1,5 +1,6 @@
 // Marking intervals of slip and hold. Times in the file are seconds since the recording's first event.
-import {complain, get, place, Player} from "./player.js";
+import {complain, get, place} from "./page.js";
+import {Player} from "./player.js";
 
 const KINDS = ["slip", "hold"];
 

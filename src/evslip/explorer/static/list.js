@@ -1,4 +1,6 @@
 // The list of samples: filtered, sorted, and completed in the background by what the files say.
+import {complain, get, place} from "./page.js";
+
 const SLIP_DEG = 1, SLIP_MM = 2;
 const number = (digits) => (value) => value == null ? "" : value.toLocaleString("en", {maximumFractionDigits: digits});
 const grams = (kg) => kg == null ? "" : number(1)(1000 * kg);
@@ -17,7 +19,6 @@ const COLUMNS = [
   {key: "texture", title: "texture", text: true},
   {key: "doubt", title: "doubts", text: true},
 ];
-const place = (id) => document.getElementById(id);
 let items = [];
 let order = {key: "position", down: false};
 
@@ -88,12 +89,6 @@ function heads() {
   }));
 }
 
-async function get(url) {
-  const answer = await fetch(url);
-  if (!answer.ok) throw new Error((await answer.text()).trim());
-  return answer.json();
-}
-
 async function start() {
   const list = await get("/api/items");
   place("title").textContent = document.title = list.title;
@@ -112,4 +107,4 @@ async function start() {
 }
 
 for (const id of ["filter", "split", "label", "doubtful"]) place(id).addEventListener("input", draw);
-start().catch((error) => { place("problem").textContent = error.message; });
+start().catch(complain);

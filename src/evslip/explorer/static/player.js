@@ -2,19 +2,10 @@
 import {Charts} from "./chart.js";
 import {Clock} from "./clock.js";
 import {EventStore} from "./events.js";
+import {complain, place} from "./page.js";
 import {Stage} from "./stage.js";
 
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
-export const place = (id) => document.getElementById(id);
-
-export async function get(url) {
-  const answer = await fetch(url);
-  if (!answer.ok) throw new Error((await answer.text()).trim());
-  return answer.json();
-}
-
-export const complain = (error) => { place("problem").textContent = error.message; };
-
 export class Player {
   constructor(position, about) {
     Object.assign(this, {position, about});

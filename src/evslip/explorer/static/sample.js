@@ -1,6 +1,7 @@
 // A sample's page.
 import {drawCloud} from "./cloud.js";
-import {complain, get, place, Player} from "./player.js";
+import {complain, get, place} from "./page.js";
+import {Player} from "./player.js";
 
 const position = Number(location.pathname.split("/").at(-1));
 
