@@ -6,14 +6,17 @@ from itertools import pairwise
 import numpy as np
 
 from evslip.events import kernel, memory, pixel
+from evslip.events.film import GROUP, Film
 from evslip.events.glance import TILE
 from evslip.events.memory import Pixels, Scale, Watch
 from evslip.events.optics import WHITE, Intensity, photocurrent
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules
 
-CHANGING = ("glance", "current", "awake", "state", "noise")
+CHANGING = ("glance", "current", "awake", "wake", "state", "noise")
 """What of the pixels changes from frame to frame."""
+BANDS = 6
+"""Bands of pixels for each thread."""
 WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
 """Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the
 lower one must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
@@ -30,6 +33,7 @@ class AccuratePixels:
             np.zeros((memory.GLANCE, count), np.float32),
             np.zeros(count),
             np.zeros(count, np.uint8),
+            np.zeros(-(-count // GROUP), np.float32),
             np.zeros((count, pixel.STATE)),
             np.zeros((2, count if model.photoreceptor_noise > 0 else 0)),
             traits.reshape(count, pixel.TRAITS),
@@ -41,10 +45,12 @@ class AccuratePixels:
         self._intensity: Intensity = intensity
         self._dark = model.dark
         self._columns = shape[1]
-        # Whole tiles for every thread: then events of equal time keep their order, however many threads there are.
+        self._threads = threads
+        # Whole tiles: then events of equal time keep their order, however many bands there are. More bands than threads,
+        # since some have more to do than others.
         tiles = -(-count // TILE)
-        cuts = TILE * np.linspace(0, tiles, min(threads, tiles) + 1).astype(int)
-        self._cuts = np.minimum(cuts, count).tolist()
+        cuts = TILE * np.linspace(0, tiles, min(BANDS * threads if threads > 1 else 1, tiles) + 1).astype(int)
+        self._bands = list(pairwise(np.minimum(cuts, count).tolist()))
         table = photocurrent(np.arange(256), intensity, model.dark)
         self._bytes = Scale(table, memory.logarithms(table), 0.0, 0.0)
 
@@ -54,9 +60,9 @@ class AccuratePixels:
         self._watch = Watch(time_us, time_us + self._watch_us)
         memory.watch_over(0, len(self.pixels.current), self.pixels, time_us)
 
-    def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
-        images, scale = self.scaled(images)
-        images, masks = (frames.reshape(len(frames), len(self.pixels.current)) for frames in (images, masks))
+    def expose(self, film: Film) -> np.ndarray:
+        images, scale = self.scaled(film.images)
+        times_us, masks = film.times_us, film.masks
         over = bool(times_us[-1] > self._watch.until_us)
         if over:
             self._watch = Watch(float(times_us[0]), float(max(times_us[-1], times_us[0] + self._watch_us)))
@@ -65,13 +71,14 @@ class AccuratePixels:
             if over:
                 memory.watch_over(*pixels, self.pixels, self._watch.since_us)
             return kernel.expose(
-                images, times_us, masks, self._columns, *pixels, scale, self._watch.since_us, self.pixels, self.rules
-            )
+                images, film.changed, times_us, masks, self._columns, *pixels, scale, self._watch.since_us,
+                self.pixels, self.rules,
+            )  # fmt: skip
 
-        if len(self._cuts) == 2:
-            return band((self._cuts[0], self._cuts[1]))
-        with ThreadPoolExecutor(len(self._cuts) - 1) as pool:
-            return np.concatenate(list(pool.map(band, pairwise(self._cuts))))
+        if len(self._bands) == 1:
+            return band(self._bands[0])
+        with ThreadPoolExecutor(self._threads) as pool:
+            return np.concatenate(list(pool.map(band, self._bands)))
 
     def memory(self) -> dict[str, np.ndarray]:
         changing = {name: getattr(self.pixels, name).copy() for name in CHANGING}

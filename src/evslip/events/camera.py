@@ -1,6 +1,6 @@
 """The event camera: frames in, events out."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from typing import Any, Literal
 
@@ -9,6 +9,7 @@ import numpy as np
 from evslip import seeds
 from evslip.errors import ConfigError
 from evslip.events.accurate import AccuratePixels
+from evslip.events.darkroom import Darkroom
 from evslip.events.film import Film
 from evslip.events.intake import checked_image, checked_mask, checked_time
 from evslip.events.optics import INTENSITIES, Intensity
@@ -123,7 +124,7 @@ class EventCamera:
             "mode": self.mode,
             "intensity": self.intensity,
             "last_us": film.last_us,
-            "last_bodies": film.masks[0].copy() if film.labelled else None,
+            "last_bodies": film.masks[0].reshape(self.shape).copy() if film.labelled else None,
             "memory": self._sensor.memory(),
         }
 
@@ -134,7 +135,7 @@ class EventCamera:
         model = {name: value for name, value in state["model"].items() if name not in FOREIGN[state["mode"]]}
         camera = cls("clean", threads=threads, device=device, **{name: state[name] for name in names}, **model)
         if state["last_us"] is not None:
-            camera._film.begin(state["last_us"], state["last_bodies"])
+            camera._film.begin(state["last_us"], None, state["last_bodies"])
             camera._sensor.restore(state["memory"])
         return camera
 
@@ -147,54 +148,58 @@ class EventCamera:
             the label of the frame nearer in time.
         Raises DataError for input that cannot be meant; the camera is then as it was before the call.
         """
-        parts = self._take(t_us, image, bodies, 1)
-        return parts[-1] if parts else self._develop()
+        self._take(t_us, image, bodies, 1, self._develop)
+        return self._develop()
 
     def run(self, frames: Iterable[Timed]) -> Events:
         """The events of a sequence of (t_us, image), (t_us, image, bodies) or Frame, as from `step` one by one.
 
         Works through the sequence as it comes and keeps only events; the arrays may be reused once the next frame is
-        asked for. Continues where the last call ended. When a frame raises, the camera stands after the one before it.
+        asked for. With more than one thread, frames are asked for while those before them are still worked on.
+        Continues where the last call ended. When a frame raises, the camera stands after the one before it.
         """
         parts: list[Events] = []
-        try:
-            for t_us, image, *bodies in frames:
-                parts += self._take(t_us, image, bodies[0] if bodies else None, CHUNK_FRAMES)
-        finally:
-            parts.append(self._develop())
+        with Darkroom(self._events_on, self.threads > 1) as darkroom:
+
+            def develop() -> None:
+                self._film = darkroom.take(self._film)
+
+            try:
+                for t_us, image, *bodies in frames:
+                    self._take(t_us, image, bodies[0] if bodies else None, CHUNK_FRAMES, develop)
+            finally:
+                develop()
+                parts = darkroom.prints()
         if any(part.body is not None for part in parts):
             parts = [p if p.body is not None else p._replace(body=np.full(p.count, NO_BODY, np.uint8)) for p in parts]
         return concatenate(parts)
 
-    def _take(self, t_us: float, image: Any, bodies: Any, length: int) -> list[Events]:
-        """Put a frame on the film; what comes back was developed because the film was full or of another type."""
+    def _take(self, t_us: float, image: Any, bodies: Any, length: int, develop: Callable[[], object]) -> None:
+        """Put a frame on the film, after developing one that is full or of another type."""
         time_us, image, bodies = self._checked(t_us, image, bodies)
         length = max(1, min(length, CHUNK_BYTES // image.nbytes))
-        developed = []
-        if self._film.images.dtype != image.dtype or self._film.length < length:
-            if self._film.count:
-                developed.append(self._develop())
-            self._film = self._film.successor(image.dtype, length)
+        film = self._film
+        if film.count > 0 and (film.count == film.length or film.dtype != image.dtype):
+            develop()
+        if self._film.dtype != image.dtype or self._film.length < length:
+            self._film = Film(self.shape, image.dtype, length).follow(self._film)
         if self._film.begun:
             self._film.add(time_us, image, bodies)
         else:
-            self._film.begin(time_us, bodies)
+            self._film.begin(time_us, image, bodies)
             # A copy is contiguous and writable: one type for the compiler, whatever the caller's array is.
             self._sensor.begin(np.array(image, order="C"), time_us)
-        if self._film.count == self._film.length:
-            developed.append(self._develop())
-        return developed
 
     def _develop(self) -> Events:
-        """The events of all frames on the film."""
-        film = self._film
-        count = film.count
-        if count == 0:
+        """The events of all frames on the film, which then begins anew."""
+        events = self._events_on(self._film)
+        self._film.follow(self._film)
+        return events
+
+    def _events_on(self, film: Film) -> Events:
+        if film.count == 0:
             return empty_events(labelled=True)._replace(body=np.empty(0, np.uint8) if film.labelled else None)
-        masks = film.masks[: count + 1] if film.labelled else film.masks[:0]
-        events = self._sensor.expose(film.images[:count], film.times_us[: count + 1], masks)
-        film.rewind()
-        times, words = in_time_order(events)
+        times, words = in_time_order(self._sensor.expose(film))
         x, y, p, body, cause = unpack(words)
         return Events(times, x, y, p, body if film.labelled else None, cause)
 

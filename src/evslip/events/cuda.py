@@ -9,6 +9,7 @@ from numba import cuda as numba_cuda
 from evslip.errors import MissingExtraError
 from evslip.events import glance, pixel
 from evslip.events.accurate import AccuratePixels
+from evslip.events.film import Film
 from evslip.events.lowpass import advance_far
 from evslip.events.memory import LAG, REST, SEEN
 from evslip.events.optics import Intensity
@@ -48,13 +49,12 @@ class CudaPixels:
         self._host.begin(image, time_us)
         self._upload()
 
-    def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
-        images, scale = self._host.scaled(images)
+    def expose(self, film: Film) -> np.ndarray:
+        images, scale = self._host.scaled(film.images)
         count = self._traits.shape[0]
         on_device = cuda.to_device
-        frames = on_device(np.ascontiguousarray(images.reshape(len(images), count)))
-        bodies = on_device(np.ascontiguousarray(masks.reshape(len(masks), count)))
-        clock, table = on_device(np.array(times_us)), on_device(scale.table)
+        frames, bodies = on_device(np.ascontiguousarray(images)), on_device(film.masks)
+        clock, table = on_device(film.times_us), on_device(scale.table)
         counts = on_device(np.zeros(count, np.int64))
         blocks = -(-count // THREADS)
 
@@ -95,7 +95,7 @@ def _expose(
     rules, counts, events, filling,
 ):  # fmt: skip
     p = cuda.grid(1)
-    if p >= images.shape[1]:
+    if p >= traits_of.shape[0]:
         return
     state = cuda.local.array(_STATE, np.float64)
     traits = cuda.local.array(_TRAITS, np.float64)

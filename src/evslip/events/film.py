@@ -2,60 +2,129 @@
 
 import numpy as np
 
+from evslip.compiled import compiled
 from evslip.frame import NO_BODY
+
+GROUP = 16
+"""Neighbours that are looked at together when one of them changes: what a vector holds."""
+
+
+@compiled(error_model="numpy", inline="always")
+def _differ(before: np.ndarray, after: np.ndarray, pair: int) -> int:
+    at = np.uint64(2 * pair)
+    return (before[at] ^ after[at]) | (before[at + np.uint64(1)] ^ after[at + np.uint64(1)])
+
+
+@compiled(error_model="numpy")
+def _note_changes(before: np.ndarray, after: np.ndarray, pairs: int, changed: np.ndarray) -> None:
+    """Set the flags of groups that differ; before, after: images as words of 8 bytes, of which a group has `pairs` pairs."""
+    if pairs == 1:
+        for group in range(len(changed)):
+            changed[group] |= np.uint8(_differ(before, after, group) != 0)
+        return
+    for group in range(len(changed)):
+        differs = np.uint64(0)
+        for pair in range(group * pairs, (group + 1) * pairs):
+            differs |= _differ(before, after, pair)
+        changed[group] |= np.uint8(differs != 0)
 
 
 class Film:
-    """A few frames of one type, copied, and the time and body mask of the frame before them."""
+    """A few frames of one type, copied, and the frame before them as far as it is known.
+
+    Images are rows of pixels, filled up with zeros to whole groups.
+    """
 
     def __init__(self, shape: tuple[int, int], dtype: np.dtype, length: int):
-        self.images = np.empty((length, *shape), dtype)
-        self.masks = np.full((length + 1, *shape), NO_BODY, np.uint8)
-        self.times_us = np.zeros(length + 1)
+        self.shape = shape
+        self.length = length
+        self._pixels = shape[0] * shape[1]
+        groups = -(-self._pixels // GROUP)
+        self._images = np.zeros((length + 1, groups * GROUP), dtype)
+        self._words = self._images.view(np.uint64)
+        self._times_us = np.zeros(length + 1)
+        self._masks = np.empty((0, self._pixels), np.uint8)
+        self.changed = np.ones(groups, np.uint8)
+        """Whether a pixel of a group changes anywhere on the film, or may do so: uint8 of shape (groups,)."""
         self.clear()
 
     @property
-    def length(self) -> int:
-        return len(self.images)
+    def dtype(self) -> np.dtype:
+        return self._images.dtype
+
+    @property
+    def images(self) -> np.ndarray:
+        """The frames, of shape (count, pixels of whole groups)."""
+        return self._images[1 : self.count + 1]
+
+    @property
+    def pictures(self) -> np.ndarray:
+        """The frames, of shape (count, height, width)."""
+        return self.images[:, : self._pixels].reshape(self.count, *self.shape)
+
+    @property
+    def times_us(self) -> np.ndarray:
+        """Times of the frame before and of all frames, float64 of shape (count + 1,)."""
+        return self._times_us[: self.count + 1]
+
+    @property
+    def masks(self) -> np.ndarray:
+        """Body masks of the same, uint8 of shape (count + 1, pixels), or (0, pixels) where there were none."""
+        return self._masks[: self.count + 1]
+
+    @property
+    def labelled(self) -> bool:
+        return len(self._masks) > 0
 
     @property
     def last_us(self) -> float | None:
         """Time of the last frame taken; None before the first."""
-        return float(self.times_us[self.count]) if self.begun else None
+        return float(self._times_us[self.count]) if self.begun else None
 
     def clear(self) -> None:
         """Forget all frames."""
         self.count = 0
-        self.begun = False
-        self.labelled = False
-        self.masks[0] = NO_BODY
+        self.begun = self._known = False
+        self.changed[:] = 1
+        self._masks = self._masks[:0]
 
-    def begin(self, time_us: float, bodies: np.ndarray | None) -> None:
-        """Take the frame before the first interval."""
+    def begin(self, time_us: float, image: np.ndarray | None, bodies: np.ndarray | None) -> None:
+        """Take the frame before the first interval; its image may be unknown."""
         self.begun = True
-        self.times_us[0] = time_us
-        self._label(0, bodies)
+        self._times_us[0] = time_us
+        if image is not None:
+            self._put(image)
+            self._known = True
+            self.changed[:] = 0
+        self._label(bodies)
 
     def add(self, time_us: float, image: np.ndarray, bodies: np.ndarray | None) -> None:
         """Take the frame that ends the next interval."""
-        self.images[self.count] = image
         self.count += 1
-        self.times_us[self.count] = time_us
-        self._label(self.count, bodies)
+        self._put(image)
+        self._times_us[self.count] = time_us
+        before, after = self._words[self.count - 1], self._words[self.count]
+        _note_changes(before, after, self.dtype.itemsize, self.changed)
+        self._label(bodies)
 
-    def rewind(self) -> None:
-        """Let the last frame be the one before the next interval."""
-        self.times_us[0] = self.times_us[self.count]
-        self.masks[0] = self.masks[self.count]
-        self.count = 0
+    def follow(self, other: "Film") -> "Film":
+        """Let the last frame of a film, or of this one, be the one before the next interval. Returns this film."""
+        last = other.count
+        known = (other._known or last > 0) and other.dtype == self.dtype
+        if known:
+            self._images[0] = other._images[last]
+        self._times_us[0] = other._times_us[last]
+        body = other._masks[last].copy() if other.labelled else None
+        self.begun, self._known, self.count = other.begun, known, 0
+        self.changed[:] = not known
+        self._label(None if body is None else body.reshape(self.shape))
+        return self
 
-    def successor(self, dtype: np.dtype, length: int) -> "Film":
-        """A film of other type or length that continues where this one, rewound, stands."""
-        film = Film(self.masks.shape[1:], dtype, length)
-        film.begun, film.labelled = self.begun, self.labelled
-        film.times_us[0], film.masks[0] = self.times_us[0], self.masks[0]
-        return film
+    def _put(self, image: np.ndarray) -> None:
+        self._images[self.count, : self._pixels].reshape(self.shape)[...] = image
 
-    def _label(self, place: int, bodies: np.ndarray | None) -> None:
-        self.labelled = self.labelled or bodies is not None
-        self.masks[place] = NO_BODY if bodies is None else bodies
+    def _label(self, bodies: np.ndarray | None) -> None:
+        if bodies is not None and not self.labelled:
+            self._masks = np.full((self.length + 1, self._pixels), NO_BODY, np.uint8)
+        if self.labelled:
+            self._masks[self.count] = NO_BODY if bodies is None else bodies.reshape(-1)

@@ -14,9 +14,10 @@ import numpy as np
 from evslip.compiled import compiled
 from evslip.events import glance, lanes
 from evslip.events.borrow import borrowed
+from evslip.events.film import GROUP
 from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far
-from evslip.events.memory import GLANCE, HIGH, LOW, Pixels, Scale, fences
+from evslip.events.memory import DUE, GLANCE, HIGH, LOW, Pixels, Scale, fences
 from evslip.events.photoreceptor import cut_by_noise, narrow_by_noise
 from evslip.events.pixel import (
     CANDIDATE_US,
@@ -181,6 +182,7 @@ def _touch(who: np.ndarray, width: int, state: np.ndarray, traits: np.ndarray) -
 @compiled(error_model="numpy")
 def expose(
     images: np.ndarray,
+    changed: np.ndarray,
     times_us: np.ndarray,
     bodies: np.ndarray,
     columns: int,
@@ -193,32 +195,32 @@ def expose(
 ) -> np.ndarray:
     """Run a band of pixels through some frames.
 
-    images: (frames, pixels), of rows of `columns` pixels; times_us: (frames + 1,), the first is the time of the state;
-    bodies: uint8 of shape (frames + 1, pixels), or (0, pixels); since_us: when the watch began. Returns unsorted events
+    images, changed, times_us: see `Film`; bodies: its masks; columns: pixels in a row of the sensor; since_us: when the
+    watch began. Returns unsorted events
     of shape (n, 2), int64: time in microseconds and word (bits 0-15 as from `pixel.fire`, column in 16-31, row in
     32-47, frame in 48-62).
     """
     work, noise = np.ones(glance.WORK, np.float32), np.zeros((2, TILE))
-    marks, busy, due = np.empty(TILE, np.uint8), np.empty(TILE, np.uint8), np.empty(TILE, np.uint8)
-    runs, who = np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
+    marks, runs, who = np.empty(TILE, np.uint8), np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
     return _expose(
-        images, times_us, bodies, columns, first_pixel, last_pixel, scale.table, scale.logs,
+        images, changed, times_us, bodies, columns, first_pixel, last_pixel, scale.table, scale.logs,
         scale.table.astype(np.float32), scale.factor, scale.offset, since_us, pixels.glance, pixels.current,
-        pixels.awake, pixels.state, pixels.traits, pixels.noise, work, noise, marks, busy, due, runs, who, rules,
+        pixels.awake, pixels.wake, pixels.state, pixels.traits, pixels.noise, work, noise, marks, runs, who, rules,
     )  # fmt: skip
 
 
 @compiled(error_model="numpy")
 def _expose(
-    images, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset, since_us,
-    memory, current, awake, state, traits, noise_memory, work, noise, marks, busy, due, runs, who, rules,
+    images, changed, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset,
+    since_us, memory, current, awake, wake, state, traits, noise_memory, work, noise, marks, runs, who, rules,
 ):  # fmt: skip
     images, times_us, bodies, table, logs = (
         borrowed(images), borrowed(times_us), borrowed(bodies), borrowed(table), borrowed(logs)
     )  # fmt: skip
     small_table, memory, current, awake = borrowed(small_table), borrowed(memory), borrowed(current), borrowed(awake)
     state, traits, work, marks = borrowed(state), borrowed(traits), borrowed(work), borrowed(marks)
-    noise, busy, due, runs, who = borrowed(noise), borrowed(busy), borrowed(due), borrowed(runs), borrowed(who)
+    changed, wake, due_us = borrowed(changed), borrowed(wake), borrowed(memory[DUE])
+    noise, runs, who = borrowed(noise), borrowed(runs), borrowed(who)
     small_factor, small_offset = np.float32(factor), np.float32(offset)
     mark_words = marks.view(np.uint64)
     events, count = np.empty((1024, 2), np.int64), 0
@@ -231,7 +233,7 @@ def _expose(
     for first in range(first_pixel, last_pixel, TILE):
         last = min(first + TILE, last_pixel)
         found = lanes.choose(
-            images, first, last, table, factor, offset, last_us, noisy, memory, current, awake, busy, due, runs, who
+            changed, first, last, last_us, noisy, due_us, awake, wake, runs, who
         )  # fmt: skip
         width = np.int64(runs[found, 1])
         if width == 0:
@@ -239,7 +241,7 @@ def _expose(
         lanes.load(memory, runs, found, work)
         touched += _touch(who, width, state, traits)
         # Vector code takes whole groups; what lies beyond the last lane is computed, but never read.
-        full = -(-width // lanes.GROUP) * lanes.GROUP
+        full = -(-width // GROUP) * GROUP
         before, after = work[glance.CURRENT_0 :][:full], work[glance.CURRENT_1 :][:full]
         log = work[glance.LOG :][:full]
         if rules.lowpass:
@@ -281,6 +283,7 @@ def _expose(
                 start_us = end_us
         lanes.settle(images[-1], table, factor, offset, marks, who, width, work, current, awake)
         lanes.store(work, runs, found, _ROWS_WITHOUT_FENCES if noisy else _ALL_ROWS, memory)
+        lanes.note_wake(runs, found, due_us, awake, wake)
     # Used, so that the compiler cannot leave the touching out.
     work[0] = touched
     return events[:count]

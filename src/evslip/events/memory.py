@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.compiled import compiled
+from evslip.events.film import GROUP
 from evslip.events.glance import MARGIN
 from evslip.events.noise import PHOTO, normals, uniforms
 from evslip.events.pixel import (
@@ -44,6 +45,9 @@ class Pixels(NamedTuple):
     awake: np.ndarray
     """0 where lp has settled within the fences: there nothing happens until the light changes or noise has a candidate.
     uint8 of shape (pixels,)."""
+    wake: np.ndarray
+    """For each group of neighbours, microseconds after the beginning of the `Watch` before which all of them may be
+    passed over while their light stays the same; float32 of shape (groups,)."""
     state: np.ndarray
     """float64 of shape (pixels, STATE), see `pixel`: one pixel's numbers lie together, since few are asked for."""
     noise: np.ndarray
@@ -132,9 +136,19 @@ def due_at_rest(log: float, high: float, slope: float, due_us: float) -> float:
     return leaks_us if leaks_us < due_us else due_us
 
 
+@compiled(error_model="numpy", inline="always")
+def first_to_wake(group: int, due_us: np.ndarray, awake: np.ndarray) -> float:
+    """`Pixels.wake` of a group, from the pixels' own."""
+    first = np.float32(np.inf)
+    for pixel in range(group * GROUP, min((group + 1) * GROUP, len(awake))):
+        at = due_us[pixel] if awake[pixel] == 0 else np.float32(-np.inf)
+        first = at if at < first else first
+    return first
+
+
 @compiled(error_model="numpy")
 def watch_over(first: int, last: int, pixels: Pixels, since_us: float) -> None:
-    """Set the fences of a band of pixels, and wake those that are not at rest within them."""
+    """Set the fences of a band of pixels of whole groups, and wake those that are not at rest within them."""
     memory, current, awake, state, traits = pixels.glance, pixels.current, pixels.awake, pixels.state, pixels.traits
     for pixel in range(first, last):
         high, low, slope, due_us = fences(pixel, state, traits, since_us)
@@ -143,3 +157,5 @@ def watch_over(first: int, last: int, pixels: Pixels, since_us: float) -> None:
         memory[HIGH, pixel], memory[LOW, pixel], memory[SLOPE, pixel] = high, low, slope
         memory[DUE, pixel] = due_at_rest(log, high, slope, due_us) if rests else due_us
         awake[pixel] = 0 if rests else 1
+    for group in range(first // GROUP, -(-last // GROUP)):
+        pixels.wake[group] = first_to_wake(group, memory[DUE], awake)

@@ -4,6 +4,8 @@ from typing import Protocol
 
 import numpy as np
 
+from evslip.events.film import Film
+
 
 class Sensor(Protocol):
     theta_on: np.ndarray
@@ -15,12 +17,11 @@ class Sensor(Protocol):
         """Settle on the first frame."""
         ...
 
-    def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
-        """Take frames of shape (n, height, width) at times_us[1:]; times_us[0] is the time of the frame before.
+    def expose(self, film: Film) -> np.ndarray:
+        """Take the frames of a film. Returns events of shape (k, 2), int64: time in microseconds and word.
 
-        masks: uint8 of shape (n + 1, height, width), or (0, height, width) without. Returns events of shape (k, 2),
-        int64: time in microseconds and word. In a word are polarity (bit 0), cause (1-7), body (8-15), column (16-31),
-        row (32-47) and number of the frame that ends the interval (48-62).
+        In a word are polarity (bit 0), cause (1-7), body (8-15), column (16-31), row (32-47) and number of the frame
+        that ends the interval (48-62).
         """
         ...
 

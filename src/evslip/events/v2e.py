@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from evslip.compiled import compiled
+from evslip.events.film import Film
 from evslip.events.noise import FRAME, normal_maps, normals, uniforms
 from evslip.events.optics import FULL, KNEE, WHITE, Intensity, decode_srgb, linear_to_log
 from evslip.events.presets import PixelModel
@@ -188,10 +189,11 @@ class V2EPixels:
         self._last_s[...] = -1e-6 * self._model.refractory_us
         self._clock[:] = time_us, 0
 
-    def expose(self, images: np.ndarray, times_us: np.ndarray, masks: np.ndarray) -> np.ndarray:
+    def expose(self, film: Film) -> np.ndarray:
+        times_us, masks = film.times_us, film.masks.reshape(len(film.masks), *film.shape)
         parts = [
             self._frame(image, times_us[i], times_us[i + 1], masks[i : i + 2], i << 48)
-            for i, image in enumerate(images)
+            for i, image in enumerate(film.pictures)
         ]
         return np.concatenate(parts)
 
