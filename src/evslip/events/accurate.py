@@ -1,20 +1,23 @@
 """Pixels that follow the default rules (see `pixel`)."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
 
-from evslip.events import kernel, memory, pixel
+from evslip.events import kernel, memory, pixel, plain
 from evslip.events.film import GROUP, Film
 from evslip.events.glance import TILE
 from evslip.events.memory import Pixels, Scale, Watch
 from evslip.events.optics import WHITE, Intensity, photocurrent
+from evslip.events.plain import Ranges
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules
 
 CHANGING = ("glance", "current", "awake", "wake", "state", "noise")
 """What of the pixels changes from frame to frame."""
+Band = Callable[..., np.ndarray]
 BANDS = 6
 """Bands of pixels for each thread."""
 WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
@@ -27,19 +30,20 @@ class AccuratePixels:
 
     def __init__(self, model: PixelModel, shape: tuple[int, int], seed: int, intensity: Intensity, threads: int):
         count = shape[0] * shape[1]
-        traits = draw_traits(model, shape, seed)
-        self.theta_on, self.theta_off = traits[..., pixel.ON], traits[..., pixel.OFF]
+        (self.theta_on, self.theta_off), traits = draw_traits(model, shape, seed)
         self.pixels = Pixels(
             np.zeros((memory.GLANCE, count), np.float32),
             np.zeros(count),
             np.zeros(count, np.uint8),
             np.zeros(-(-count // GROUP), np.float32),
-            np.zeros((count, pixel.STATE)),
+            _in_lines(count),
             np.zeros((2, count if model.photoreceptor_noise > 0 else 0)),
             traits.reshape(count, pixel.TRAITS),
         )
+        self.pixels.state[:, pixel.ON] = self.theta_on.reshape(-1)
+        self.pixels.state[:, pixel.OFF] = self.theta_off.reshape(-1)
         self._watch = Watch(0.0, 0.0)
-        leak_per_us = float(np.mean(traits[..., pixel.MEAN_LEAK] / traits[..., pixel.ON]))
+        leak_per_us = float(np.mean(traits[..., pixel.MEAN_LEAK] / self.theta_on))
         self._watch_us = min(WATCH_DRIFT / leak_per_us, LONGEST_WATCH_US) if leak_per_us > 0.0 else LONGEST_WATCH_US
         self.rules = make_rules(model, intensity, seed)
         self._intensity: Intensity = intensity
@@ -53,32 +57,46 @@ class AccuratePixels:
         self._bands = list(pairwise(np.minimum(cuts, count).tolist()))
         table = photocurrent(np.arange(256), intensity, model.dark)
         self._bytes = Scale(table, memory.logarithms(table), 0.0, 0.0)
+        self._by_log = plain.bytes_by_log(self._bytes.logs)
+        self._plain = plain.is_plain(self.rules, self.pixels.traits)
+        self._ranges: Ranges | None = None
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
         image, scale = self.scaled(image)
         memory.begin(image.reshape(-1), scale, time_us, self.pixels, self.rules)
+        if self._plain:
+            self._ranges = plain.ranges_of(self.pixels, self._by_log, scale, image.dtype)
+            return
         self._watch = Watch(time_us, time_us + self._watch_us)
         memory.watch_over(0, len(self.pixels.current), self.pixels, time_us)
 
     def expose(self, film: Film) -> np.ndarray:
         images, scale = self.scaled(film.images)
-        times_us, masks = film.times_us, film.masks
+        frames = images, film.changed, film.times_us, film.masks, self._columns
+        band = self._plain_band(scale, images.dtype) if self._plain else self._watched_band(film.times_us, scale)
+        if len(self._bands) == 1:
+            return band(frames, *self._bands[0])
+        with ThreadPoolExecutor(self._threads) as pool:
+            return np.concatenate(list(pool.map(lambda pixels: band(frames, *pixels), self._bands)))
+
+    def _watched_band(self, times_us: np.ndarray, scale: Scale) -> Band:
         over = bool(times_us[-1] > self._watch.until_us)
         if over:
             self._watch = Watch(float(times_us[0]), float(max(times_us[-1], times_us[0] + self._watch_us)))
+        since_us = self._watch.since_us
 
-        def band(pixels: tuple[int, int]) -> np.ndarray:
+        def band(frames: tuple, first: int, last: int) -> np.ndarray:
             if over:
-                memory.watch_over(*pixels, self.pixels, self._watch.since_us)
-            return kernel.expose(
-                images, film.changed, times_us, masks, self._columns, *pixels, scale, self._watch.since_us,
-                self.pixels, self.rules,
-            )  # fmt: skip
+                memory.watch_over(first, last, self.pixels, since_us)
+            return kernel.expose(*frames, first, last, scale, since_us, self.pixels, self.rules)
 
-        if len(self._bands) == 1:
-            return band(self._bands[0])
-        with ThreadPoolExecutor(self._threads) as pool:
-            return np.concatenate(list(pool.map(band, self._bands)))
+        return band
+
+    def _plain_band(self, scale: Scale, dtype: np.dtype) -> Band:
+        if self._ranges is None or self._ranges.low.dtype != dtype:
+            self._ranges = plain.ranges_of(self.pixels, self._by_log, scale, dtype)
+        ranges = self._ranges
+        return lambda frames, *band: plain.expose(*frames, *band, scale, self._by_log, ranges, self.pixels)
 
     def memory(self) -> dict[str, np.ndarray]:
         changing = {name: getattr(self.pixels, name).copy() for name in CHANGING}
@@ -88,10 +106,12 @@ class AccuratePixels:
         for name in CHANGING:
             getattr(self.pixels, name)[...] = memory[name]
         self._watch = Watch(*memory["watch_us"].tolist())
+        self._ranges = None
 
     def forget_watch(self) -> None:
         """Have all fences set anew, because the pixels were changed from outside."""
         self._watch = Watch(0.0, 0.0)
+        self._ranges = None
 
     def scaled(self, image: np.ndarray) -> tuple[np.ndarray, Scale]:
         """An image, and how its values become photocurrents."""
@@ -100,3 +120,11 @@ class AccuratePixels:
         if self._intensity == "linear":
             return image, self._bytes._replace(factor=WHITE, offset=WHITE * self._dark)
         return photocurrent(image, self._intensity, self._dark), self._bytes._replace(factor=1.0)
+
+
+def _in_lines(count: int) -> np.ndarray:
+    """Zeros of shape (count, STATE), each row in a line of the cache."""
+    line = pixel.STATE
+    room = np.zeros((count + 1) * line)
+    start = -(room.ctypes.data // room.itemsize) % line
+    return room[start : start + count * line].reshape(count, line)

@@ -23,7 +23,6 @@ from evslip.events.pixel import (
     CANDIDATE_US,
     CANDIDATES,
     LEAK_SLOPE,
-    ON,
     REFERENCE,
     RESET_US,
     RESETS,
@@ -46,7 +45,8 @@ def stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high
 
 
 @compiled(error_model="numpy")
-def _longer(events: np.ndarray) -> np.ndarray:
+def longer(events: np.ndarray) -> np.ndarray:
+    """The same events with twice the room."""
     longer = np.empty((2 * len(events), 2), np.int64)
     longer[: len(events)] = events
     return longer
@@ -159,7 +159,7 @@ def _fire_marked(
             ) = before
             break
         count = filled
-        high, low, slope, due_us = fences(pixel, state, traits, since_us)
+        high, low, slope, due_us = fences(pixel, state, since_us)
         work[glance.SLOPE + lane], work[glance.DUE + lane] = slope, due_us
         if rules.noise == 0.0:
             work[glance.HIGH + lane], work[glance.LOW + lane] = high, low
@@ -171,11 +171,11 @@ def _fire_marked(
 
 
 @compiled(error_model="numpy")
-def _touch(who: np.ndarray, width: int, state: np.ndarray, traits: np.ndarray) -> float:
+def _touch(who: np.ndarray, width: int, state: np.ndarray) -> float:
     """Bring the lanes' memory into the cache: all at once is faster than each when its pixel fires."""
     touched = 0.0
     for lane in range(width):
-        touched += state[who[lane], REFERENCE] + traits[who[lane], ON]
+        touched += state[who[lane], REFERENCE]
     return touched
 
 
@@ -239,7 +239,7 @@ def _expose(
         if width == 0:
             continue
         lanes.load(memory, runs, found, work)
-        touched += _touch(who, width, state, traits)
+        touched += _touch(who, width, state)
         # Vector code takes whole groups; what lies beyond the last lane is computed, but never read.
         full = -(-width // GROUP) * GROUP
         before, after = work[glance.CURRENT_0 :][:full], work[glance.CURRENT_1 :][:full]
@@ -279,7 +279,7 @@ def _expose(
                         rules, borrowed(events), count,
                     )  # fmt: skip
                     if lane < width:
-                        events = _longer(events)
+                        events = longer(events)
                 start_us = end_us
         lanes.settle(images[-1], table, factor, offset, marks, who, width, work, current, awake)
         lanes.store(work, runs, found, _ROWS_WITHOUT_FENCES if noisy else _ALL_ROWS, memory)

@@ -49,7 +49,7 @@ class Pixels(NamedTuple):
     """For each group of neighbours, microseconds after the beginning of the `Watch` before which all of them may be
     passed over while their light stays the same; float32 of shape (groups,)."""
     state: np.ndarray
-    """float64 of shape (pixels, STATE), see `pixel`: one pixel's numbers lie together, since few are asked for."""
+    """float64 of shape (pixels, STATE), see `pixel`: one pixel's numbers lie together, in one line of the cache."""
     noise: np.ndarray
     """The photoreceptor's noise at the last and the next point of its time grid, float64 of shape (2, pixels)."""
     traits: np.ndarray
@@ -95,7 +95,7 @@ def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules
     """Take the first frame, of shape (pixels,), as the settled state. Leaking pixels start anywhere in their cycle."""
     factor, offset = np.float32(scale.factor), np.float32(scale.offset)
     pixels.glance[:] = np.float32(0)
-    pixels.state[:] = 0.0
+    pixels.state[:, :ON] = 0.0
     for p in range(len(image)):
         state, trait = pixels.state[p], pixels.traits[p]
         current = photocurrent_of(image[p], scale.table, scale.factor, scale.offset)
@@ -104,7 +104,7 @@ def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules
         state[REFERENCE] = math.log(current)
         leak = next_leak(rules, trait[MEAN_LEAK], p, 0)
         state[LEAK_SLOPE] = leak
-        state[RESET_US] = time_us - (trait[PHASE] * trait[ON] / leak if leak > 0.0 else 0.0)
+        state[RESET_US] = time_us - (trait[PHASE] * state[ON] / leak if leak > 0.0 else 0.0)
         state[CANDIDATE_US] = next_candidate(rules, trait[RATE], p, 0, time_us)
         if rules.noise > 0.0:
             point = int(np.floor(time_us / rules.noise_step_us))
@@ -117,15 +117,15 @@ def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules
 
 @compiled(error_model="numpy", forceinline=True)
 def fences(
-    pixel: int, state: np.ndarray, traits: np.ndarray, since_us: float
+    pixel: int, state: np.ndarray, since_us: float
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """HIGH, LOW, SLOPE and, for the noise alone, DUE of a pixel.
 
     The first two are NaN, which nothing stays within, while it is held in reset.
     """
     reference, leak, reset_us = state[pixel, REFERENCE], state[pixel, LEAK_SLOPE], state[pixel, RESET_US]
-    high = reference + traits[pixel, ON] - leak * (since_us - reset_us) - MARGIN
-    low = reference - traits[pixel, OFF] - leak * (max(since_us, reset_us) - reset_us) + MARGIN
+    high = reference + state[pixel, ON] - leak * (since_us - reset_us) - MARGIN
+    low = reference - state[pixel, OFF] - leak * (max(since_us, reset_us) - reset_us) + MARGIN
     return high, low, leak, INSIDE * (state[pixel, CANDIDATE_US] - since_us) - 1.0
 
 
@@ -149,9 +149,9 @@ def first_to_wake(group: int, due_us: np.ndarray, awake: np.ndarray) -> float:
 @compiled(error_model="numpy")
 def watch_over(first: int, last: int, pixels: Pixels, since_us: float) -> None:
     """Set the fences of a band of pixels of whole groups, and wake those that are not at rest within them."""
-    memory, current, awake, state, traits = pixels.glance, pixels.current, pixels.awake, pixels.state, pixels.traits
+    memory, current, awake, state = pixels.glance, pixels.current, pixels.awake, pixels.state
     for pixel in range(first, last):
-        high, low, slope, due_us = fences(pixel, state, traits, since_us)
+        high, low, slope, due_us = fences(pixel, state, since_us)
         log = math.log(current[pixel])
         rests = (low < log) & (log < high) & (memory[LAG, pixel] == 0.0)
         memory[HIGH, pixel], memory[LOW, pixel], memory[SLOPE, pixel] = high, low, slope

@@ -31,16 +31,18 @@ TOLERANCE, TOLERANCE_US = 2e-7, 0.1
 """How far the cubics may lie from lp, in ln units, or how far they may shift it in time."""
 
 
-STATE = 6
-REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES = range(STATE)
+STATE = 8
+REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES, ON, OFF = range(STATE)
 """What a pixel remembers of its last event: ref, NaN while held in reset; when ref was taken, or will be while it is
 NaN; slope of the leak in ln units per microsecond since then; time of the next candidate of the noise process, infinite
-without noise; number of resets and of candidates so far, which are the counters of the random numbers."""
-TRAITS = 7
-ON, OFF, MEAN_LEAK, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
-"""What a pixel is: theta_on and theta_off in ln units, infinite when dead; mean slope of the leak in ln units per
-microsecond; highest rate of the noise process per microsecond; share of it that is a hot pixel's own; share of shot
-noise events that are ON; where in its leak cycle it starts, 0 to 1."""
+without noise; number of resets and of candidates so far, which are the counters of the random numbers. And what never
+changes, but is always asked for together with these, so that all fill one line of the cache: theta_on and theta_off in
+ln units, infinite when dead."""
+TRAITS = 5
+MEAN_LEAK, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
+"""What a pixel is: mean slope of the leak in ln units per microsecond; highest rate of the noise process per
+microsecond; share of it that is a hot pixel's own; share of shot noise events that are ON; where in its leak cycle it
+starts, 0 to 1."""
 
 
 class Rules(NamedTuple):
@@ -155,7 +157,8 @@ def _stays(interval: Interval, reference: float, drift: float, on: float, off: f
 
 
 @compiled(error_model="numpy", inline="always")
-def _word(label: int, sign: int, cause: int, body: int) -> int:
+def word_of(label: int, sign: int, cause: int, body: int) -> int:
+    """An event's word, see `fire`."""
     return label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
 
 
@@ -181,7 +184,7 @@ def fire(
     `count` are filled and `room` may be. A word is `label` with polarity (bit 0), cause (bits 1-7) and body (bits 8-15)
     added; the body is that of the frame nearer in time. Returns the new count; what is beyond the room is not written.
     """
-    on, off, rate = traits[row, ON], traits[row, OFF], traits[row, RATE]
+    on, off = state[row, ON], state[row, OFF]
     reference, reset_us = state[row, REFERENCE], state[row, RESET_US]
     leak, candidate_us = state[row, LEAK_SLOPE], state[row, CANDIDATE_US]
     if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
@@ -194,25 +197,6 @@ def fire(
         if _stays(interval, reference, leak * (interval.end_us - reset_us), on, off):
             return count
         reference = np.nan
-    plain = not rules.lowpass and rules.noise == 0.0 and rules.refractory_us == 0.0
-    if plain and rate == 0.0 and traits[row, MEAN_LEAK] == 0.0:
-        # The same as below, for a pixel that has nothing but its thresholds.
-        place = 0.0
-        while True:
-            place, sign = crossing(interval.log_0 - reference, change, 0.0, 0.0, place, 1.0, on, off)
-            if sign == 0:
-                break
-            time_us = interval.start_us + place * length
-            if count < room:
-                body = body_0 if time_us < interval.middle_us else body_1
-                events[count, 0] = np.int64(math.floor(time_us + 0.5))
-                events[count, 1] = _word(label, sign, SIGNAL, body)
-            count += 1
-            reference += on if sign > 0 else -off
-            state[row, RESET_US] = time_us
-            state[row, RESETS] += 1.0
-        state[row, REFERENCE] = reference
-        return count
     noise_rise = interval.noise_1 - interval.noise_0
     parts = 1
     if rules.lowpass:
@@ -250,7 +234,7 @@ def fire(
             if math.isnan(reference):
                 while candidate_us < reset_us and candidate_us <= end_us:
                     state[row, CANDIDATES] += 1.0
-                    candidate_us = next_candidate(rules, rate, pixel, int(state[row, CANDIDATES]), candidate_us)
+                    candidate_us = next_candidate(rules, traits[row, RATE], pixel, int(state[row, CANDIDATES]), candidate_us)
                 if reset_us > end_us:
                     break
                 w = min(max(w, (reset_us - start_us) / span), 1.0)
@@ -281,7 +265,7 @@ def fire(
                 sign = 1 if hot or side < traits[row, ON_SHARE] else -1
                 cause = HOT if hot else SHOT
                 state[row, CANDIDATES] = number + 1
-                candidate_us = next_candidate(rules, rate, pixel, number + 1, candidate_us)
+                candidate_us = next_candidate(rules, traits[row, RATE], pixel, number + 1, candidate_us)
             else:
                 break
             w = place
@@ -289,7 +273,7 @@ def fire(
                 body = body_0 if time_us < interval.middle_us else body_1
                 if count < room:
                     events[count, 0] = np.int64(math.floor(time_us + 0.5))
-                    events[count, 1] = _word(label, sign, cause, body)
+                    events[count, 1] = word_of(label, sign, cause, body)
                 count += 1
                 reset_us = time_us + rules.refractory_us
                 reference = level if rules.refractory_us == 0.0 else np.nan

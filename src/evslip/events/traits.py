@@ -31,8 +31,8 @@ def leak_map(model: PixelModel, normals: np.ndarray) -> np.ndarray:
     return 10.0 ** (model.leak_spread * normals) if model.leak_map is None else model.leak_map
 
 
-def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> np.ndarray:
-    """Thresholds, leak and noise of every pixel, float64 of shape (height, width, TRAITS)."""
+def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Thresholds of every pixel, of shape (2, height, width), and its leak and noise, (height, width, TRAITS)."""
     count = shape[0] * shape[1]
     key: Any = np.uint64(seed)
     normals = normal_maps(key, count).reshape(3, *shape)
@@ -53,14 +53,12 @@ def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> np.ndar
     shot_rate = on_rate + off_rate
     alive = defects[1] >= model.dead_share
     traits = np.zeros((*shape, pixel.TRAITS))
-    traits[..., pixel.ON] = np.where(alive, on, np.inf)
-    traits[..., pixel.OFF] = np.where(alive, off, np.inf)
     traits[..., pixel.MEAN_LEAK] = np.where(alive, 1e-6 * leak_rate * on, 0.0)
     traits[..., pixel.RATE] = np.where(alive, 1e-6 * (shot_rate + hot_rate), 0.0)
     np.divide(hot_rate, shot_rate + hot_rate, where=shot_rate + hot_rate > 0, out=traits[..., pixel.HOT_SHARE])
     np.divide(on_rate, shot_rate, where=shot_rate > 0, out=traits[..., pixel.ON_SHARE])
     traits[..., pixel.PHASE] = phase
-    return traits
+    return np.where(alive, (on, off), np.inf), traits
 
 
 def make_rules(model: PixelModel, intensity: Intensity, seed: int) -> Rules:
