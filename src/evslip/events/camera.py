@@ -206,10 +206,9 @@ class EventCamera:
     def _checked(self, t_us: Any, image: Any, bodies: Any) -> tuple[float, np.ndarray, np.ndarray | None]:
         """A frame in the units of the kernel. Raises DataError."""
         time_us = checked_time(t_us, self._film.last_us)
-        where = f"frame at {time_us:.10g} us"
         if bodies is not None:
-            bodies = checked_mask(bodies, self.shape, where)
-        return time_us, checked_image(image, self.shape, self.intensity, where), bodies
+            bodies = checked_mask(bodies, self.shape, time_us)
+        return time_us, checked_image(image, self.shape, self.intensity, time_us), bodies
 
 
 def camera_for(params: Params, threads: int = 1) -> EventCamera:

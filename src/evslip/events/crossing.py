@@ -32,29 +32,34 @@ def _root(c0: float, c1: float, c2: float, c3: float, low: float, high: float) -
     return w
 
 
+@compiled(error_model="numpy", inline="always")
+def straight_crossing(c0: float, c1: float, low: float, high: float, on: float, off: float) -> tuple[float, int]:
+    """`crossing` of the line c0 + c1 w."""
+    at_low, at_high = c0 + low * c1, c0 + high * c1
+    if at_low >= on or at_low <= -off:
+        return low, 1 if at_low >= on else -1
+    if at_high >= on or at_high <= -off:
+        sign = 1 if at_high >= on else -1
+        place = ((on if sign > 0 else -off) - c0) / c1
+        return min(max(place, low), high), sign
+    return high, 0
+
+
 @compiled(error_model="numpy")
 def crossing(
     c0: float, c1: float, c2: float, c3: float, low: float, high: float, on: float, off: float
 ) -> tuple[float, int]:
     """First place in [low, high] where the cubic is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
-    turn_1 = turn_2 = high
     if c2 == 0.0 and c3 == 0.0:
-        at_low, at_high = c0 + low * c1, c0 + high * c1
-        if at_low >= on or at_low <= -off:
-            return low, 1 if at_low >= on else -1
-        if at_high >= on or at_high <= -off:
-            sign = 1 if at_high >= on else -1
-            place = ((on if sign > 0 else -off) - c0) / c1
-            return min(max(place, low), high), sign
-        return high, 0
-    if c2 != 0.0 or c3 != 0.0:
-        # Where the cubic turns; the form of the quadratic's roots that loses no digits when c3 is small.
-        discriminant = c2 * c2 - 3.0 * c3 * c1
-        if discriminant > 0.0:
-            q = -(c2 + math.copysign(math.sqrt(discriminant), c2))
-            a = c1 / q if q != 0.0 else high
-            b = q / (3.0 * c3) if c3 != 0.0 else high
-            turn_1, turn_2 = min(a, b), max(a, b)
+        return straight_crossing(c0, c1, low, high, on, off)
+    turn_1 = turn_2 = high
+    # Where the cubic turns; the form of the quadratic's roots that loses no digits when c3 is small.
+    discriminant = c2 * c2 - 3.0 * c3 * c1
+    if discriminant > 0.0:
+        q = -(c2 + math.copysign(math.sqrt(discriminant), c2))
+        a = c1 / q if q != 0.0 else high
+        b = q / (3.0 * c3) if c3 != 0.0 else high
+        turn_1, turn_2 = min(a, b), max(a, b)
     start = low
     for part in range(3):
         end = turn_1 if part == 0 else (turn_2 if part == 1 else high)

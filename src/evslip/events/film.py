@@ -41,7 +41,9 @@ class Film:
         self._pixels = shape[0] * shape[1]
         groups = -(-self._pixels // GROUP)
         self._images = np.zeros((length + 1, groups * GROUP), dtype)
-        self._words = self._images.view(np.uint64)
+        # Made once: slicing costs more than comparing a small image.
+        self._pictures = [image[: self._pixels].reshape(shape) for image in self._images]
+        self._words = list(self._images.view(np.uint64))
         self._times_us = np.zeros(length + 1)
         self._masks = np.empty((0, self._pixels), np.uint8)
         self.changed = np.ones(groups, np.uint8)
@@ -93,7 +95,7 @@ class Film:
         self.begun = True
         self._times_us[0] = time_us
         if image is not None:
-            self._put(image)
+            self._pictures[0][...] = image
             self._known = True
             self.changed[:] = 0
         self._label(bodies)
@@ -101,10 +103,9 @@ class Film:
     def add(self, time_us: float, image: np.ndarray, bodies: np.ndarray | None) -> None:
         """Take the frame that ends the next interval."""
         self.count += 1
-        self._put(image)
+        self._pictures[self.count][...] = image
         self._times_us[self.count] = time_us
-        before, after = self._words[self.count - 1], self._words[self.count]
-        _note_changes(before, after, self.dtype.itemsize, self.changed)
+        _note_changes(self._words[self.count - 1], self._words[self.count], self.dtype.itemsize, self.changed)
         self._label(bodies)
 
     def follow(self, other: "Film") -> "Film":
@@ -119,9 +120,6 @@ class Film:
         self.changed[:] = not known
         self._label(None if body is None else body.reshape(self.shape))
         return self
-
-    def _put(self, image: np.ndarray) -> None:
-        self._images[self.count, : self._pixels].reshape(self.shape)[...] = image
 
     def _label(self, bodies: np.ndarray | None) -> None:
         if bodies is not None and not self.labelled:

@@ -31,6 +31,8 @@ from evslip.events.pixel import (
     fire,
 )
 
+ROOM = 4096
+"""Events there is room for at first."""
 _ALL_ROWS = (1 << GLANCE) - 1
 _ROWS_WITHOUT_FENCES = _ALL_ROWS & ~(1 << HIGH | 1 << LOW)
 
@@ -223,7 +225,7 @@ def _expose(
     noise, runs, who = borrowed(noise), borrowed(runs), borrowed(who)
     small_factor, small_offset = np.float32(factor), np.float32(offset)
     mark_words = marks.view(np.uint64)
-    events, count = np.empty((1024, 2), np.int64), 0
+    events, count = np.empty((ROOM, 2), np.int64), 0
     noisy = rules.noise > 0.0
     touched = 0.0
     if not rules.lowpass:
