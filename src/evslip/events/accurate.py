@@ -15,7 +15,7 @@ from evslip.events.plain import Ranges
 from evslip.events.presets import PixelModel
 from evslip.events.traits import draw_traits, make_rules
 
-CHANGING = ("glance", "current", "awake", "wake", "state", "noise")
+CHANGING = ("glance", "current", "awake", "wake", "state", "traits", "noise")
 """What of the pixels changes from frame to frame."""
 Band = Callable[..., np.ndarray]
 BANDS = 6
@@ -30,20 +30,19 @@ class AccuratePixels:
 
     def __init__(self, model: PixelModel, shape: tuple[int, int], seed: int, intensity: Intensity, threads: int):
         count = shape[0] * shape[1]
-        (self.theta_on, self.theta_off), traits = draw_traits(model, shape, seed)
+        state, traits = draw_traits(model, shape, seed)
+        self.theta_on, self.theta_off = state[..., pixel.ON], state[..., pixel.OFF]
         self.pixels = Pixels(
             np.zeros((memory.GLANCE, count), np.float32),
             np.zeros(count),
             np.zeros(count, np.uint8),
             np.zeros(-(-count // GROUP), np.float32),
-            _in_lines(count),
+            _in_lines(state.reshape(count, pixel.STATE)),
             np.zeros((2, count if model.photoreceptor_noise > 0 else 0)),
             traits.reshape(count, pixel.TRAITS),
         )
-        self.pixels.state[:, pixel.ON] = self.theta_on.reshape(-1)
-        self.pixels.state[:, pixel.OFF] = self.theta_off.reshape(-1)
         self._watch = Watch(0.0, 0.0)
-        leak_per_us = float(np.mean(traits[..., pixel.MEAN_LEAK] / self.theta_on))
+        leak_per_us = float(np.mean(state[..., pixel.MEAN_LEAK] / self.theta_on))
         self._watch_us = min(WATCH_DRIFT / leak_per_us, LONGEST_WATCH_US) if leak_per_us > 0.0 else LONGEST_WATCH_US
         self.rules = make_rules(model, intensity, seed)
         self._intensity: Intensity = intensity
@@ -58,7 +57,7 @@ class AccuratePixels:
         table = photocurrent(np.arange(256), intensity, model.dark)
         self._bytes = Scale(table, memory.logarithms(table), 0.0, 0.0)
         self._by_log = plain.bytes_by_log(self._bytes.logs)
-        self._plain = plain.is_plain(self.rules, self.pixels.traits)
+        self._plain = plain.is_plain(self.rules, self.pixels)
         self._ranges: Ranges | None = None
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
@@ -122,9 +121,10 @@ class AccuratePixels:
         return photocurrent(image, self._intensity, self._dark), self._bytes._replace(factor=1.0)
 
 
-def _in_lines(count: int) -> np.ndarray:
-    """Zeros of shape (count, STATE), each row in a line of the cache."""
-    line = pixel.STATE
-    room = np.zeros((count + 1) * line)
-    start = -(room.ctypes.data // room.itemsize) % line
-    return room[start : start + count * line].reshape(count, line)
+def _in_lines(state: np.ndarray) -> np.ndarray:
+    """A copy of which each row fills a line of the cache."""
+    room = np.empty(state.size + pixel.STATE)
+    start = -(room.ctypes.data // room.itemsize) % pixel.STATE
+    lines = room[start : start + state.size].reshape(state.shape)
+    lines[...] = state
+    return lines

@@ -43,7 +43,7 @@ class CudaPixels:
         self.theta_on, self.theta_off = self._host.theta_on, self._host.theta_off
         self._columns = shape[1]
         self._changing: dict[str, Any] = {}
-        self._traits = cuda.to_device(self._host.pixels.traits)
+        self._count = shape[0] * shape[1]
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
         self._host.begin(image, time_us)
@@ -51,7 +51,7 @@ class CudaPixels:
 
     def expose(self, film: Film) -> np.ndarray:
         images, scale = self._host.scaled(film.images)
-        count = self._traits.shape[0]
+        count = self._count
         on_device = cuda.to_device
         frames, bodies = on_device(np.ascontiguousarray(images)), on_device(film.masks)
         clock, table = on_device(film.times_us), on_device(scale.table)
@@ -61,7 +61,7 @@ class CudaPixels:
         def launch(events: Any, filling: bool) -> None:
             _expose[blocks, THREADS](
                 frames, clock, bodies, self._columns, table, scale.factor, scale.offset, self._changing["glance"],
-                self._changing["current"], self._changing["state"], self._changing["noise"], self._traits,
+                self._changing["current"], self._changing["state"], self._changing["noise"], self._changing["traits"],
                 self._host.rules, counts, events, filling,
             )  # fmt: skip
 
@@ -85,7 +85,7 @@ class CudaPixels:
     def _upload(self) -> None:
         self._host.forget_watch()
         pixels = self._host.pixels
-        names = ("glance", "current", "state", "noise")
+        names = ("glance", "current", "state", "traits", "noise")
         self._changing = {name: cuda.to_device(np.ascontiguousarray(getattr(pixels, name))) for name in names}
 
 
@@ -177,6 +177,7 @@ def _expose(
         return
     for k in range(pixel.STATE):
         states_of[p, k] = state[0, k]
+    traits_of[p, pixel.CANDIDATES] = traits[0, pixel.CANDIDATES]
     memory[SEEN, p], memory[LAG, p], memory[REST, p] = seen, lag, rest
     currents[p] = before
     if rules.noise > 0.0:

@@ -147,7 +147,7 @@ def _fire_marked(
             state[pixel, LEAK_SLOPE],
             state[pixel, CANDIDATE_US],
             state[pixel, RESETS],
-            state[pixel, CANDIDATES],
+            traits[pixel, CANDIDATES],
         )
         filled = fire(interval, state, traits, rules, pixel, pixel, label, body_0, body_1, events, room, count)
         if filled > room:
@@ -157,7 +157,7 @@ def _fire_marked(
                 state[pixel, LEAK_SLOPE],
                 state[pixel, CANDIDATE_US],
                 state[pixel, RESETS],
-                state[pixel, CANDIDATES],
+                traits[pixel, CANDIDATES],
             ) = before
             break
         count = filled

@@ -11,6 +11,7 @@ from evslip.events.glance import MARGIN
 from evslip.events.noise import PHOTO, normals, uniforms
 from evslip.events.pixel import (
     CANDIDATE_US,
+    CANDIDATES,
     LEAK_SLOPE,
     MEAN_LEAK,
     OFF,
@@ -19,6 +20,7 @@ from evslip.events.pixel import (
     RATE,
     REFERENCE,
     RESET_US,
+    RESETS,
     Rules,
     next_candidate,
     next_leak,
@@ -53,7 +55,7 @@ class Pixels(NamedTuple):
     noise: np.ndarray
     """The photoreceptor's noise at the last and the next point of its time grid, float64 of shape (2, pixels)."""
     traits: np.ndarray
-    """What never changes: float64 of shape (pixels, TRAITS)."""
+    """float64 of shape (pixels, TRAITS): what is seldom asked for."""
 
 
 class Scale(NamedTuple):
@@ -95,14 +97,14 @@ def begin(image: np.ndarray, scale: Scale, time_us: float, pixels: Pixels, rules
     """Take the first frame, of shape (pixels,), as the settled state. Leaking pixels start anywhere in their cycle."""
     factor, offset = np.float32(scale.factor), np.float32(scale.offset)
     pixels.glance[:] = np.float32(0)
-    pixels.state[:, :ON] = 0.0
+    pixels.traits[:, CANDIDATES] = 0.0
     for p in range(len(image)):
         state, trait = pixels.state[p], pixels.traits[p]
         current = photocurrent_of(image[p], scale.table, scale.factor, scale.offset)
         pixels.current[p] = current
         pixels.glance[SEEN, p] = np.float32(current) if factor == 0.0 else image[p] * factor + offset
-        state[REFERENCE] = math.log(current)
-        leak = next_leak(rules, trait[MEAN_LEAK], p, 0)
+        state[REFERENCE], state[RESETS] = math.log(current), 0.0
+        leak = next_leak(rules, state[MEAN_LEAK], p, 0)
         state[LEAK_SLOPE] = leak
         state[RESET_US] = time_us - (trait[PHASE] * state[ON] / leak if leak > 0.0 else 0.0)
         state[CANDIDATE_US] = next_candidate(rules, trait[RATE], p, 0, time_us)

@@ -32,17 +32,17 @@ TOLERANCE, TOLERANCE_US = 2e-7, 0.1
 
 
 STATE = 8
-REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, CANDIDATES, ON, OFF = range(STATE)
+REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, ON, OFF, MEAN_LEAK = range(STATE)
 """What a pixel remembers of its last event: ref, NaN while held in reset; when ref was taken, or will be while it is
 NaN; slope of the leak in ln units per microsecond since then; time of the next candidate of the noise process, infinite
-without noise; number of resets and of candidates so far, which are the counters of the random numbers. And what never
-changes, but is always asked for together with these, so that all fill one line of the cache: theta_on and theta_off in
-ln units, infinite when dead."""
+without noise; number of resets so far, which is a counter of the random numbers. What never changes: theta_on and
+theta_off in ln units, infinite when dead; mean slope of the leak. All this is asked for together, and fills one line of
+the cache."""
 TRAITS = 5
-MEAN_LEAK, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
-"""What a pixel is: mean slope of the leak in ln units per microsecond; highest rate of the noise process per
-microsecond; share of it that is a hot pixel's own; share of shot noise events that are ON; where in its leak cycle it
-starts, 0 to 1."""
+CANDIDATES, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
+"""What is seldom asked for. Of the noise process: number of candidates so far, which is a counter too; highest rate per
+microsecond; share of it that is a hot pixel's own; share of shot noise events that are ON. And where in its leak cycle
+a pixel starts, 0 to 1."""
 
 
 class Rules(NamedTuple):
@@ -233,8 +233,8 @@ def fire(
         while True:
             if math.isnan(reference):
                 while candidate_us < reset_us and candidate_us <= end_us:
-                    state[row, CANDIDATES] += 1.0
-                    candidate_us = next_candidate(rules, traits[row, RATE], pixel, int(state[row, CANDIDATES]), candidate_us)
+                    traits[row, CANDIDATES] += 1.0
+                    candidate_us = next_candidate(rules, traits[row, RATE], pixel, int(traits[row, CANDIDATES]), candidate_us)
                 if reset_us > end_us:
                     break
                 w = min(max(w, (reset_us - start_us) / span), 1.0)
@@ -258,13 +258,13 @@ def fire(
                 time_us, place = candidate_us, until
                 level = p0 + until * (p1 + until * (p2 + until * p3))
                 current = interval.current_0 * math.exp(change * (time_us - interval.start_us) / length)
-                number = int(state[row, CANDIDATES])
+                number = int(traits[row, CANDIDATES])
                 _, pick, chance, side = uniforms(rules.seed, pixel, CANDIDATE, number)
                 hot = pick < traits[row, HOT_SHARE]
                 fired = hot or chance < max(rules.shot_dark - rules.shot_slope * current, rules.shot_least)
                 sign = 1 if hot or side < traits[row, ON_SHARE] else -1
                 cause = HOT if hot else SHOT
-                state[row, CANDIDATES] = number + 1
+                traits[row, CANDIDATES] = number + 1
                 candidate_us = next_candidate(rules, traits[row, RATE], pixel, number + 1, candidate_us)
             else:
                 break
@@ -278,7 +278,7 @@ def fire(
                 reset_us = time_us + rules.refractory_us
                 reference = level if rules.refractory_us == 0.0 else np.nan
                 state[row, RESETS] += 1.0
-                leak = next_leak(rules, traits[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
+                leak = next_leak(rules, state[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
         if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
             break
         log_a, current_a, value_a = log_b, current_b, value_b

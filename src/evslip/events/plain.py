@@ -45,10 +45,10 @@ class Bytes(NamedTuple):
     """The greatest byte whose logarithm is not above; -1: none."""
 
 
-def is_plain(rules: Rules, traits: np.ndarray) -> bool:
+def is_plain(rules: Rules, pixels: Pixels) -> bool:
     """Whether these pixels are nothing but two thresholds."""
     changing = rules.lowpass or rules.noise > 0.0 or rules.refractory_us > 0.0
-    return not changing and not np.any(traits[:, (MEAN_LEAK, RATE)])
+    return not changing and not np.any(pixels.state[:, MEAN_LEAK]) and not np.any(pixels.traits[:, RATE])
 
 
 def bytes_by_log(logs: np.ndarray) -> Bytes:

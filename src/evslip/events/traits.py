@@ -32,7 +32,7 @@ def leak_map(model: PixelModel, normals: np.ndarray) -> np.ndarray:
 
 
 def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Thresholds of every pixel, of shape (2, height, width), and its leak and noise, (height, width, TRAITS)."""
+    """What never changes of the pixels' state, float64 of shape (height, width, STATE), and of their traits."""
     count = shape[0] * shape[1]
     key: Any = np.uint64(seed)
     normals = normal_maps(key, count).reshape(3, *shape)
@@ -52,13 +52,15 @@ def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[n
         (on_rate, off_rate), leak_rate, hot_rate = model.noise_map, np.zeros(shape), np.zeros(shape)
     shot_rate = on_rate + off_rate
     alive = defects[1] >= model.dead_share
-    traits = np.zeros((*shape, pixel.TRAITS))
-    traits[..., pixel.MEAN_LEAK] = np.where(alive, 1e-6 * leak_rate * on, 0.0)
+    state, traits = np.zeros((*shape, pixel.STATE)), np.zeros((*shape, pixel.TRAITS))
+    state[..., pixel.ON] = np.where(alive, on, np.inf)
+    state[..., pixel.OFF] = np.where(alive, off, np.inf)
+    state[..., pixel.MEAN_LEAK] = np.where(alive, 1e-6 * leak_rate * on, 0.0)
     traits[..., pixel.RATE] = np.where(alive, 1e-6 * (shot_rate + hot_rate), 0.0)
     np.divide(hot_rate, shot_rate + hot_rate, where=shot_rate + hot_rate > 0, out=traits[..., pixel.HOT_SHARE])
     np.divide(on_rate, shot_rate, where=shot_rate > 0, out=traits[..., pixel.ON_SHARE])
     traits[..., pixel.PHASE] = phase
-    return np.where(alive, (on, off), np.inf), traits
+    return state, traits
 
 
 def make_rules(model: PixelModel, intensity: Intensity, seed: int) -> Rules:
