@@ -147,8 +147,9 @@ def _fire_marked(
             state[pixel, LEAK_SLOPE],
             state[pixel, CANDIDATE_US],
             state[pixel, RESETS],
-            traits[pixel, CANDIDATES],
         )
+        # Elsewhere in memory, and seldom asked for.
+        candidates = traits[pixel, CANDIDATES] if before[3] <= end_us else -1.0
         filled = fire(interval, state, traits, rules, pixel, pixel, label, body_0, body_1, events, room, count)
         if filled > room:
             (
@@ -157,8 +158,9 @@ def _fire_marked(
                 state[pixel, LEAK_SLOPE],
                 state[pixel, CANDIDATE_US],
                 state[pixel, RESETS],
-                traits[pixel, CANDIDATES],
             ) = before
+            if candidates >= 0.0:
+                traits[pixel, CANDIDATES] = candidates
             break
         count = filled
         high, low, slope, due_us = fences(pixel, state, since_us)
