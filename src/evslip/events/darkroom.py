@@ -18,7 +18,6 @@ class Darkroom:
         self._develop = develop
         self._helper = ThreadPoolExecutor(1) if helper else None
         self._parts: list[Events | Future[Events]] = []
-        self._spare: Film | None = None
 
     def __enter__(self) -> "Darkroom":
         return self
@@ -28,16 +27,13 @@ class Darkroom:
             self._helper.shutdown()
 
     def take(self, film: Film) -> Film:
-        """Hand in a film. Returns one that continues where it ends, maybe the same."""
+        """Hand in a film. Returns one that continues where it ends: the same, or its other while this one is developed."""
         if self._helper is None:
             self._parts.append(self._develop(film))
             return film.follow(film)
         self._wait()
         self._parts.append(self._helper.submit(self._develop, film))
-        spare, self._spare = self._spare, film
-        if spare is None or spare.dtype != film.dtype or spare.length != film.length:
-            spare = Film(film.shape, film.dtype, film.length)
-        return spare.follow(film)
+        return film.other.follow(film)
 
     def prints(self) -> list[Events]:
         """The events of all films, in order."""

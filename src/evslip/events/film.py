@@ -48,7 +48,16 @@ class Film:
         self._masks = np.empty((0, self._pixels), np.uint8)
         self.changed = np.ones(groups, np.uint8)
         """Whether a pixel of a group changes anywhere on the film, or may do so: uint8 of shape (groups,)."""
+        self._other: Film | None = None
         self.clear()
+
+    @property
+    def other(self) -> "Film":
+        """A second film of the same kind, whose second film is this one; made when first asked for."""
+        if self._other is None:
+            self._other = Film(self.shape, self.dtype, self.length)
+            self._other._other = self
+        return self._other
 
     @property
     def dtype(self) -> np.dtype:
