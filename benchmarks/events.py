@@ -24,6 +24,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from unittest.mock import MagicMock
 
 import numpy as np
@@ -113,7 +114,7 @@ def measure(name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int, **ar
 
 
 def measure_wall(clip: np.ndarray, times_us: np.ndarray, repeat: int) -> tuple[float, float]:
-    """Mpixel/s of davis346 on one thread and on two, in turn, by the clock on the wall, which other programs lengthen."""
+    """Mpixel/s of davis346 on one thread and on two, in turn, by the clock on the wall: other programs disturb it."""
     size = (clip.shape[2], clip.shape[1])
     cameras = [EventCamera("davis346", size=size, intensity="uint8", threads=threads) for threads in (1, 2)]
     frames = list(zip(times_us, clip, strict=True))
@@ -149,7 +150,8 @@ def load_v2e(folder: Path):
 def measure_v2e(emulator, name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int) -> tuple[float, float]:
     """Mpixel/s of v2e, events per pixel and frame; clip: uint8."""
     model = PRESETS[name]
-    pixels, events = None, 0
+    pixels: Any = None
+    events = 0
 
     def prepare() -> None:
         nonlocal pixels

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from evslip.errors import DataError
 from evslip.events import CAUSES, EventCamera, Events, empty_events, measure_noise
+from evslip.events.calibrate import unrest
 from evslip.events.noise import PHOTO, normals, uniforms
 from evslip.events.pixel import next_noise
 from evslip.events.stream import HOT, LEAK, SHOT, SIGNAL
@@ -259,6 +260,15 @@ def test_noise_that_was_measured_comes_out_again():
     assert np.all(np.abs(measured - true) <= 4.5 * np.sqrt(true / 200))
     assert events.cause is not None
     assert set(events.cause) == {SHOT}
+
+
+def test_noise_is_told_from_motion():
+    still = follow(camera(300, shot_rate_hz=20.0, leak_rate_hz=0.0), [0, 1e7], np.full((2, 300), -0.5))
+    assert unrest(still, (300, 1)) == pytest.approx(1.0, abs=4 * math.sqrt(2 / 300))
+    # Half the pixels get brighter in the first half.
+    logs = np.full((3, 300), -0.5)
+    logs[0, :150] = -4.5
+    assert unrest(follow(camera(300, shot_rate_hz=20.0), [0, 5e6, 1e7], logs), (300, 1)) > 1.5
 
 
 def test_a_recording_that_holds_no_noise_is_refused():

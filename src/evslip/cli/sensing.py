@@ -10,6 +10,9 @@ from evslip.cli.pixels import PixelOptions, parameters_of
 from evslip.console import console, progress_bar
 from evslip.errors import ConfigError
 
+RESTLESS = 3.0
+"""A scene of more `unrest` is not still."""
+
 
 def events(
     clip: Positional[Path],
@@ -107,7 +110,7 @@ def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
         out: File to write, .npz: for `evslip events --noise-map`, or the camera's parameter noise_map.
     """
     from evslip.codecs import read_recording
-    from evslip.events.calibrate import check_noise_suffix, measure_noise, save_noise_map
+    from evslip.events.calibrate import check_noise_suffix, measure_noise, save_noise_map, unrest
 
     check_noise_suffix(out)
     record = read_recording(recording)
@@ -120,6 +123,12 @@ def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
     silent = float((rates.sum(0) == 0).mean())
     if silent > 0.5:
         console.print(f"{silent:.0%} of the pixels never fired: record for longer to measure them")
+    moved = unrest(record.events, record.size)
+    if moved > RESTLESS:
+        console.print(
+            f"note: the scene was not still: the pixels' counts differ {moved:.3g} times as much between the halves of "
+            "the recording as noise does; the rates contain what moved"
+        )
 
 
 def convert(

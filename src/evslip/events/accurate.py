@@ -19,7 +19,7 @@ CHANGING = ("glance", "current", "awake", "wake", "state", "traits", "noise")
 """What of the pixels changes from frame to frame."""
 Band = Callable[..., np.ndarray]
 BANDS = 6
-"""Bands of pixels for each thread."""
+"""Bands of pixels for each thread: some have more to do than others."""
 WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
 """Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the
 lower one must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
@@ -49,8 +49,7 @@ class AccuratePixels:
         self._dark = model.dark
         self._columns = shape[1]
         self._threads = threads
-        # Whole tiles: then events of equal time keep their order, however many bands there are. More bands than threads,
-        # since some have more to do than others.
+        # Whole tiles: then events of equal time keep their order, however many bands there are.
         tiles = -(-count // TILE)
         cuts = TILE * np.linspace(0, tiles, min(BANDS * threads if threads > 1 else 1, tiles) + 1).astype(int)
         self._bands = list(pairwise(np.minimum(cuts, count).tolist()))

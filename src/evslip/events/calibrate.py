@@ -32,6 +32,21 @@ def measure_noise(events: Events, size: tuple[int, int]) -> np.ndarray:
     return np.bincount(place, minlength=2 * height * width).reshape(2, height, width) / seconds
 
 
+def unrest(events: Events, size: tuple[int, int]) -> float:
+    """How much more the pixels' counts differ between the halves of a recording than chance allows.
+
+    The mean of (a - b)^2 / (a + b) of all pixels that fired, a and b being their counts: 1 for a Poisson process, as
+    noise is, less for a regular leak, far more where something moves or the light changes. events: one or more; size:
+    (width, height).
+    """
+    width, height = size
+    place = events.y.astype(np.int64) * width + events.x
+    cut = int(np.searchsorted(events.t_us, (events.t_us[0] + events.t_us[-1]) / 2))
+    first, second = (np.bincount(half, minlength=height * width) for half in (place[:cut], place[cut:]))
+    fired = first + second > 0
+    return float(np.mean((first - second)[fired] ** 2 / (first + second)[fired]))
+
+
 def save_noise_map(path: str | Path, noise_map: np.ndarray) -> None:
     """Write rates of shape (2, height, width), events/s, as .npz, atomically. Raises DataError, StorageError."""
     check_noise_suffix(path)

@@ -27,7 +27,7 @@ class Darkroom:
             self._helper.shutdown()
 
     def take(self, film: Film) -> Film:
-        """Hand in a film. Returns one that continues where it ends: the same, or its other while this one is developed."""
+        """Hand in a film. Returns one that continues where it ends: the same, or its other while this is developed."""
         if self._helper is None:
             self._parts.append(self._develop(film))
             return film.follow(film)

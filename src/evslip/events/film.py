@@ -17,7 +17,7 @@ def _differ(before: np.ndarray, after: np.ndarray, pair: int) -> int:
 
 @compiled(error_model="numpy")
 def _note_changes(before: np.ndarray, after: np.ndarray, pairs: int, changed: np.ndarray) -> None:
-    """Set the flags of groups that differ; before, after: images as words of 8 bytes, of which a group has `pairs` pairs."""
+    """Set the flags of groups that differ; before, after: images as words of 8 bytes; pairs: of words in a group."""
     if pairs == 1:
         for group in range(len(changed)):
             changed[group] |= np.uint8(_differ(before, after, group) != 0)

@@ -32,7 +32,9 @@ def checked_mask(bodies: Any, shape: tuple[int, int], time_us: float) -> np.ndar
     """A body mask, uint8 of the sensor's shape. Raises DataError."""
     bodies = np.asarray(bodies)
     if bodies.shape != shape or bodies.dtype != BYTE:
-        raise DataError(f"{_frame_at(time_us)}: bodies are {bodies.dtype} of shape {bodies.shape}, expected uint8 of {shape}")
+        raise DataError(
+            f"{_frame_at(time_us)}: bodies are {bodies.dtype} of shape {bodies.shape}, expected uint8 of {shape}"
+        )
     return bodies
 
 
@@ -40,7 +42,9 @@ def checked_image(image: Any, shape: tuple[int, int], intensity: Intensity, time
     """An image as uint8, float32 or float64. Raises DataError."""
     image = np.asarray(image)
     if image.shape != shape:
-        raise DataError(f"{_frame_at(time_us)}: the image's shape is {image.shape}, the camera's (height, width) is {shape}")
+        raise DataError(
+            f"{_frame_at(time_us)}: the image's shape is {image.shape}, the camera's (height, width) is {shape}"
+        )
     if image.dtype == BYTE and intensity != "linear":
         return image
     if image.dtype not in FLOATS:

@@ -1,7 +1,7 @@
 """What a sensor remembers of its pixels, how it begins, and for how long it may leave a pixel alone."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -141,7 +141,7 @@ def due_at_rest(log: float, high: float, slope: float, due_us: float) -> float:
 @compiled(error_model="numpy", inline="always")
 def first_to_wake(group: int, due_us: np.ndarray, awake: np.ndarray) -> float:
     """`Pixels.wake` of a group, from the pixels' own."""
-    first = np.float32(np.inf)
+    first: Any = np.float32(np.inf)
     for pixel in range(group * GROUP, min((group + 1) * GROUP, len(awake))):
         at = due_us[pixel] if awake[pixel] == 0 else np.float32(-np.inf)
         first = at if at < first else first

@@ -234,7 +234,9 @@ def fire(
             if math.isnan(reference):
                 while candidate_us < reset_us and candidate_us <= end_us:
                     traits[row, CANDIDATES] += 1.0
-                    candidate_us = next_candidate(rules, traits[row, RATE], pixel, int(traits[row, CANDIDATES]), candidate_us)
+                    candidate_us = next_candidate(
+                        rules, traits[row, RATE], pixel, int(traits[row, CANDIDATES]), candidate_us
+                    )
                 if reset_us > end_us:
                     break
                 w = min(max(w, (reset_us - start_us) / span), 1.0)

@@ -5,10 +5,9 @@ compared with ranges, and nothing else is computed of a pixel that does not fire
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-
 from numba.cpython.unsafe.numbers import trailing_zeros
 
 from evslip.compiled import compiled
@@ -21,6 +20,7 @@ from evslip.events.memory import Pixels, Scale, photocurrent_of
 from evslip.events.pixel import MEAN_LEAK, OFF, ON, RATE, REFERENCE, Rules, word_of
 from evslip.events.stream import SIGNAL
 
+_lowest_bit: Any = trailing_zeros
 STEPS = 1024
 """Steps a unit of ln in which bytes are looked up: those within one step of a fence are looked at too often."""
 
@@ -37,7 +37,7 @@ class Ranges(NamedTuple):
 class Bytes(NamedTuple):
     """The bytes within a range of logarithms."""
 
-    lightest: float
+    first: float
     """Logarithm at which the tables begin."""
     least: np.ndarray
     """The least byte whose logarithm is not below that of a step, int16 of shape (n,); 256: none."""
@@ -66,10 +66,10 @@ def _set_range(
     if scale.factor == 0.0:
         last = len(known.least) - 1.0
         # The step above the lower end, and the one below the upper.
-        from_step = min(max((bottom - known.lightest) * STEPS + 1.0, 0.0), last)
-        to_step = min(max((top - known.lightest) * STEPS, 0.0), last)
+        from_step = min(max((bottom - known.first) * STEPS + 1.0, 0.0), last)
+        to_step = min(max((top - known.first) * STEPS, 0.0), last)
         least, greatest = known.least[np.uint64(from_step)], known.greatest[np.uint64(to_step)]
-        within = least <= greatest and top >= known.lightest
+        within = least <= greatest and top >= known.first
         low[pixel], high[pixel] = (least, greatest) if within else (255, 0)
     else:
         low[pixel] = (math.exp(bottom) - scale.offset) / scale.factor
@@ -164,7 +164,7 @@ def _expose(
                 while word | after != 0:
                     if word == 0:
                         word, after, at = after, word, at + 8
-                    pixel = at + (trailing_zeros(word) >> 3)
+                    pixel = at + (_lowest_bit(word) >> 3)
                     word &= word - np.uint64(1)
                     reference, on, off = state[pixel, REFERENCE], state[pixel, ON], state[pixel, OFF]
                     if factor == 0.0:
