@@ -18,7 +18,7 @@ from evslip.events.traits import draw_traits, make_rules
 CHANGING = ("glance", "current", "awake", "wake", "state", "traits", "noise")
 """What of the pixels changes from frame to frame."""
 Band = Callable[..., np.ndarray]
-BANDS = 6
+BANDS = 5
 """Bands of pixels for each thread: some have more to do than others."""
 WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
 """Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the

@@ -21,7 +21,7 @@ from evslip.events.v2e import V2EPixels
 from evslip.frame import NO_BODY, Frame
 from evslip.params import Params
 
-CHUNK_FRAMES, CHUNK_BYTES = 32, 1 << 24
+CHUNK_FRAMES, CHUNK_BYTES = 32, 1 << 25
 """`run` works on so many frames at once, or on as many as fit into so many bytes."""
 
 Mode = Literal["accurate", "v2e"]
@@ -167,6 +167,8 @@ class EventCamera:
             try:
                 for t_us, image, *bodies in frames:
                     self._take(t_us, image, bodies[0] if bodies else None, CHUNK_FRAMES, develop)
+                    if darkroom.wants(self._film):
+                        develop()
             finally:
                 develop()
                 parts = darkroom.prints()
@@ -175,13 +177,12 @@ class EventCamera:
         return concatenate(parts)
 
     def _take(self, t_us: float, image: Any, bodies: Any, length: int, develop: Callable[[], object]) -> None:
-        """Put a frame on the film, after developing one that is full or of another type."""
+        """Put a frame on the film, after developing one of another type."""
         time_us, image, bodies = self._checked(t_us, image, bodies)
         length = max(1, min(length, CHUNK_BYTES // image.nbytes))
-        film = self._film
-        if film.count > 0 and (film.count == film.length or film.dtype != image.dtype):
-            develop()
         if self._film.dtype != image.dtype or self._film.length < length:
+            if self._film.count > 0:
+                develop()
             self._film = Film(self.shape, image.dtype, length).follow(self._film)
         if self._film.begun:
             self._film.add(time_us, image, bodies)

@@ -26,6 +26,11 @@ class Darkroom:
         if self._helper is not None:
             self._helper.shutdown()
 
+    def wants(self, film: Film) -> bool:
+        """Whether to hand in a film: when it is full, or the first a quarter full, while the helper has nothing to do."""
+        enough = film.length // 4 if self._helper is not None and not self._parts else film.length
+        return film.count >= max(enough, 1)
+
     def take(self, film: Film) -> Film:
         """Hand in a film. Returns one that continues where it ends: the same, or its other while this is developed."""
         if self._helper is None:
