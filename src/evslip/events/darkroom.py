@@ -27,7 +27,7 @@ class Darkroom:
             self._helper.shutdown()
 
     def wants(self, film: Film) -> bool:
-        """Whether to hand in a film: when it is full, or the first a quarter full, while the helper has nothing to do."""
+        """Whether to hand in a film: when it is full, or a quarter full and the first: the helper is idle."""
         enough = film.length // 4 if self._helper is not None and not self._parts else film.length
         return film.count >= max(enough, 1)
 
