@@ -1,4 +1,4 @@
-"""Arrays without reference counts, for the innermost loops.
+"""What the innermost loops need of the machine: arrays without reference counts, the place of a bit.
 
 A compiled function counts up the references of each array that it is given, and down again when it returns, with atomic
 instructions: in functions that are called for each event or each tile's frame, a tenth of the time.
@@ -7,6 +7,7 @@ instructions: in functions that are called for each event or each tile's frame, 
 from typing import Any
 
 from numba.core import cgutils, types
+from numba.cpython.unsafe.numbers import trailing_zeros
 from numba.extending import intrinsic
 
 
@@ -25,3 +26,5 @@ def _borrowed(_context: Any, array: Any) -> Any:
 
 
 borrowed: Any = intrinsic(_borrowed)
+lowest_bit: Any = trailing_zeros
+"""Number of the lowest bit that is set."""

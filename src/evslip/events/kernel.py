@@ -205,18 +205,19 @@ def expose(
     32-47, frame in 48-62).
     """
     work, noise = np.ones(glance.WORK, np.float32), np.zeros((2, TILE))
-    marks, runs, who = np.empty(TILE, np.uint8), np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
+    marks, due = np.empty(TILE, np.uint8), np.empty(GROUP, np.uint8)
+    runs, who = np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
     return _expose(
         images, changed, times_us, bodies, columns, first_pixel, last_pixel, scale.table, scale.logs,
         scale.table.astype(np.float32), scale.factor, scale.offset, since_us, pixels.glance, pixels.current,
-        pixels.awake, pixels.wake, pixels.state, pixels.traits, pixels.noise, work, noise, marks, runs, who, rules,
+        pixels.awake, pixels.wake, pixels.state, pixels.traits, pixels.noise, work, noise, marks, due, runs, who, rules,
     )  # fmt: skip
 
 
 @compiled(error_model="numpy")
 def _expose(
     images, changed, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset,
-    since_us, memory, current, awake, wake, state, traits, noise_memory, work, noise, marks, runs, who, rules,
+    since_us, memory, current, awake, wake, state, traits, noise_memory, work, noise, marks, due, runs, who, rules,
 ):  # fmt: skip
     images, times_us, bodies, table, logs = (
         borrowed(images), borrowed(times_us), borrowed(bodies), borrowed(table), borrowed(logs)
@@ -224,7 +225,7 @@ def _expose(
     small_table, memory, current, awake = borrowed(small_table), borrowed(memory), borrowed(current), borrowed(awake)
     state, traits, work, marks = borrowed(state), borrowed(traits), borrowed(work), borrowed(marks)
     changed, wake, due_us = borrowed(changed), borrowed(wake), borrowed(memory[DUE])
-    noise, runs, who = borrowed(noise), borrowed(runs), borrowed(who)
+    noise, due, runs, who = borrowed(noise), borrowed(due), borrowed(runs), borrowed(who)
     small_factor, small_offset = np.float32(factor), np.float32(offset)
     mark_words = marks.view(np.uint64)
     events, count = np.empty((ROOM, 2), np.int64), 0
@@ -237,7 +238,7 @@ def _expose(
     for first in range(first_pixel, last_pixel, TILE):
         last = min(first + TILE, last_pixel)
         found = lanes.choose(
-            changed, first, last, last_us, noisy, due_us, awake, wake, runs, who
+            changed, first, last, last_us, noisy, due_us, awake, wake, due, runs, who
         )  # fmt: skip
         width = np.int64(runs[found, 1])
         if width == 0:

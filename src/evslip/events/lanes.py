@@ -7,6 +7,7 @@ import numpy as np
 
 from evslip.compiled import compiled
 from evslip.events import glance
+from evslip.events.borrow import lowest_bit
 from evslip.events.film import GROUP
 from evslip.events.memory import GLANCE, due_at_rest, first_to_wake, photocurrent_of
 
@@ -15,6 +16,12 @@ AT = tuple(
     for at in (glance.CURRENT_0, glance.LAG, glance.REST, glance.HIGH, glance.LOW, glance.SLOPE, glance.DUE)
 )
 """Where the rows of `Pixels.glance` lie in the work array."""
+
+
+@compiled(error_model="numpy")
+def _find_due(due_us: np.ndarray, awake: np.ndarray, end_us: float, due: np.ndarray) -> None:
+    for i in range(len(due_us)):
+        due[i] = np.uint8(due_us[i] <= end_us) | awake[i]
 
 
 @compiled(error_model="numpy")
@@ -27,27 +34,38 @@ def choose(
     due_us: np.ndarray,
     awake: np.ndarray,
     wake: np.ndarray,
+    due: np.ndarray,
     runs: np.ndarray,
     who: np.ndarray,
 ) -> int:
     """Fill the lanes of a tile for some frames: pixels whose light changes, that are awake, or whose noise is due.
 
-    changed: see `Film`; end_us: end of the frames in microseconds after the beginning of the watch. runs: uint64 of
-    shape (TILE + 1, 2), filled with the first pixel and the first lane of each run of neighbours, then a run of none.
-    who: int64, the pixel of each lane. Returns the number of runs.
+    changed: see `Film`; end_us: end of the frames in microseconds after the beginning of the watch. due: uint8 of shape
+    (GROUP,), for scratch. runs: uint64 of shape (TILE + 1, 2), filled with the first pixel and the first lane of each
+    run of neighbours, then a run of none. who: int64, the pixel of each lane. Returns the number of runs.
     """
+    due_words = due.view(np.uint64)
     lanes = found = 0
     end = -1
     for group in range(first // GROUP, -(-last // GROUP)):
         at, until = group * GROUP, min((group + 1) * GROUP, last)
-        whole = everyone or changed[group] != 0
-        if not whole:
-            if wake[group] > end_us:
-                continue
+        if everyone or changed[group] != 0:
+            if end != at:
+                runs[found, 0], runs[found, 1] = at, lanes
+                found += 1
             for i in range(at, until):
-                whole |= awake[i] != 0
-        for i in range(at, until):
-            if whole or due_us[i] <= end_us:
+                who[lanes] = i
+                lanes += 1
+            end = until
+        elif wake[group] <= end_us:
+            _find_due(due_us[at:until], awake[at:until], end_us, due)
+            due[until - at :] = 0
+            word, after = due_words[0], due_words[1]
+            while word | after != 0:
+                if word == 0:
+                    word, after, at = after, word, at + 8
+                i = at + (lowest_bit(word) >> 3)
+                word &= word - np.uint64(1)
                 if end != i:
                     runs[found, 0], runs[found, 1] = i, lanes
                     found += 1

@@ -5,13 +5,12 @@ compared with ranges, and nothing else is computed of a pixel that does not fire
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba.cpython.unsafe.numbers import trailing_zeros
 
 from evslip.compiled import compiled
-from evslip.events.borrow import borrowed
+from evslip.events.borrow import borrowed, lowest_bit
 from evslip.events.crossing import straight_crossing
 from evslip.events.film import GROUP
 from evslip.events.glance import MARGIN, TILE
@@ -20,7 +19,6 @@ from evslip.events.memory import Pixels, Scale, photocurrent_of
 from evslip.events.pixel import MEAN_LEAK, OFF, ON, RATE, REFERENCE, Rules, word_of
 from evslip.events.stream import SIGNAL
 
-_lowest_bit: Any = trailing_zeros
 STEPS = 1024
 """Steps a unit of ln in which bytes are looked up: those within one step of a fence are looked at too often."""
 
@@ -164,7 +162,7 @@ def _expose(
                 while word | after != 0:
                     if word == 0:
                         word, after, at = after, word, at + 8
-                    pixel = at + (_lowest_bit(word) >> 3)
+                    pixel = at + (lowest_bit(word) >> 3)
                     word &= word - np.uint64(1)
                     reference, on, off = state[pixel, REFERENCE], state[pixel, ON], state[pixel, OFF]
                     if factor == 0.0:
