@@ -152,7 +152,7 @@ def evaluate(
     Args:
         models_and_data: Folders of models, then what to examine them on: a data set, a record, a folder of records, or
             a file of `evslip windows` (scores alone: alarms and circumstances need records).
-        out: Folder for the four files; default: the model's folder, of several models the folder `evaluation`.
+        out: Folder for the files; default: the model's folder, of several models the folder `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
         resamples: Resamples of the trajectories that the confidence intervals come from.
@@ -171,7 +171,7 @@ def evaluate(
         with progress_bar(f"evaluate {model.name}", len(exam) or None) as advance:
             found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, progress=advance))
     folder = out or (models[0] if len(models) == 1 else Path("evaluation"))
-    write_evaluation(folder, found)
+    write_evaluation(folder, found, exam)
     scores = found[0].scores
     console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {exam.name}")
     print_table(comparison_table(compare(found)))
@@ -183,21 +183,40 @@ def evaluate(
 
 
 def report(
-    dataset: Positional[Path], *, model: Path | None = None, windows: Path | None = None, out: Path | None = None
+    folder: Positional[Path],
+    *,
+    model: Path | None = None,
+    windows: Path | None = None,
+    compare: tuple[Path, ...] = (),
+    pictures: int = 60,
+    out: Path | None = None,
 ) -> None:
-    """Write one HTML page that shows a data set and, if given, a detector. It needs no network.
+    """Write one HTML page that shows a data set, a model or an evaluation. It needs no network.
 
     Args:
-        dataset: Folder of the data set, or of imported recordings, or one record.
-        model: Folder of a model trained on it.
-        windows: HDF5 file of its windows.
-        out: Page to write; default: report.html in the data set's folder.
+        folder: A data set, imported recordings, or one record; a model; or what `evslip evaluate` wrote.
+        model: Of a data set: folder of a model trained on it, or of its evaluation.
+        windows: Of a data set: HDF5 file of its windows.
+        compare: Of a data set: real recordings, files of events of any known format, to compare its events with.
+        pictures: Of a data set: most samples to draw in the gallery, which lists all.
+        out: Page to write; default: report.html in the folder.
     """
+    from evslip.codecs import read_recording
     from evslip.recordings import open_samples
-    from evslip.view.report import write_report
+    from evslip.view.report import is_model_or_evaluation, write_model_report, write_report
 
-    folder = dataset.parent if dataset.is_file() else dataset
-    page = write_report(out or folder / "report.html", open_samples(dataset), windows=windows, model_dir=model)
+    if pictures < 0:
+        raise ConfigError(f"pictures: {pictures} is out of range, expected 0 or more")
+    where = out or (folder.parent if folder.is_file() else folder) / "report.html"
+    if is_model_or_evaluation(folder):
+        given = {"model": model, "windows": windows, "compare": compare}
+        for name, value in given.items():
+            if value:
+                raise ConfigError(f"{name}: {folder} is no data set, to which alone {name} belongs")
+        console.print(f"report: {write_model_report(where, folder)}")
+        return
+    samples, real = open_samples(folder), [read_recording(path) for path in compare]
+    page = write_report(where, samples, windows, model, compare=real, most_pictures=pictures)
     console.print(f"report: {page}")
 
 

@@ -87,8 +87,8 @@ class Sample:
         return about
 
     def _facts(self) -> list[tuple[str, str]]:
-        from evslip.explorer.shelf import facts_of
         from evslip.units import tell
+        from evslip.view.facts import facts_of
 
         record = self.record
         facts = [
