@@ -82,6 +82,7 @@ def bars(
         down = [
             0.0 if end is None or not math.isfinite(h) else h - end[0] for h, end in zip(heights, ends, strict=True)
         ]
+        errors = {"type": "data", "array": up, "arrayminus": down, "thickness": 1.2, "width": 3, "color": GREY}
         traces.append(
             {
                 "type": "bar",
@@ -89,7 +90,7 @@ def bars(
                 "offsetgroup": name,
                 "x": list(labels),
                 "y": finite(heights),
-                "error_y": {"type": "data", "array": up, "arrayminus": down, "thickness": 1.2, "width": 3, "color": GREY},
+                "error_y": errors,
                 "marker": {"color": color(index)},
                 "hovertemplate": "%{x}: %{y:.3f}<extra>" + name + "</extra>",
             }

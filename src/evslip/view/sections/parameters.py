@@ -57,7 +57,7 @@ def _histogram(key: str, column: Mapping[str, Sequence[float]], lines: Sequence[
     unit, factor = unit_of(key), 1.0
     if unit in SMALL and np.abs(together).max() < 1:
         unit, factor = SMALL[unit]
-    edges = np.linspace(*(factor * np.array([together.min(), together.max()])), BINS + 1)
+    edges = np.linspace(factor * together.min(), factor * together.max(), BINS + 1)
     middles = (edges[1:] + edges[:-1]) / 2
     traces = [
         _bars(split, middles.tolist(), (np.histogram(factor * np.array(some), edges)[0] / max(1, len(some))).tolist())
