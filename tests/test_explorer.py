@@ -253,6 +253,14 @@ def test_a_port_in_use_is_named(samples: Path):
         explore(open_shelf(samples), port=0, show=print, model=samples / "none")
 
 
+def test_a_sample_says_the_label_of_the_data_set_and_doubts_it():
+    sample = simulated(0)  # it slips, and its made-up poses move
+    for label, doubts in (("slip", 0), ("hold", 1), ("", 0)):
+        facts = dict(Sample(sample, label).about()["facts"])
+        assert facts["label"] == (label or "slip")
+        assert len([name for name in facts if name == "doubt"]) == doubts
+
+
 def test_facts_of_a_still_object_are_zero():
     sample = simulated(1)
     assert sample.truth is not None

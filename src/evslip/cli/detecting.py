@@ -227,7 +227,7 @@ def detect(
     out: Path | None = None,
     hop_s: float = 0.02,
 ) -> None:
-    """Run a detector over a recording: slip probability over time as CSV and PNG.
+    """Run a detector over a recording: slip probability over time as CSV and PNG, beside the labels if it has any.
 
     Args:
         model: Folder of the model.
@@ -244,5 +244,5 @@ def detect(
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
     write_csv(detection, csv)
-    write_png(detection, png, title=recording.name, truth=record.truth)
+    write_png(detection, png, title=recording.name, truth=record.truth, intervals=record.intervals)
     console.print(f"{csv} and {png}: {detection.summary()}")

@@ -5,8 +5,9 @@ const number = (digits) => (value) => value == null ? "" : value.toLocaleString(
 const grams = (kg) => kg == null ? "" : number(1)(1000 * kg);
 const COLUMNS = [
   {key: "name", title: "sample", text: true},
-  {key: "split", title: "split", text: true},
   {key: "label", title: "label", text: true},
+  {key: "doubt", title: "doubts", text: true},
+  {key: "split", title: "split", text: true},
   {key: "mass_kg", title: "mass, g", show: grams},
   {key: "onset_mass_kg", title: "slips from, g", show: grams},
   {key: "onset_s", title: "onset, s", show: number(3)},
@@ -16,7 +17,6 @@ const COLUMNS = [
   {key: "motion", title: "motion", text: true},
   {key: "shape", title: "shape", text: true},
   {key: "texture", title: "texture", text: true},
-  {key: "doubt", title: "doubts", text: true},
 ];
 let items = [];
 let order = {key: "position", down: false};
@@ -58,6 +58,8 @@ function draw() {
   const found = shown();
   place("rows").replaceChildren(...found.map(row));
   place("count").textContent = `${found.length.toLocaleString("en")} of ${items.length.toLocaleString("en")} samples`;
+  const doubts = items.filter((item) => item.doubt).length;
+  place("doubts").textContent = doubts ? ` (${doubts.toLocaleString("en")})` : "";
 }
 
 function heads() {
