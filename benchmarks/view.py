@@ -2,8 +2,8 @@
 
 Makes a data set whose list is long (records with few events; their physics is that of sample 0) and one real sample of
 `simple` in a temporary folder, serves them, and drives a headless Chromium (on the path) with Playwright. Printed are
-medians and the slow ones of some runs by the clock: the first paint of the list, until all its rows stand there, and on a
-sample's page from a click into the curves until the new frame and its events are drawn.
+medians and the slow ones of some runs by the clock: the first paint of the list, until all its rows stand there, and on
+a sample's page from a click into the curves until the new frame and its events are drawn.
 """
 
 import argparse

@@ -65,6 +65,10 @@ def windows(
         samples = samples.split(split)
     if visualize is not None and not isinstance(samples, Dataset):
         raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
+    if visualize is not None:
+        from evslip.view.window_pictures import check_folder
+
+        check_folder(visualize)
     cut = samples.windows(settings)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from evslip import record
-from evslip.codecs import check_suffix, read_recording
+from evslip.codecs import check_suffix, is_record, raw_source, read_recording
 from evslip.dataset import sample_path
 from evslip.errors import DataError
 from evslip.record import Record
@@ -93,4 +93,6 @@ def open_recording(path: str | Path) -> Shelf:
     check_suffix(path)
     if not path.is_file():
         raise DataError(f"{path}: no such file; expected a recording")
+    if not is_record(path):
+        next(iter(raw_source(path).parts), None)  # what cannot be read is told before a page opens
     return Shelf(path.name, [Item(path, path.stem, "", "", None)])
