@@ -151,7 +151,7 @@ def evaluate(
     """Examine detectors on data that they have not been trained on, and compare them.
 
     Scores with confidence intervals, detected slips, false alarms and latency, accuracy by circumstances, cost:
-    printed, and written as JSON, as a page and as pictures.
+    printed, and written as JSON, as a page and as pictures, those of the worst windows too.
 
     Args:
         models_and_data: Folders of models, then what to examine them on: a data set, a record, a folder of records, or
@@ -183,7 +183,7 @@ def evaluate(
         print_table(list(zip(*alarm_table(found, short_names(found)), strict=True)))
     for note in dict.fromkeys(note for one in found for note in one.notes):
         console.print(f"note: {note}")
-    console.print(f"{folder / 'evaluation.html'}, evaluation.json, scores.png, circumstances.png")
+    console.print(f"{folder / 'evaluation.html'}, evaluation.json, scores.png, circumstances.png, failures/")
 
 
 def report(

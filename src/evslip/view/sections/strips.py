@@ -79,9 +79,9 @@ def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
     if record.truth is not None:
         angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
     alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
-    images = "".join(
-        f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">'
-        for image, what in ((frame, ""), (overlay(frame, events), ", with events"))
-    )
+    shown = [(overlay(frame, events), ", with events")]
+    if record.trajectory is not None or record.footage is not None:
+        shown.insert(0, (frame, ""))
+    images = "".join(f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">' for image, what in shown)
     caption = f"<b>{page.text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
     return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"
