@@ -5,9 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
-from evslip.codecs import read_events
+from evslip.codecs import read_events, write_events
+from sample_records import random_events
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -44,3 +47,12 @@ def test_another_simulator_joins(tmp_path):
     windows = [line.split()[2] for line in result.stdout.splitlines() if line.startswith("  ")]
     assert windows[:3] == ["hold"] * 3
     assert windows[-2:] == ["slip"] * 2
+
+
+def test_the_figures_of_the_paper_that_need_no_sample(tmp_path):
+    rng = np.random.default_rng(0)
+    write_events(tmp_path / "r.h5", random_events(rng, 2000, labelled=False), (40, 30))
+    result = example("paper_figures.py", tmp_path, "--only", 3, 8, "--real", tmp_path / "r.h5")
+    assert result.returncode == 0, result.stderr
+    for name in ("paper_3_flow_chart.jpg", "paper_8_real.jpg"):
+        assert np.asarray(Image.open(tmp_path / name)).std() > 5

@@ -15,7 +15,8 @@ from evslip.explorer.guard import MOST_BYTES
 from evslip.explorer.labels import Labels
 from evslip.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
 from evslip.explorer.serve import explore
-from evslip.explorer.shelf import facts_of, open_recording, open_shelf
+from evslip.explorer.shelf import open_recording, open_shelf
+from evslip.view.facts import facts_of
 from sample_records import CONFIG, random_events, simulated
 
 HOST = "127.0.0.1:8899"
@@ -78,8 +79,8 @@ def test_a_damaged_record_says_so_in_the_list(client: TestClient, samples: Path)
     path = dataset.sample_path(samples, "train", 1)
     path.write_bytes(path.read_bytes()[:1000])
     facts = client.get("/api/facts?first=0").json()
-    assert "0000001.h5" in facts[1]["error"]
-    assert "error" not in facts[0]
+    assert "0000001.h5" in facts[1]["doubt"]
+    assert "mass_kg" in facts[0] and "mass_kg" not in facts[1]
     answer = client.get("/api/samples/1")
     assert answer.status_code == 422
     assert "0000001.h5" in answer.text
@@ -250,6 +251,14 @@ def test_a_port_in_use_is_named(samples: Path):
         explore(open_shelf(samples), port=70_000, show=print, browser=False)
     with pytest.raises(DataError, match="no such folder"):
         explore(open_shelf(samples), port=0, show=print, model=samples / "none")
+
+
+def test_a_sample_says_the_label_of_the_data_set_and_doubts_it():
+    sample = simulated(0)  # it slips, and its made-up poses move
+    for label, doubts in (("slip", 0), ("hold", 1), ("", 0)):
+        facts = dict(Sample(sample, label).about()["facts"])
+        assert facts["label"] == (label or "slip")
+        assert len([name for name in facts if name == "doubt"]) == doubts
 
 
 def test_facts_of_a_still_object_are_zero():

@@ -49,10 +49,8 @@ def open_page(browser) -> Iterator:
     servers, messages = [], []
 
     def opening(shelf: Shelf, labels: Labels | None = None, size: tuple[int, int] = (1280, 800)):
-        hosts: list[str] = []
-        config = uvicorn.Config(
-            make_app(Explorer(shelf, labels=labels), hosts), port=0, log_level="warning", ws="none", lifespan="off"
-        )
+        guard = make_app(Explorer(shelf, labels=labels), [])
+        config = uvicorn.Config(guard, port=0, log_level="warning", ws="none", lifespan="off")
         server = uvicorn.Server(config)
         thread = threading.Thread(target=server.run)
         thread.start()
@@ -60,8 +58,7 @@ def open_page(browser) -> Iterator:
         while not server.started:
             time.sleep(0.01)
         address = f"127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
-        app = config.app
-        app._hosts = frozenset([address])
+        guard._hosts = frozenset([address])
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.on("console", lambda m: messages.append(m.text) if m.type == "error" else None)
         page.on("pageerror", lambda error: messages.append(str(error)))
@@ -105,13 +102,15 @@ def test_the_list_filters_sorts_and_completes(open_page, samples: Path):
     assert names() == ["train/0000000", "train/0000003"]
     page.select_option("#label", "")
     page.get_by_role("button", name="mass, g").click()
-    masses = [float(row.split("\t")[3]) for row in page.inner_text("#rows").splitlines()]
+    masses = [float(row.split("\t")[4]) for row in page.inner_text("#rows").splitlines()]
     assert masses == sorted(masses, reverse=True)
     page.fill("#filter", "no such thing")
     assert page.inner_text("#count") == "0 of 4 samples"
     page.fill("#filter", "")
     page.check("#doubtful")  # the made-up records' poses are noise
-    assert "but is called" in page.inner_text("#rows")
+    doubtful = page.inner_text("#rows").splitlines()
+    assert all("but is called" in row.split("\t")[2] for row in doubtful)
+    assert page.inner_text("#doubts") == f"({len(doubtful)})"
 
 
 @pytest.fixture

@@ -124,19 +124,27 @@ def test_the_page_shows_everything(tmp_path: Path, samples: Dataset, cut: Window
     cut.save(tmp_path / "w.h5")
     path = write_report(tmp_path / "out" / "r.html", samples, tmp_path / "w.h5", model_dir, picture=picture)
     page = Page(path)
-    assert set(page.figures) == {
+    parameters = {name for name in page.figures if name.startswith("parameter-")}
+    assert len(parameters) > 10
+    assert set(page.figures) - parameters == {
         "cloud-slip",
         "cloud-hold",
         "theta",
         "samples",
         "windows",
+        "rates",
+        "polarity",
+        "map",
+        "noise-map",
         "training-loss",
         "training-accuracy",
     }
     places = [a["data-figure"] for _, a in page.elements if "data-figure" in a]
     assert sorted(map(str, places)) == sorted(page.figures)
-    images = [a for tag, a in page.elements if tag == "img"]
+    pictures = [a for tag, a in page.elements if tag == "img"]
+    images = [a for a in pictures if "loading" not in a]
     assert len(images) == 2 * 2 * 5  # two samples, with and without events, five phases
+    assert len(pictures) - len(images) == 6  # a thumbnail of every sample
     for image in images:
         data = base64.b64decode(str(image["src"]).removeprefix("data:image/png;base64,"))
         assert Image.open(io.BytesIO(data)).size == (40, 30)
@@ -170,7 +178,8 @@ def test_names_cannot_become_markup(tmp_path: Path, samples: Dataset):
 def test_parts_without_data_are_left_out(tmp_path: Path):
     held = make(tmp_path / "held", {"train": range(1, 3)})
     page = Page(write_report(tmp_path / "r.html", held, picture=picture))
-    assert set(page.figures) == {"cloud-hold", "theta", "samples"}
+    names = {name for name in page.figures if not name.startswith("parameter-")}
+    assert names == {"cloud-hold", "theta", "samples", "rates", "polarity", "map", "noise-map"}
     assert "Training" not in page.text
     dataset.create(tmp_path / "empty", dump_config(CONFIG))
     page = Page(write_report(tmp_path / "r.html", open_dataset(tmp_path / "empty"), picture=picture))

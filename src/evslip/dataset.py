@@ -59,6 +59,10 @@ class Dataset:
         entry = self._simulated[position]
         return record.read(sample_path(self.root, entry["split"], entry["index"]), events)
 
+    def positions(self, names: Container[str]) -> list[int]:
+        """Where the simulated records of some names are."""
+        return [position for position, entry in enumerate(self._simulated) if entry["name"] in names]
+
     def split(self, name: str) -> "Dataset":
         """The part of one split. Raises DataError."""
         if name not in self.splits:

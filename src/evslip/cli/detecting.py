@@ -65,6 +65,10 @@ def windows(
         samples = samples.split(split)
     if visualize is not None and not isinstance(samples, Dataset):
         raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
+    if visualize is not None:
+        from evslip.view.window_pictures import check_folder
+
+        check_folder(visualize)
     cut = samples.windows(settings)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")
@@ -147,12 +151,12 @@ def evaluate(
     """Examine detectors on data that they have not been trained on, and compare them.
 
     Scores with confidence intervals, detected slips, false alarms and latency, accuracy by circumstances, cost:
-    printed, and written as JSON, as a page and as pictures.
+    printed, and written as JSON, as a page and as pictures, those of the worst windows too.
 
     Args:
         models_and_data: Folders of models, then what to examine them on: a data set, a record, a folder of records, or
             a file of `evslip windows` (scores alone: alarms and circumstances need records).
-        out: Folder for the four files; default: the model's folder, of several models the folder `evaluation`.
+        out: Folder for the files; default: the model's folder, of several models the folder `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
         resamples: Resamples of the trajectories that the confidence intervals come from.
@@ -171,7 +175,7 @@ def evaluate(
         with progress_bar(f"evaluate {model.name}", len(exam) or None) as advance:
             found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, progress=advance))
     folder = out or (models[0] if len(models) == 1 else Path("evaluation"))
-    write_evaluation(folder, found)
+    write_evaluation(folder, found, exam)
     scores = found[0].scores
     console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {exam.name}")
     print_table(comparison_table(compare(found)))
@@ -179,25 +183,44 @@ def evaluate(
         print_table(list(zip(*alarm_table(found, short_names(found)), strict=True)))
     for note in dict.fromkeys(note for one in found for note in one.notes):
         console.print(f"note: {note}")
-    console.print(f"{folder / 'evaluation.html'}, evaluation.json, scores.png, circumstances.png")
+    console.print(f"{folder / 'evaluation.html'}, evaluation.json, scores.png, circumstances.png, failures/")
 
 
 def report(
-    dataset: Positional[Path], *, model: Path | None = None, windows: Path | None = None, out: Path | None = None
+    folder: Positional[Path],
+    *,
+    model: Path | None = None,
+    windows: Path | None = None,
+    compare: tuple[Path, ...] = (),
+    pictures: int = 60,
+    out: Path | None = None,
 ) -> None:
-    """Write one HTML page that shows a data set and, if given, a detector. It needs no network.
+    """Write one HTML page that shows a data set, a model or an evaluation. It needs no network.
 
     Args:
-        dataset: Folder of the data set, or of imported recordings, or one record.
-        model: Folder of a model trained on it.
-        windows: HDF5 file of its windows.
-        out: Page to write; default: report.html in the data set's folder.
+        folder: A data set, imported recordings, or one record; a model; or what `evslip evaluate` wrote.
+        model: Of a data set: folder of a model trained on it, or of its evaluation.
+        windows: Of a data set: HDF5 file of its windows.
+        compare: Of a data set: real recordings, files of events of any known format, to compare its events with.
+        pictures: Of a data set: most samples to draw in the gallery, which lists all.
+        out: Page to write; default: report.html in the folder.
     """
+    from evslip.codecs import read_recording
     from evslip.recordings import open_samples
-    from evslip.view.report import write_report
+    from evslip.view.report import is_model_or_evaluation, write_model_report, write_report
 
-    folder = dataset.parent if dataset.is_file() else dataset
-    page = write_report(out or folder / "report.html", open_samples(dataset), windows=windows, model_dir=model)
+    if pictures < 0:
+        raise ConfigError(f"pictures: {pictures} is out of range, expected 0 or more")
+    where = out or (folder.parent if folder.is_file() else folder) / "report.html"
+    if is_model_or_evaluation(folder):
+        given = {"model": model, "windows": windows, "compare": compare}
+        for name, value in given.items():
+            if value:
+                raise ConfigError(f"{name}: {folder} is no data set, to which alone {name} belongs")
+        console.print(f"report: {write_model_report(where, folder)}")
+        return
+    samples, real = open_samples(folder), [read_recording(path) for path in compare]
+    page = write_report(where, samples, windows, model, compare=real, most_pictures=pictures)
     console.print(f"report: {page}")
 
 
@@ -208,7 +231,7 @@ def detect(
     out: Path | None = None,
     hop_s: float = 0.02,
 ) -> None:
-    """Run a detector over a recording: slip probability over time as CSV and PNG.
+    """Run a detector over a recording: slip probability over time as CSV and PNG, beside the labels if it has any.
 
     Args:
         model: Folder of the model.
@@ -225,5 +248,5 @@ def detect(
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
     write_csv(detection, csv)
-    write_png(detection, png, title=recording.name, truth=record.truth)
+    write_png(detection, png, title=recording.name, truth=record.truth, intervals=record.intervals)
     console.print(f"{csv} and {png}: {detection.summary()}")

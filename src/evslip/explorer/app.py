@@ -49,7 +49,9 @@ class Explorer:
     def __init__(self, shelf: Shelf, model: Path | None = None, labels: Labels | None = None):
         self.shelf, self.model, self.labels = shelf, model, labels
         self._opening = threading.Lock()
-        self._open = lru_cache(maxsize=OPEN_SAMPLES)(lambda position: Sample(shelf.read(position)))
+        self._open = lru_cache(maxsize=OPEN_SAMPLES)(
+            lambda position: Sample(shelf.read(position), shelf[position].label)
+        )
         self._answers = lru_cache(maxsize=8)(self._detect)
 
     def sample(self, request: Request) -> Sample:

@@ -27,8 +27,9 @@ LONGEST_US = 60_000_000
 class Sample:
     """A record with its pictures; safe to use from several threads."""
 
-    def __init__(self, record: Record):
-        self.record = record
+    def __init__(self, record: Record, label: str = ""):
+        """`label`: slip or hold, as the data set has it; default: as the record has it."""
+        self.record, self._label = record, label or record.label
         self._sight, self._lock = Sight(record), threading.Lock()
 
     @cached_property
@@ -87,8 +88,8 @@ class Sample:
         return about
 
     def _facts(self) -> list[tuple[str, str]]:
-        from evslip.explorer.shelf import facts_of
         from evslip.units import tell
+        from evslip.view.facts import doubt_of, facts_of
 
         record = self.record
         facts = [
@@ -99,8 +100,10 @@ class Sample:
         if record.params is None or record.truth is None:
             return facts
         params, known = record.params, facts_of(record)
+        doubt = doubt_of(self._label, known)
         return [
-            ("label", "hold" if record.truth.onset_us is None else "slip"),
+            ("label", self._label),
+            *([("doubt", doubt)] if doubt else []),
             ("mass", tell("_kg", known["mass_kg"])),
             ("onset mass", tell("_kg", known["onset_mass_kg"])),
             ("object", f"{known['shape']}, {known['texture']}"),

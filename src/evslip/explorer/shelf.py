@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from evslip import record
-from evslip.codecs import check_suffix, read_recording
+from evslip.codecs import check_suffix, is_record, raw_source, read_recording
 from evslip.dataset import sample_path
 from evslip.errors import DataError
 from evslip.record import Record
 from evslip.recordings import Recordings, open_samples
+from evslip.view.facts import doubt_of, facts_of
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,16 @@ class Shelf:
         return record.read(item.path, events) if item.split else read_recording(item.path)
 
     def facts(self, first: int, count: int) -> Iterator[dict[str, Any]]:
-        """What the files of some items say beyond the list: see `facts_of`. A file that cannot be read says why."""
+        """What the files of some items say beyond the list: see `facts_of`, and what makes them doubtful. A file that
+        cannot be read says why."""
         for position in range(max(0, first), min(first + count, len(self.items))):
-            if self.items[position].split:
+            item = self.items[position]
+            if item.split:
                 try:
-                    yield {"position": position, **facts_of(self.read(position, events=False))}
+                    facts = facts_of(self.read(position, events=False))
+                    yield {"position": position, **facts, "doubt": doubt_of(item.label, facts)}
                 except DataError as error:
-                    yield {"position": position, "error": str(error)}
+                    yield {"position": position, "doubt": str(error)}
 
 
 def open_shelf(path: str | Path) -> Shelf:
@@ -89,29 +93,6 @@ def open_recording(path: str | Path) -> Shelf:
     check_suffix(path)
     if not path.is_file():
         raise DataError(f"{path}: no such file; expected a recording")
+    if not is_record(path):
+        next(iter(raw_source(path).parts), None)  # what cannot be read is told before a page opens
     return Shelf(path.name, [Item(path, path.stem, "", "", None)])
-
-
-def facts_of(sample: Record) -> dict[str, Any]:
-    """What the list shows of a simulated sample: its mass and onset mass in kg, motion and shape, the onset in
-    seconds, and how far the object turned (degrees) and slid (mm) while it was held."""
-    from evslip.onset import onset_mass
-
-    params, truth = sample.params, sample.truth
-    assert params is not None and truth is not None  # a simulated record has both
-    held = truth.held
-    return {
-        "mass_kg": params.object.mass_kg,
-        "onset_mass_kg": float(onset_mass(params)),
-        "motion": params.motion.kind,
-        "shape": params.object.shape,
-        "texture": str(params.object.texture),
-        "onset_s": None if truth.onset_us is None else truth.onset_us / 1e6,
-        "turned_deg": _change(truth.theta_deg[held]),
-        "slid_mm": _change(truth.slide_mm[held]),
-    }
-
-
-def _change(values: Any) -> float:
-    """The largest distance of a value from the first one."""
-    return float(abs(values - values[0]).max()) if len(values) else 0.0

@@ -1,6 +1,6 @@
 """What a detector is examined on: a data set, a folder or file of records, or windows that were cut before."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -34,6 +34,15 @@ class Exam:
             yield from self.dataset
         for path in self.paths:
             yield records.read(path)
+
+    def named(self, names: Collection[str]) -> Iterator[Record]:
+        """The records of some names; of a data set, no other one is read."""
+        if self.dataset is not None:
+            yield from (self.dataset.read(position) for position in self.dataset.positions(names))
+        for path in self.paths:
+            record = records.read(path)
+            if record.name in names:
+                yield record
 
     def __len__(self) -> int:
         """Number of records."""

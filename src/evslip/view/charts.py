@@ -7,6 +7,8 @@ from typing import Any
 from evslip.view.figures import Figure
 
 PALETTE = ("#0a6fb0", "#e07b00", "#0a8f6c", "#7a5cc9", "#c0392b", "#5d6d7e", "#b8860b", "#d45087")
+GREY = "#8a8f98"
+"""Seen on light and on dark ground."""
 
 
 def color(index: int) -> str:
@@ -80,6 +82,7 @@ def bars(
         down = [
             0.0 if end is None or not math.isfinite(h) else h - end[0] for h, end in zip(heights, ends, strict=True)
         ]
+        errors = {"type": "data", "array": up, "arrayminus": down, "thickness": 1.2, "width": 3, "color": GREY}
         traces.append(
             {
                 "type": "bar",
@@ -87,7 +90,7 @@ def bars(
                 "offsetgroup": name,
                 "x": list(labels),
                 "y": finite(heights),
-                "error_y": {"type": "data", "array": up, "arrayminus": down, "thickness": 1.2, "width": 3},
+                "error_y": errors,
                 "marker": {"color": color(index)},
                 "hovertemplate": "%{x}: %{y:.3f}<extra>" + name + "</extra>",
             }
@@ -98,7 +101,7 @@ def bars(
                 "symbol": "diamond-open",
                 "size": 9,
                 "line": {"width": 2},
-                "color": color(index) if len(names) > 1 else "#222222",
+                "color": color(index) if len(names) > 1 else GREY,
             }
             label = points_name if len(names) == 1 else f"{name}: {points_name}"
             place = {"x": list(labels), "y": finite(heights), "offsetgroup": name}

@@ -3,7 +3,7 @@
 import io
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +31,7 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
     if path.suffix.lower() != ".png":
         raise ConfigError(f"plot: {str(path)!r} has no suffix .png")
     drawn = {split: [draw(config, index, split) for index in range(count)] for split, count in counts.items()}
-    columns = {key: {split: [_value(p, key) for p in some] for split, some in drawn.items()} for key in keys(config)}
+    columns = {key: {split: [value_of(p, key) for p in some] for split, some in drawn.items()} for key in keys(config)}
     varied = {key: column for key, column in columns.items() if len({v for some in column.values() for v in some}) > 1}
     if not varied:
         raise ConfigError("plot: nothing varies in this configuration")
@@ -58,9 +58,15 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
     return len(varied)
 
 
-def _value(params: Params, key: str) -> Any:
+def value_of(params: Params, key: str) -> Any:
+    """What a sample has under a key "section.name"."""
     section, name = key.split(".")
     return getattr(getattr(params, section), name)
+
+
+def grouping(names: Collection[str]) -> Callable[[str], str]:
+    """What to count names by: themselves or, where they are many, their families or folders."""
+    return str if len(names) <= MOST_BARS else lambda name: name.rpartition("-")[0] or Path(name).parent.name
 
 
 def _histogram(axis: Any, key: str, column: Mapping[str, Sequence[Any]]) -> None:
@@ -82,8 +88,8 @@ def _histogram(axis: Any, key: str, column: Mapping[str, Sequence[Any]]) -> None
 
 def _bars(axis: Any, column: Mapping[str, Sequence[str | None]]) -> None:
     """Shares of names; of many, shares of their families or folders."""
-    names = sorted({str(v) for some in column.values() for v in some})
-    group = str if len(names) <= MOST_BARS else lambda name: name.rpartition("-")[0] or Path(name).parent.name
+    names = {str(v) for some in column.values() for v in some}
+    group = grouping(names)
     labels = sorted({group(name) for name in names})
     for k, (split, values) in enumerate(column.items()):
         count = Counter(group(str(v)) for v in values)

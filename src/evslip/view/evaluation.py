@@ -11,19 +11,27 @@ import evslip
 from evslip import atomic
 from evslip.learn.alarms import ALLOWED_PER_MIN, Alarms, quantile
 from evslip.learn.assessment import Assessment, plain
+from evslip.learn.checkpoint import load_model
 from evslip.learn.comparison import FIGURES, Cell, Figure, Row, compare
+from evslip.learn.exam import Exam
 from evslip.learn.groups import Group
-from evslip.view import charts, page
+from evslip.learn.stored import FILE, FORMAT, VERSION
+from evslip.view import charts, failures, page
 from evslip.view.evaluation_plots import LATENCY_S, RATE_PER_MIN, write_circumstances_png, write_scores_png
+from evslip.view.failure_pictures import pictures
+from evslip.window_set import WindowSettings
 
-FORMAT, VERSION = "evslip evaluation", 1
 
-
-def write_evaluation(folder: Path, found: Sequence[Assessment]) -> None:
-    """evaluation.json, evaluation.html, scores.png and circumstances.png. Raises StorageError."""
+def write_evaluation(folder: Path, found: Sequence[Assessment], exam: Exam | None = None) -> None:
+    """evaluation.json, evaluation.html, scores.png, circumstances.png and, of what was examined, pictures of the worst
+    windows. Raises DataError, StorageError."""
     names = short_names(found)
-    write_json(folder / "evaluation.json", found)
-    write_evaluation_page(folder / "evaluation.html", found)
+    write_json(folder / FILE, found)
+    if exam is not None:
+        worst = [failure for one in found for failure in failures.worst(vars(one.scores))]
+        settings = WindowSettings() if exam.windows is not None else load_model(found[0].model)[1].windows
+        failures.save_pictures(folder / failures.FOLDER, pictures(exam, worst, settings))
+    write_evaluation_page(folder / "evaluation.html", found, failures.from_folder(folder / failures.FOLDER))
     write_scores_png(folder / "scores.png", found, names)
     write_circumstances_png(folder / "circumstances.png", found, names)
 
@@ -59,24 +67,29 @@ def cell_text(figure: Figure, cell: Cell) -> str:
     return text
 
 
-def write_evaluation_page(path: Path, found: Sequence[Assessment]) -> None:
-    """The page. Raises StorageError."""
-    names = short_names(found)
-    rows = compare(found)
+def write_evaluation_page(path: Path, found: Sequence[Assessment], show: failures.Show = lambda failure: None) -> None:
+    """The page; `show` gives pictures of windows. Raises StorageError."""
     first = found[0]
-    parts = [
-        page.section("Comparison", _comparison_note(first), _table(comparison_table(rows))),
-        _notes(found, names),
-        _scores(found, names),
-        _alarms(found, names),
-        *_groups(found, names),
-        _costs(found, names),
-    ]
     subtitle = (
         f"{first.scores.windows} windows of {first.scores.trajectories} trajectories: {first.data}. "
         f"Measured by evslip {evslip.__version__}."
     )
-    page.write_page(path, "evslip: detectors examined", subtitle, parts)
+    page.write_page(path, "evslip: detectors examined", subtitle, evaluation_parts(found, show))
+
+
+def evaluation_parts(found: Sequence[Assessment], show: failures.Show) -> list[str]:
+    """All sections about some detectors."""
+    names = short_names(found)
+    worst = [(n, one.scores.threshold, failures.worst(vars(one.scores))) for n, one in zip(names, found, strict=True)]
+    return [
+        page.section("Comparison", _comparison_note(found[0]), _table(comparison_table(compare(found)))),
+        _notes(found, names),
+        _scores(found, names),
+        _alarms(found, names),
+        failures.failures(worst, show),
+        *_groups(found, names),
+        _costs(found, names),
+    ]
 
 
 def short_names(found: Sequence[Assessment]) -> list[str]:

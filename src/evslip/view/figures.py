@@ -13,6 +13,7 @@ from evslip.view.pictures import OFF_COLOR, ON_COLOR
 
 Figure = dict[str, Any]
 SLIP_COLOR, HOLD_COLOR, OTHER_COLOR = "#e07b00", "#0a8f6c", "rgba(140,140,140,0.45)"
+UNKNOWN_COLOR = "#8a8f98"
 LEAST_DEG = 1e-3
 """Smaller angles are drawn as this one, which a logarithmic axis can show."""
 

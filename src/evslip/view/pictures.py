@@ -28,3 +28,8 @@ def data_uri(picture: np.ndarray) -> str:
     buffer = io.BytesIO()
     Image.fromarray(picture).save(buffer, "PNG", optimize=True)
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()
+
+
+def jpeg_uri(data: bytes) -> str:
+    """A JPEG file as a URI."""
+    return "data:image/jpeg;base64," + base64.b64encode(data).decode()

@@ -43,9 +43,13 @@ def write_rerun(
         stream = rr.RecordingStream("evslip", recording_id=path.stem, send_properties=False)
         stream.save(temporary)
         stream.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        pages = []
         for record in records:
             log_record(stream, record)
+            pages.append(_page(record))
             progress()
+        blueprint = rr.blueprint
+        stream.send_blueprint(blueprint.Blueprint(blueprint.Tabs(*pages), collapse_panels=True))
         stream.flush()
         stream.disconnect()
         with atomic.staged(path) as file, temporary.open("rb") as source:
@@ -73,6 +77,23 @@ def log_record(stream: Any, record: Record) -> None:
         if sight.is_there:
             stream.log(f"{view}/frame", _rerun().Image(sight.at(t_us)).compress(jpeg_quality=85))
         _log_events(stream, view, record, t_us)
+
+
+def _page(record: Record) -> Any:
+    """How the viewer lays a record out: frame and events, the scene, and the curves."""
+    from rerun import blueprint  # pyright: ignore[reportMissingImports] (an extra)
+
+    if record.trajectory is None:
+        return blueprint.Spatial2DView(origin=f"{record.name}/camera", name=record.name)
+    root = f"/{record.name}"
+    names = {"turned_deg": "turned, degrees", "slid_mm": "slid, mm", "pad_force_n": "force of the pads, N",
+             "friction_used": "share of friction in use"}  # fmt: skip
+    curves = [blueprint.TimeSeriesView(origin=f"{root}/{key}", name=title) for key, title in names.items()]
+    seen = blueprint.Spatial2DView(origin=f"{root}/world/hand/camera", name="frame and events")
+    scene = blueprint.Spatial3DView(origin=f"{root}/world", name="scene")
+    return blueprint.Horizontal(
+        blueprint.Vertical(seen, scene, row_shares=[3, 2]), blueprint.Vertical(*curves), name=record.name
+    )
 
 
 def _log_still(stream: Any, record: Record) -> None:

@@ -28,6 +28,12 @@ def name_of(windows: Windows, index: int) -> str:
     return f"{label}_{windows.rotation_deg[index]:07.3f}deg_{sample}_{int(windows.start_us[index]) // 1000:06d}ms"
 
 
+def check_folder(folder: Path) -> None:
+    """Raise DataError where a file is in the way."""
+    if folder.exists() and not folder.is_dir():
+        raise DataError(f"{folder}: is a file; expected a folder, new or not")
+
+
 def write_windows(
     folder: Path, windows: Windows, samples: Dataset, progress: Callable[[], None] = lambda: None
 ) -> None:
@@ -36,8 +42,7 @@ def write_windows(
     Windows must be of the data set's simulated samples. `progress` is called after each. Raises DataError,
     StorageError.
     """
-    if folder.exists() and not folder.is_dir():
-        raise DataError(f"{folder}: is a file; expected a folder, new or not")
+    check_folder(folder)
     for position, entry in enumerate(entry for entry in samples.entries if entry["kind"] == "simulated"):
         chosen = np.flatnonzero(windows.name == entry["name"])
         if len(chosen):

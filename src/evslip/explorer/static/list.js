@@ -1,13 +1,13 @@
 // The list of samples: filtered, sorted, and completed in the background by what the files say.
 import {complain, get, place} from "./page.js";
 
-const SLIP_DEG = 1, SLIP_MM = 2;
 const number = (digits) => (value) => value == null ? "" : value.toLocaleString("en", {maximumFractionDigits: digits});
 const grams = (kg) => kg == null ? "" : number(1)(1000 * kg);
 const COLUMNS = [
   {key: "name", title: "sample", text: true},
-  {key: "split", title: "split", text: true},
   {key: "label", title: "label", text: true},
+  {key: "doubt", title: "doubts", text: true},
+  {key: "split", title: "split", text: true},
   {key: "mass_kg", title: "mass, g", show: grams},
   {key: "onset_mass_kg", title: "slips from, g", show: grams},
   {key: "onset_s", title: "onset, s", show: number(3)},
@@ -17,20 +17,9 @@ const COLUMNS = [
   {key: "motion", title: "motion", text: true},
   {key: "shape", title: "shape", text: true},
   {key: "texture", title: "texture", text: true},
-  {key: "doubt", title: "doubts", text: true},
 ];
 let items = [];
 let order = {key: "position", down: false};
-
-// What contradicts a sample's label: how its object moved.
-function doubtOf(item) {
-  if (item.error) return item.error;
-  if (item.turned_deg == null) return "";
-  const moved = item.turned_deg >= SLIP_DEG || item.slid_mm >= SLIP_MM;
-  if (moved && item.label === "hold") return "moved, but is called hold";
-  if (!moved && item.label === "slip") return "hardly moved, but is called slip";
-  return "";
-}
 
 function shown() {
   const words = place("filter").value.toLowerCase().split(/\s+/).filter(Boolean);
@@ -69,6 +58,8 @@ function draw() {
   const found = shown();
   place("rows").replaceChildren(...found.map(row));
   place("count").textContent = `${found.length.toLocaleString("en")} of ${items.length.toLocaleString("en")} samples`;
+  const doubts = items.filter((item) => item.doubt).length;
+  place("doubts").textContent = doubts ? ` (${doubts.toLocaleString("en")})` : "";
 }
 
 function heads() {
@@ -98,7 +89,7 @@ async function start() {
   draw();
   for (let first = 0; first < items.length;) {
     const facts = await get(`/api/facts?first=${first}`);
-    for (const fact of facts) items[fact.position].doubt = doubtOf(Object.assign(items[fact.position], fact));
+    for (const fact of facts) Object.assign(items[fact.position], fact);
     if (!facts.length) break;
     first = facts.at(-1).position + 1;
     draw();

@@ -14,6 +14,7 @@ function facts(rows) {
     const cell = line.insertCell();
     cell.textContent = value;
     if (name === "label") cell.classList.add(value);
+    if (name === "doubt") cell.classList.add("warn");
   }
 }
 

@@ -1,0 +1,62 @@
+"""The picture of a detector's answers: what is known is shaded where it belongs."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from evslip.intervals import Interval
+from evslip.learn.stream import Detection
+from evslip.view.detection import write_csv, write_png
+from slip_records import slip_record, turning
+
+ORANGE, GREEN = (249, 229, 204), (206, 232, 226)
+"""#e07b00 and #0a8f6c, a fifth of each on white."""
+
+
+@pytest.fixture
+def silent() -> Detection:
+    """Of a recording from 10 s to 12 s of its own clock; it never says slip."""
+    t_us = np.arange(10_160_000, 12_000_001, 20_000)
+    return Detection(t_us, np.zeros(len(t_us), np.float32), np.zeros(len(t_us), np.int64), 0.5, 10_000_000)
+
+
+def columns_of(path: Path, color: tuple[int, int, int]) -> np.ndarray:
+    """In which columns of the picture's upper half a colour stands, as shares of the axes' width."""
+    picture = np.asarray(Image.open(io.BytesIO(path.read_bytes())).convert("RGB")).astype(int)
+    upper = picture[60:250]
+    close = (np.abs(upper - color) <= 3).all(axis=2).sum(axis=0) > 100
+    frame = np.flatnonzero((upper < 30).all(axis=2).sum(axis=0) > 150)
+    return (np.flatnonzero(close) - frame[0]) / (frame[-1] - frame[0])
+
+
+def test_labels_are_shaded_at_their_times(silent: Detection, tmp_path: Path):
+    intervals = (Interval(10_500_000, 11_000_000, "slip"), Interval(11_200_000, 11_800_000, "hold"))
+    write_png(silent, tmp_path / "a.png", "labelled", intervals=intervals)
+    shown = (10_160_000, 12_000_000)
+    for color, (start, end, _) in zip((ORANGE, GREEN), intervals, strict=True):
+        found = columns_of(tmp_path / "a.png", color)
+        wanted = [(t - shown[0]) / (shown[1] - shown[0]) for t in (start, end)]
+        assert [found.min(), found.max()] == pytest.approx(wanted, abs=0.01)
+
+
+def test_without_labels_the_true_slips_are_shaded(silent: Detection, tmp_path: Path):
+    truth = slip_record("a", turning(700, 1700, 20.0)).truth
+    assert truth is not None
+    truth = truth._replace(onset_us=10_500_000, episodes=(), t_us=truth.t_us + 10_000_000)
+    write_png(silent, tmp_path / "a.png", truth=truth)
+    assert columns_of(tmp_path / "a.png", ORANGE).min() == pytest.approx(0.34 / 1.84, abs=0.01)
+    write_png(silent, tmp_path / "b.png", truth=truth, intervals=[Interval(11_000_000, 11_500_000, "hold")])
+    assert not len(columns_of(tmp_path / "b.png", ORANGE))
+    write_png(silent, tmp_path / "c.png")
+    assert not len(columns_of(tmp_path / "c.png", ORANGE))
+
+
+def test_the_table_counts_from_the_first_event(silent: Detection, tmp_path: Path):
+    write_csv(silent, tmp_path / "a.csv")
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    assert lines[0] == "t_us,t_s,p_slip,slip,events"
+    assert lines[1] == "10160000,0.160000,0.000000,0,0"
+    assert len(lines) == 1 + len(silent.t_us)
