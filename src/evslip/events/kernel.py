@@ -13,7 +13,7 @@ import numpy as np
 
 from evslip.compiled import compiled
 from evslip.events import glance, lanes
-from evslip.events.borrow import borrowed
+from evslip.borrow import borrowed
 from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far
 from evslip.events.memory import GLANCE, HIGH, LOW, Pixels, Scale, fences

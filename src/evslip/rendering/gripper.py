@@ -7,6 +7,7 @@ import numpy as np
 from evslip.rendering import lanes, layers
 from evslip.rendering.ambient import irradiance, turned
 from evslip.rendering.casters import receive, shade, spread
+from evslip.rendering.extremes import larger, smaller
 from evslip.rendering.lanes import LANES, LIT, ONE, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, ZERO, U, V, W, f32, kernel
 from evslip.rendering.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
 from evslip.rendering.occlusion import block, describe_blockers
@@ -46,9 +47,9 @@ def shade_gripper(
         _light(S, n, own, albedo, lamp32, radius, power, shine, matrix)
         lit, first, last = ZERO, own[BODY, 0], own[BODY, 0]
         for i in range(n):
-            lit = max(lit, S[LIT + i])
+            lit = larger(lit, S[LIT + i])
+            first, last = smaller(first, own[BODY, i]), larger(last, own[BODY, i])
             S[PART + i] = own[BODY, i]
-            first, last = min(first, own[BODY, i]), max(last, own[BODY, i])
         if lit > ZERO:
             for k in range(casters.parts.size):
                 reception.kinds[k, 0] = first != last or casters.parts[k] != first

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from evslip.rendering.extremes import larger
 from evslip.rendering.lanes import (
     HALF,
     HIDDEN,
@@ -124,7 +125,7 @@ def take_in(S, n, part, outlined):
         S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
         S[SUM_HIDDEN + i] += hidden
         S[SUM_OUTLINED + i] += outlined * hidden
-        most = max(most, hidden)
+        most = larger(most, hidden)
     return most > ZERO
 
 

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from evslip.rendering.extremes import larger, smaller
 from evslip.rendering.lanes import (
     FADED,
     FRAC_X,
@@ -144,7 +145,7 @@ def sample_along(S, n, cells, fetched, levels):
         step = ONE / math.sqrt(max(ratio, ONE))
         S[TEXELS + i], S[TEX + i], S[MINOR_U + i] = ONE + THIRD * minor, ZERO, count
         S[MAJOR_U + i], S[MAJOR_V + i] = S[MAJOR_U + i] * step, S[MAJOR_V + i] * step
-        longest = max(longest, count)
+        longest = larger(longest, count)
     reach = math.ceil(HALF * longest - HALF)
     first, final = _levels_of(S, n, levels, ONE, EVENLY)
     for level in range(first, final + 1):
@@ -167,8 +168,7 @@ def _levels_of(S, n, levels, finer, flat):
     """First and last level that `_weigh` gives weight in any of n pixels."""
     narrowest, widest = S[TEXELS], S[TEXELS]
     for i in range(n):
-        narrowest = min(narrowest, S[TEXELS + i])
-        widest = max(widest, S[TEXELS + i])
+        narrowest, widest = smaller(narrowest, S[TEXELS + i]), larger(widest, S[TEXELS + i])
     last, first, texel = levels.shape[0] - 1, 0, ONE
     while first < last and FOUR * finer * texel <= narrowest:
         first += 1
