@@ -25,6 +25,7 @@ from evslip.rendering.lanes import (
     ZERO,
     blocks,
     f32,
+    formula,
     kernel,
     repeat_last,
 )
@@ -41,10 +42,10 @@ def backdrop(
     out, bodies, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
     surface_cells, surface_levels, tile_m, surface_ambient, gloss,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
-    casters, hidden, total, touched, full,
+    casters, seen, total, touched, full,
 ):  # fmt: skip
-    """Shade every pixel that the gripper (hidden, bool per pixel) and the object (total, touched, full of `cover_box`)
-    leave visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle
+    """Shade every pixel that the gripper (seen: `Layers.seen`) and the object (total, touched, full of `cover_box`) leave
+    visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle
     of the pixel there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
     height, width = out.shape
@@ -67,18 +68,18 @@ def backdrop(
     nodes = surface_nodes(S, width, height, camera, turn, focal, sphere_radius, origin, casters)
     _draw_tiles(
         out, bodies, S, fetched, (camera, turn, focal, sphere_radius, plane), surface, sphere,
-        (casters, receive(casters, axes, origin)), nodes, hidden, total, touched, full,
+        (casters, receive(casters, axes, origin)), nodes, seen, total, touched, full,
     )  # fmt: skip
 
 
 @kernel
-def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, hidden, total, touched, full):
+def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, seen, total, touched, full):
     out, bodies, S, fetched = borrowed(out), borrowed(bodies), borrowed(S), borrowed(fetched)
     view, surface, sphere, shadows = borrowed(view), borrowed(surface), borrowed(sphere), borrowed(shadows)
-    nodes, hidden, total = borrowed(nodes), borrowed(hidden), borrowed(total)
+    nodes, seen, total = borrowed(nodes), borrowed(seen), borrowed(total)
     touched, full = borrowed(touched), borrowed(full)
     height, width = out.shape
-    focal, towards, angle = view[2], sphere[7], sphere[8]
+    focal, towards, angle, reception = view[2], sphere[7], sphere[8], shadows[1]
     pixel = f32(1.0 / focal)
     for y0 in range(0, height, TILE_H):
         y1 = min(y0 + TILE_H, height)
@@ -87,36 +88,25 @@ def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, 
             shaded = _choose_casters(x0, y0, x1, y1, height, width, view, shadows)
             lamp_here = _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
             for row in range(y0, y1):
-                start = _first_seen(hidden, full, row, x0, x1)
-                while start < x1:
-                    past = _past_seen(hidden, full, row, start, x1)
-                    n = past - start
-                    _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched)
-                    _shade(S, blocks(n), fetched, pixel, surface, sphere, shadows[1], shaded, lamp_here)
-                    for i in range(n):
-                        out[row, start + i] = S[RESULT + i]
-                    for i in range(n):
-                        bodies[row, start + i] = 1 if S[GROUND + i] >= HALF else 0
-                    start = _first_seen(hidden, full, row, past, x1)
-
-
-@kernel
-def _first_seen(hidden, full, row, start, past):
-    """The first column from `start` on that gripper and object leave visible, or `past`."""
-    while start < past and (hidden[row, start] or full[row, 0] <= start < full[row, 1]):
-        start += 1
-    return start
-
-
-@kernel
-def _past_seen(hidden, full, row, start, past):
-    """The end of a run of columns: a gap shorter than a BLOCK is shaded in vain, which costs less than another run."""
-    last, column = start, start
-    while column < past and column - last <= BLOCK:
-        if not (hidden[row, column] or full[row, 0] <= column < full[row, 1]):
-            last = column
-        column += 1
-    return last + 1
+                for run in range(seen.shape[1]):
+                    if seen[row, run, 0] >= x1:
+                        break
+                    first, last = max(seen[row, run, 0], x0), min(seen[row, run, 1], x1)
+                    left, right = min(last, full[row, 0]), max(first, full[row, 1])
+                    if right - left < BLOCK:  # what is shaded in vain costs less than another run
+                        left = right = last
+                    for part in range(2):
+                        start, past = (first, left) if part == 0 else (right, last)
+                        if start >= past:
+                            continue
+                        n = past - start
+                        _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched)
+                        _shade(S, blocks(n), fetched, pixel, surface, sphere, reception, shaded, lamp_here)
+                        shades, marks = out[row, start:past], bodies[row, start:past]
+                        for i in range(shades.size):
+                            shades[i] = S[RESULT + i]
+                        for i in range(marks.size):
+                            marks[i] = 1 if S[GROUND + i] >= HALF else 0
 
 
 @kernel
@@ -125,7 +115,7 @@ def _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched):
     left, up = f32(start) + HALF - f32(width * 0.5), (f32(height * 0.5) - f32(row) - HALF) * pixel
     for i in range(n):
         S[RAY_X + i], S[RAY_Y + i], S[ROOM + i] = (f32(i) + left) * pixel, up, ONE
-    open_run(S, n, nodes, start, row)
+    open_run(S, n, nodes[1], start, row)
     for column in range(max(start, touched[row, 0]), min(start + n, touched[row, 1])):
         if total[row, column] > ZERO:
             i = column - start
@@ -134,7 +124,7 @@ def _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched):
             S[RAY_Y + i] -= shift_y * pixel
             S[ROOM + i] = ONE - total[row, column] + LEAST_ROOM
             at_x = (f32(column) + HALF + shift_x) * f32(1 / PITCH)
-            S[OPEN + i] = between(nodes, at_x, (f32(row) + HALF + shift_y) * f32(1 / PITCH))
+            S[OPEN + i] = between(nodes[0], at_x, (f32(row) + HALF + shift_y) * f32(1 / PITCH))
     repeat_last(S, RAY_X, n)
     repeat_last(S, RAY_Y, n)
     repeat_last(S, ROOM, n)
@@ -159,7 +149,7 @@ def uncovered_middle(total, row, column):
     return scale * x, scale * y
 
 
-@kernel
+@formula
 def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
     """RESULT and GROUND for n rays."""
     sphere_cells, sphere_levels, repetitions, radius, luminance, camera, turn, towards, angle, lamp_luminance = sphere

@@ -185,7 +185,8 @@ def _block_all(S, n, boxes, above):
 
 @kernel
 def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters):
-    """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin."""
+    """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin; and the
+    same for the middle of every column."""
     nodes = np.ones((height // PITCH + 2, width // PITCH + 2), np.float32)
     boxes, flat = describe_blockers(casters, np.eye(3), origin), nodes.reshape(-1)
     where, n, columns = np.empty(LANES, np.int64), 0, nodes.shape[1]
@@ -203,19 +204,22 @@ def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters
             for i in range(n):
                 flat[where[i]] = S[OPEN + i]
             n = 0
-    return nodes
+    rows = np.empty((nodes.shape[0], width), np.float32)
+    for j in range(nodes.shape[0]):
+        for x in range(width):
+            left, right = nodes[j, x // PITCH], nodes[j, x // PITCH + 1]
+            rows[j, x] = left + (right - left) * ((f32(x % PITCH) + HALF) / f32(PITCH))
+    return nodes, rows
 
 
 @kernel
-def open_run(S, n, nodes, column, row):
-    """OPEN of n pixels from `column` on in a row."""
-    share = (f32(row % PITCH) + HALF) / f32(PITCH)
-    upper, lower = nodes[row // PITCH], nodes[row // PITCH + 1]
-    for k in range(column // PITCH, (column + n - 1) // PITCH + 1):
-        left, right = upper[k] + share * (lower[k] - upper[k]), upper[k + 1] + share * (lower[k + 1] - upper[k + 1])
-        first, past = max(k * PITCH, column), min((k + 1) * PITCH, column + n)
-        for x in range(first, past):
-            S[OPEN + x - column] = left + (right - left) * ((f32(x - k * PITCH) + HALF) / f32(PITCH))
+def open_run(S, n, rows, column, row):
+    """OPEN of n pixels from `column` on in a row; rows: of `surface_nodes`."""
+    place = (f32(row) + HALF) * f32(1 / PITCH)
+    upper, lower = rows[int(place)], rows[int(place) + 1]
+    share = place - f32(int(place))
+    for i in range(n):
+        S[OPEN + i] = upper[column + i] + share * (lower[column + i] - upper[column + i])
 
 
 @kernel
