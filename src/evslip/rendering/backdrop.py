@@ -44,7 +44,7 @@ def backdrop(
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
     casters, seen, total, touched, full,
 ):  # fmt: skip
-    """Shade every pixel that the gripper (seen: `Layers.seen`) and the object (total, touched, full of `cover_box`) leave
+    """Shade every pixel that gripper (seen: `Layers.seen`) and object (total, touched, full of `cover_box`) leave
     visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle
     of the pixel there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """

@@ -12,7 +12,7 @@ from evslip.compiled import compiled
 LANES = 64
 """Length of a slot; the most pixels that a pass handles."""
 BLOCK = 16
-"""Pixels that one vector instruction handles. Passes are given whole blocks: the rest of a loop would run one by one."""
+"""Pixels that one vector instruction handles. Passes are given whole blocks: the rest of a loop runs one by one."""
 TILE_W, TILE_H = 64, 4
 """Tiles of the image for which shadow casters are culled; a tile's row is one chunk of the backdrop."""
 
@@ -72,4 +72,3 @@ def repeat_last(S, slot, n):
     """Fill up the last block of a slot of n pixels."""
     for i in range(n, blocks(n)):
         S[slot + i] = S[slot + n - 1]
-
