@@ -196,7 +196,7 @@ def shade(S, n, u, v, w, reach, reception, layered, joint_always):
     """
     begin_group(S, n)
     boxes, kinds, edges, starts, outlines, rims, joint, scratch = reception
-    radius, count = joint[15], 0
+    radius, count, hiding = joint[15], 0, 0
     for k in range(kinds.shape[0]):
         if kinds[k, 0] == 0 or not box_may_shadow(u, v, w, reach, boxes[k], radius):
             continue
@@ -207,15 +207,16 @@ def shade(S, n, u, v, w, reach, reception, layered, joint_always):
             own = edges[starts[o] : starts[o + 1]]
             if not shade_behind(S, n, u, v, w, reach, outlines[o], own, scratch[1], radius, layered):
                 continue
-        if take_in(S, n, f32(kinds[k, 2]), ONE if o >= 0 else ZERO):
-            scratch[0, count] = k
-            count += 1
+        hiding += take_in(S, n, f32(kinds[k, 2]), ONE if o >= 0 else ZERO)
+        # Also one that hides nothing of any point: what a point sees must not hang on its neighbours.
+        scratch[0, count] = k
+        count += 1
     wide = radius > WIDE * joint[12]
-    if (wide or joint_always) and (count > 1 or (wide and count > 0)):
+    if (wide or joint_always) and (hiding > 1 or (wide and hiding > 0)):
         first, last = overlap(S, n, wide)
         if first < last:
             join(S[first:], last - first, scratch[0], count, boxes, rims, kinds, joint)
-    if count > 0:
+    if hiding > 0:
         end_group(S, n)
 
 

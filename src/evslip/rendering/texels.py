@@ -72,6 +72,17 @@ def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
         image = halve(halve(image, 0), 1)
 
 
+def squared(image: np.ndarray, ratio: float) -> np.ndarray:
+    """An image (rows, columns) halved along one side until its texels are about square where it is `ratio` times as
+    wide as high: levels that halve both sides would blur the longer one of a texel."""
+    ratio *= image.shape[0] / image.shape[1]
+    while ratio < math.sqrt(0.5) and image.shape[1] > 1:
+        image, ratio = halve(image, 1), ratio * 2
+    while ratio > math.sqrt(2.0) and image.shape[0] > 1:
+        image, ratio = halve(image, 0), ratio / 2
+    return image
+
+
 def halve(image: np.ndarray, axis: int) -> np.ndarray:
     """Mean of neighbouring pairs along an axis."""
     first = [slice(None)] * image.ndim

@@ -44,6 +44,8 @@ WIDE = f32(0.06)
 than the lamp's cone hides more than the product of its wedges."""
 PER_DISC = f32(1 / np.pi)
 FAR, TINY = f32(1e6), f32(1e-9)
+SLIVER = f32(0.01)
+"""A box that covers less of a strip's width, in radii of the lamp, is left out: the gap to it would count."""
 HEIGHT = f32(2 / STRIPS)
 _RIMS = np.linspace(-1, 1, STRIPS + 1)
 _AREAS = (_RIMS * np.sqrt(1 - _RIMS**2) + np.arcsin(_RIMS)) / 2
@@ -245,7 +247,7 @@ def _add(S, n, at, boxed):
         S[BOXED + i] += TWO * half * boxed
         low, high = S[LOW + at + i], S[HIGH + at + i]
         gap_low, gap_high, lost = S[GAP_LOW + at + i], S[GAP_HIGH + at + i], S[LOST + at + i]
-        some, first = right > left, low > high
+        some, first = right - left > SLIVER, low > high
         # What is left of the gap on either side; of two remainders the larger one.
         below, above = min(left, gap_high) - gap_low, gap_high - max(right, gap_low)
         old = max(gap_high - gap_low, ZERO)
