@@ -5,6 +5,7 @@ from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.draws import draw
 from evslip.rendering.hand import LEFT, RIGHT, assemble, shadow_boxes
+from evslip.rendering.lanes import BLOCK
 from evslip.rendering.layers import BODY, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
 from evslip.rendering.openings import Openings
 
@@ -22,9 +23,25 @@ def layers(camera):
 def test_shares_fill_pixels_and_never_overfill(layers, camera):
     sums = np.add.reduceat(layers.fragments[SHARE].astype(float), layers.starts[:-1])
     assert sums.max() <= 1 + 1e-6 and sums.min() > 0
-    assert layers.hidden.sum() == np.sum(sums > 1 - 1e-6)
-    assert 0.03 < layers.hidden.mean() < 0.3
     assert np.all(np.diff(layers.pixels) > 0) and layers.pixels[-1] < camera.width * camera.height
+
+
+def test_runs_of_columns_leave_out_what_the_gripper_covers(layers, camera):
+    hidden = np.zeros((camera.height, camera.width), bool)
+    sums = np.add.reduceat(layers.fragments[SHARE].astype(float), layers.starts[:-1])
+    hidden.ravel()[layers.pixels[sums > 1 - 1e-6]] = True
+    assert 0.03 < hidden.mean() < 0.3
+    for row, runs in zip(hidden, layers.seen, strict=True):
+        runs = runs[runs[:, 0] < camera.width]
+        inside = np.zeros(camera.width, int)
+        for first, past in runs:
+            inside[first:past] += 1
+            assert not row[first] and not row[past - 1]
+        assert inside.max(initial=0) <= 1 and np.all(inside[~row] == 1)
+        gaps = np.flatnonzero(np.diff(np.concatenate([[0], row, [0]]).astype(int)) == -1) - np.flatnonzero(
+            np.diff(np.concatenate([[0], row, [0]]).astype(int)) == 1
+        )
+        assert np.sum(gaps >= BLOCK) == np.sum(np.diff(np.concatenate([[0], inside == 0, [0]]).astype(int)) == 1)
 
 
 def test_fragments_lie_on_the_rays_of_their_pixels(layers, camera):

@@ -72,7 +72,7 @@ def test_what_a_box_hides_of_the_sky_matches_rays(seed):
         assert value == pytest.approx(hidden(point, (0, 0, 1), [(turn, place, half)]), abs=0.006)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15, deadline=None, derandomize=True)
 @given(st.integers(0, 10**6))
 def test_a_box_half_below_the_horizon_hides_about_what_rays_say(seed):
     rng = np.random.default_rng(seed)
@@ -108,7 +108,7 @@ def scene():
 def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
     camera, poses, casters, params = scene
     eye, turn = poses.camera_position[0], poses.camera_rotation[0]
-    nodes = surface_nodes(
+    nodes, _ = surface_nodes(
         np.zeros(SCRATCH, np.float32), camera.width, camera.height, eye, turn, camera.focal_px,
         params.background.radius_m, np.zeros(3), casters,
     )  # fmt: skip
@@ -126,14 +126,17 @@ def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
     assert np.quantile(np.abs(errors), 0.95) < 0.07
 
 
-def test_openness_of_a_row_is_that_between_its_nodes():
-    rng = np.random.default_rng(1)
-    nodes = rng.uniform(size=(5, 7)).astype(np.float32)
+def test_openness_of_a_row_is_that_between_its_nodes(scene):
+    camera, poses, casters, params = scene
+    nodes, rows = surface_nodes(
+        np.zeros(SCRATCH, np.float32), camera.width, camera.height, poses.camera_position[0],
+        poses.camera_rotation[0], camera.focal_px, params.background.radius_m, np.zeros(3), casters,
+    )  # fmt: skip
     S = np.zeros(SCRATCH, np.float32)
     for row in (0, 7, 8, 29):
-        open_run(S, 32, nodes, 8, row)
+        open_run(S, 32, rows, 9, row)
         for i in range(32):
-            x, y = np.float32((8 + i + 0.5) / PITCH), np.float32((row + 0.5) / PITCH)
+            x, y = np.float32((9 + i + 0.5) / PITCH), np.float32((row + 0.5) / PITCH)
             assert S[OPEN + i] == pytest.approx(between(nodes, x, y), abs=1e-5)
 
 

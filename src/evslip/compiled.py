@@ -15,8 +15,8 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     Numba keeps a function's machine code for as long as the function's own file stays the same. But the code of the
     functions it calls is compiled into it: after an update of another file, it would go on running the old ones. Here
-    the cached code is valid for one content of all the files in the function's folder. Where no folder can be written,
-    nothing is kept. `options`: of njit.
+    the cached code is valid for one content of all the files in the function's folder, and of those here that take part
+    in compiling. Where no folder can be written, nothing is kept. `options`: of njit.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
@@ -34,6 +34,6 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 @cache
 def _digest(folder: Path) -> str:
     content = hashlib.sha256()
-    for path in sorted(folder.glob("*.py")):
+    for path in (*sorted(folder.glob("*.py")), Path(__file__), Path(__file__).with_name("borrow.py")):
         content.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return content.hexdigest()

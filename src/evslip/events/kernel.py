@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
+from evslip.borrow import borrowed
 from evslip.compiled import compiled
 from evslip.events import glance, lanes
-from evslip.events.borrow import borrowed
 from evslip.events.film import GROUP
 from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far

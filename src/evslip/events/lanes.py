@@ -7,7 +7,7 @@ import numpy as np
 
 from evslip.compiled import compiled
 from evslip.events import glance
-from evslip.events.borrow import lowest_bit
+from evslip.events.bits import lowest_bit
 from evslip.events.film import GROUP
 from evslip.events.memory import GLANCE, due_at_rest, first_to_wake, photocurrent_of
 

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evslip.borrow import borrowed
 from evslip.compiled import compiled
-from evslip.events.borrow import borrowed, lowest_bit
+from evslip.events.bits import lowest_bit
 from evslip.events.crossing import straight_crossing
 from evslip.events.film import GROUP
 from evslip.events.glance import MARGIN, TILE

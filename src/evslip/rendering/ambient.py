@@ -6,7 +6,7 @@ import numpy as np
 
 from evslip.rendering.lanes import f32, formula, kernel
 
-AZIMUTHS, ELEVATIONS = 128, 64
+AZIMUTHS, ELEVATIONS = 64, 32
 NORMALS, FINE = 400, 10000
 """Directions that the light is fitted for, and those that it is checked for."""
 LEAST = 2e-4

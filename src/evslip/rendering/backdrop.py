@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 
+from evslip.borrow import borrowed
 from evslip.rendering.casters import NO_PART, aim, around, receive, shade, spread
+from evslip.rendering.extremes import larger, smaller
 from evslip.rendering.lanes import (
+    BLOCK,
     GROUND,
     HALF,
     LANES,
@@ -20,8 +23,11 @@ from evslip.rendering.lanes import (
     TILE_H,
     TILE_W,
     ZERO,
+    blocks,
     f32,
+    formula,
     kernel,
+    repeat_last,
 )
 from evslip.rendering.occlusion import PITCH, between, open_run, surface_nodes
 from evslip.rendering.plane import PLANE, describe, light_plane, meet_plane, reflect, reflect_below_horizon
@@ -36,78 +42,93 @@ def backdrop(
     out, bodies, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
     surface_cells, surface_levels, tile_m, surface_ambient, gloss,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
-    casters, hidden, total, touched, full,
+    casters, seen, total, touched, full,
 ):  # fmt: skip
-    """Shade every pixel that the gripper (hidden, bool per pixel) and the object (total, touched, full of `cover_box`)
-    leave visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle
+    """Shade every pixel that gripper (seen: `Layers.seen`) and object (total, touched, full of `cover_box`) leave
+    visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle
     of the pixel there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
     height, width = out.shape
-    pixel = f32(1.0 / focal)
     # The plane's origin lies below the camera on a whole repetition of the texture, so that float32 suffices.
     origin = np.array([math.floor(camera[0] / tile_m) * tile_m, math.floor(camera[1] / tile_m) * tile_m, 0.0])
     axes = np.eye(3)
     plane = np.zeros(PLANE)
     describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp)
-    plane32, camera32, turn32 = plane.astype(np.float32), camera.astype(np.float32), turn.astype(np.float32)
     towards, angle = _bearing(camera, turn, lamp, lamp_radius)
-
     surface = (
         surface_cells, surface_levels, f32(1.0 / tile_m), f32(surface_ambient), f32(gloss),
-        f32(lamp_luminance * lamp_radius**2), f32(lamp_radius), plane32,
+        f32(lamp_luminance * lamp_radius**2), f32(lamp_radius), plane.astype(np.float32),
     )  # fmt: skip
     sphere = (
         sphere_cells, sphere_levels, f32(repetitions), f32(sphere_radius), f32(sphere_luminance),
-        camera32, turn32, towards, angle, f32(lamp_luminance),
+        camera.astype(np.float32), turn.astype(np.float32), towards, angle, f32(lamp_luminance),
     )  # fmt: skip
-    shadows = (casters, receive(casters, axes, origin))
     for i in range(LANES):
         S[PART + i] = f32(NO_PART)
     nodes = surface_nodes(S, width, height, camera, turn, focal, sphere_radius, origin, casters)
-    where = np.empty(LANES, np.int64)
-    flat = out.reshape(-1)
+    _draw_tiles(
+        out, bodies, S, fetched, (camera, turn, focal, sphere_radius, plane), surface, sphere,
+        (casters, receive(casters, axes, origin)), nodes, seen, total, touched, full,
+    )  # fmt: skip
+
+
+@kernel
+def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, seen, total, touched, full):
+    out, bodies, S, fetched = borrowed(out), borrowed(bodies), borrowed(S), borrowed(fetched)
+    view, surface, sphere, shadows = borrowed(view), borrowed(surface), borrowed(sphere), borrowed(shadows)
+    nodes, seen, total = borrowed(nodes), borrowed(seen), borrowed(total)
+    touched, full = borrowed(touched), borrowed(full)
+    height, width = out.shape
+    focal, towards, angle, reception = view[2], sphere[7], sphere[8], shadows[1]
+    pixel = f32(1.0 / focal)
     for y0 in range(0, height, TILE_H):
         y1 = min(y0 + TILE_H, height)
         for x0 in range(0, width, TILE_W):
             x1 = min(x0 + TILE_W, width)
-            shaded = _choose_casters(
-                x0, y0, x1, y1, height, width, camera, turn, focal, sphere_radius, plane, shadows,
-            )  # fmt: skip
+            shaded = _choose_casters(x0, y0, x1, y1, height, width, view, shadows)
             lamp_here = _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
             for row in range(y0, y1):
-                if (full[row, 0] <= x0 and full[row, 1] >= x1) or _all_hidden(hidden, row, x0, x1):
-                    continue
-                for i in range(x1 - x0):
-                    S[RAY_X + i] = (f32(x0 + i) + f32(0.5) - f32(width * 0.5)) * pixel
-                    S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - f32(0.5)) * pixel
-                    S[ROOM + i] = ONE
-                open_run(S, x1 - x0, nodes, x0, row)
-                _shade(S, x1 - x0, fetched, pixel, surface, sphere, shadows[1], shaded, lamp_here)
-                for i in range(x1 - x0):
-                    out[row, x0 + i] = S[RESULT + i]
-                    bodies[row, x0 + i] = 1 if S[GROUND + i] >= f32(0.5) else 0
-            n = 0
-            for row in range(y0, y1):
-                for column in range(max(x0, touched[row, 0]), min(x1, touched[row, 1])):
-                    if full[row, 0] <= column < full[row, 1] or hidden[row, column]:
-                        continue
-                    shift_x, shift_y = uncovered_middle(total, row, column)
-                    S[RAY_X + n] = (f32(column) + f32(0.5) + shift_x - f32(width * 0.5)) * pixel
-                    S[RAY_Y + n] = (f32(height * 0.5) - f32(row) - f32(0.5) - shift_y) * pixel
-                    S[ROOM + n] = ONE - total[row, column] + LEAST_ROOM
-                    at_x = (f32(column) + HALF + shift_x) * f32(1 / PITCH)
-                    S[OPEN + n] = between(nodes, at_x, (f32(row) + HALF + shift_y) * f32(1 / PITCH))
-                    where[n] = row * width + column
-                    n += 1
-                    if n == LANES:
-                        _shade(S, n, fetched, pixel, surface, sphere, shadows[1], shaded, lamp_here)
-                        for i in range(n):
-                            flat[where[i]] = S[RESULT + i]
-                        n = 0
-            if n > 0:
-                _shade(S, n, fetched, pixel, surface, sphere, shadows[1], shaded, lamp_here)
-                for i in range(n):
-                    flat[where[i]] = S[RESULT + i]
+                for run in range(seen.shape[1]):
+                    if seen[row, run, 0] >= x1:
+                        break
+                    first, last = max(seen[row, run, 0], x0), min(seen[row, run, 1], x1)
+                    left, right = min(last, full[row, 0]), max(first, full[row, 1])
+                    if right - left < BLOCK:  # what is shaded in vain costs less than another run
+                        left = right = last
+                    for part in range(2):
+                        start, past = (first, left) if part == 0 else (right, last)
+                        if start >= past:
+                            continue
+                        n = past - start
+                        _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched)
+                        _shade(S, blocks(n), fetched, pixel, surface, sphere, reception, shaded, lamp_here)
+                        shades, marks = out[row, start:past], bodies[row, start:past]
+                        for i in range(shades.size):
+                            shades[i] = S[RESULT + i]
+                        for i in range(marks.size):
+                            marks[i] = 1 if S[GROUND + i] >= HALF else 0
+
+
+@kernel
+def _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched):
+    """RAY, ROOM and OPEN of n pixels of a row; the last one's is repeated to fill up the block."""
+    left, up = f32(start) + HALF - f32(width * 0.5), (f32(height * 0.5) - f32(row) - HALF) * pixel
+    for i in range(n):
+        S[RAY_X + i], S[RAY_Y + i], S[ROOM + i] = (f32(i) + left) * pixel, up, ONE
+    open_run(S, n, nodes[1], start, row)
+    for column in range(max(start, touched[row, 0]), min(start + n, touched[row, 1])):
+        if total[row, column] > ZERO:
+            i = column - start
+            shift_x, shift_y = uncovered_middle(total, row, column)
+            S[RAY_X + i] += shift_x * pixel
+            S[RAY_Y + i] -= shift_y * pixel
+            S[ROOM + i] = ONE - total[row, column] + LEAST_ROOM
+            at_x = (f32(column) + HALF + shift_x) * f32(1 / PITCH)
+            S[OPEN + i] = between(nodes[0], at_x, (f32(row) + HALF + shift_y) * f32(1 / PITCH))
+    repeat_last(S, RAY_X, n)
+    repeat_last(S, RAY_Y, n)
+    repeat_last(S, ROOM, n)
+    repeat_last(S, OPEN, n)
 
 
 @kernel
@@ -128,15 +149,14 @@ def uncovered_middle(total, row, column):
     return scale * x, scale * y
 
 
-@kernel
+@formula
 def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
     """RESULT and GROUND for n rays."""
     sphere_cells, sphere_levels, repetitions, radius, luminance, camera, turn, towards, angle, lamp_luminance = sphere
     meet_sphere(S, n, turn, camera, radius, pixel)
     lowest, highest = ENDLESS, -ENDLESS
     for i in range(n):
-        lowest = min(lowest, S[GROUND + i])
-        highest = max(highest, S[GROUND + i])
+        lowest, highest = smaller(lowest, S[GROUND + i]), larger(highest, S[GROUND + i])
     if lowest < ONE:
         aspect = sphere_levels[0, 1] / sphere_levels[0, 2]
         horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
@@ -176,11 +196,10 @@ def _look_below_horizon(S, n, turn, pixel):
 
 
 @kernel
-def _choose_casters(
-    x0, y0, x1, y1, height, width, camera, turn, focal, sphere_radius, plane, shadows
-):  # fmt: skip
+def _choose_casters(x0, y0, x1, y1, height, width, view, shadows):
     """Find the casters that can shadow the surface in a tile, and how a pixel there steps each one's shadow. Returns
     whether there are any."""
+    camera, turn, focal, sphere_radius, plane = view
     casters, reception = shadows
     reception.kinds[:, 0] = 0
     points = np.empty((5, 3))
@@ -241,11 +260,3 @@ def _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal):
     margin = 1.2 * focal * math.tan(angle) / ahead**2 + 2.0
     x, y = width * 0.5 + focal * towards[0] / ahead, height * 0.5 - focal * towards[1] / ahead
     return x0 - margin < x < x1 + margin and y0 - margin < y < y1 + margin
-
-
-@kernel
-def _all_hidden(hidden, row, x0, x1):
-    for column in range(x0, x1):  # noqa: SIM110 (a plain loop compiles to less)
-        if not hidden[row, column]:
-            return False
-    return True

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evslip.rendering.extremes import larger, smaller
 from evslip.rendering.lanes import HALF, ONE, ZERO, U, V, W, f32, kernel
 from evslip.rendering.outline import PIXEL_BLUR, shade_behind
 from evslip.rendering.shadow import (
@@ -22,7 +23,7 @@ from evslip.rendering.shadow import (
     pixel_steps,
     take_in,
 )
-from evslip.rendering.union import EDGES, WIDE, edges_of, join, overlaps
+from evslip.rendering.union import EDGES, WIDE, edges_of, join, overlap
 
 OBJECT_PART, ARM_PART, NO_PART = 3, 4, 255
 """Numbers of bodies after those of the gripper in `hand`; the last one has no caster."""
@@ -195,7 +196,7 @@ def shade(S, n, u, v, w, reach, reception, layered, joint_always):
     """
     begin_group(S, n)
     boxes, kinds, edges, starts, outlines, rims, joint, scratch = reception
-    radius, count = joint[15], 0
+    radius, count, hiding = joint[15], 0, 0
     for k in range(kinds.shape[0]):
         if kinds[k, 0] == 0 or not box_may_shadow(u, v, w, reach, boxes[k], radius):
             continue
@@ -206,13 +207,16 @@ def shade(S, n, u, v, w, reach, reception, layered, joint_always):
             own = edges[starts[o] : starts[o + 1]]
             if not shade_behind(S, n, u, v, w, reach, outlines[o], own, scratch[1], radius, layered):
                 continue
-        if take_in(S, n, f32(kinds[k, 2]), ONE if o >= 0 else ZERO):
-            scratch[0, count] = k
-            count += 1
+        hiding += take_in(S, n, f32(kinds[k, 2]), ONE if o >= 0 else ZERO)
+        # Also one that hides nothing of any point: what a point sees must not hang on its neighbours.
+        scratch[0, count] = k
+        count += 1
     wide = radius > WIDE * joint[12]
-    if (wide or joint_always) and (count > 1 or (wide and count > 0)) and overlaps(S, n, wide):
-        join(S, n, scratch[0], count, boxes, rims, kinds, joint)
-    if count > 0:
+    if (wide or joint_always) and (hiding > 1 or (wide and hiding > 0)):
+        first, last = overlap(S, n, wide)
+        if first < last:
+            join(S[first:], last - first, scratch[0], count, boxes, rims, kinds, joint)
+    if hiding > 0:
         end_group(S, n)
 
 
@@ -222,9 +226,9 @@ def around(S, n):
     of shadows at its rim."""
     low_u, high_u, low_v, high_v, low_w, high_w = S[U], S[U], S[V], S[V], S[W], S[W]
     for i in range(n):
-        low_u, high_u = min(low_u, S[U + i]), max(high_u, S[U + i])
-        low_v, high_v = min(low_v, S[V + i]), max(high_v, S[V + i])
-        low_w, high_w = min(low_w, S[W + i]), max(high_w, S[W + i])
+        low_u, high_u = smaller(low_u, S[U + i]), larger(high_u, S[U + i])
+        low_v, high_v = smaller(low_v, S[V + i]), larger(high_v, S[V + i])
+        low_w, high_w = smaller(low_w, S[W + i]), larger(high_w, S[W + i])
     du, dv, dw = high_u - low_u, high_v - low_v, high_w - low_w
     reach = f32(0.6) * math.sqrt(du * du + dv * dv + dw * dw) + f32(0.005)
     return HALF * (low_u + high_u), HALF * (low_v + high_v), HALF * (low_w + high_w), reach

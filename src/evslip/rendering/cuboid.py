@@ -1,7 +1,5 @@
 """The object as a box."""
 
-import math
-
 import numpy as np
 
 from evslip import textures
@@ -15,7 +13,7 @@ from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline
 from evslip.rendering.setting import Setting, channel_of
 from evslip.rendering.solid import draw_solid
-from evslip.rendering.texels import bake, halve
+from evslip.rendering.texels import bake, squared
 
 
 class Cuboid:
@@ -61,18 +59,11 @@ class Cuboid:
 
 
 def bake_faces(image: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The whole texture on every face of a box. Each pair of faces has a pyramid of its own, narrowed until its texels
-    are about square on the face: a square pyramid would blur the longer side."""
+    """The whole texture on every face of a box. Each pair of faces has a pyramid of its own."""
     cells, levels, starts, total = [], [], [0], 0
     for axis in range(3):
         up = 1 if axis == 2 else 2
-        ratio = sides[3 - axis - up] / sides[up]
-        face = image
-        while ratio < math.sqrt(0.5) and face.shape[1] > 1:
-            face, ratio = halve(face, 1), ratio * 2
-        while ratio > math.sqrt(2.0) and face.shape[0] > 1:
-            face, ratio = halve(face, 0), ratio / 2
-        own_cells, own_levels = bake(face, wrap=False)
+        own_cells, own_levels = bake(squared(image, sides[3 - axis - up] / sides[up]), wrap=False)
         own_levels[:, 0] += total
         cells.append(own_cells)
         levels.append(own_levels)

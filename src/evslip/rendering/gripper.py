@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 
+from evslip.borrow import borrowed
 from evslip.rendering import lanes, layers
 from evslip.rendering.ambient import irradiance, turned
 from evslip.rendering.casters import receive, shade, spread
+from evslip.rendering.extremes import larger, smaller
 from evslip.rendering.lanes import LANES, LIT, ONE, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, ZERO, U, V, W, f32, kernel
 from evslip.rendering.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
-from evslip.rendering.occlusion import block, describe_blockers
+from evslip.rendering.occlusion import block, describe_blockers, faces_any
 from evslip.rendering.shadow import BOX, describe_box, risen
 
 TOUCHING_M = 0.0015
@@ -24,6 +26,8 @@ def shade_gripper(
 
     albedo: row of the fragments' colour. A part of the gripper casts no shadow on itself.
     """
+    values, S, fragments, bounds = borrowed(values), borrowed(S), borrowed(fragments), borrowed(bounds)
+    casters = borrowed(casters)
     lamp_here, away = np.zeros(3), 0.0
     for k in range(3):
         for j in range(3):
@@ -46,9 +50,9 @@ def shade_gripper(
         _light(S, n, own, albedo, lamp32, radius, power, shine, matrix)
         lit, first, last = ZERO, own[BODY, 0], own[BODY, 0]
         for i in range(n):
-            lit = max(lit, S[LIT + i])
+            lit = larger(lit, S[LIT + i])
+            first, last = smaller(first, own[BODY, i]), larger(last, own[BODY, i])
             S[PART + i] = own[BODY, i]
-            first, last = min(first, own[BODY, i]), max(last, own[BODY, i])
         if lit > ZERO:
             for k in range(casters.parts.size):
                 reception.kinds[k, 0] = first != last or casters.parts[k] != first
@@ -70,6 +74,8 @@ def open_layers(fragments, turns, places, halves, parts):
         own[layers.OPEN] = ONE
         _place(S, n, own)
         for k in range(places.shape[0]):
+            if not faces_any(S, n, boxes[k]):
+                continue
             for i in range(n):
                 S[OPEN + i] = ONE
             block(S, n, boxes[k], False)

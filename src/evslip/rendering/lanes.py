@@ -11,7 +11,9 @@ from evslip.compiled import compiled
 
 LANES = 64
 """Length of a slot; the most pixels that a pass handles."""
-TILE_W, TILE_H = 32, 8
+BLOCK = 16
+"""Pixels that one vector instruction handles. Passes are given whole blocks: the rest of a loop runs one by one."""
+TILE_W, TILE_H = 64, 4
 """Tiles of the image for which shadow casters are culled; a tile's row is one chunk of the backdrop."""
 
 (
@@ -31,7 +33,7 @@ TILE_W, TILE_H = 32, 8
     PART, OPEN,  # number of the body that the point belongs to; share of the light from all around that reaches it
     MORE,  # the first of many that `union` and `occlusion` share
 ) = (slot * LANES for slot in range(40))  # fmt: skip
-SCRATCH = 150 * LANES
+SCRATCH = 120 * LANES
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)
@@ -45,3 +47,28 @@ f32 = np.float32
 ZERO, HALF, ONE, TWO = f32(0), f32(0.5), f32(1), f32(2)
 LEAST_ROOM = f32(1e-3)
 """Of ROOM, so that nothing is divided by zero."""
+
+
+@formula
+def lanes(n):
+    """n, which is at most LANES, but the compiler cannot know: where an index might overflow, a loop stays scalar."""
+    return min(n, LANES)
+
+
+@formula
+def slot(at):
+    """A slot that is an argument, for the same reason."""
+    return np.uint32(at)
+
+
+@formula
+def blocks(n):
+    """n, or the next larger multiple of BLOCK."""
+    return (n + BLOCK - 1) // BLOCK * BLOCK
+
+
+@formula
+def repeat_last(S, slot, n):
+    """Fill up the last block of a slot of n pixels."""
+    for i in range(n, blocks(n)):
+        S[slot + i] = S[slot + n - 1]

@@ -10,7 +10,7 @@ import numpy as np
 
 from evslip.camera import Camera
 from evslip.rendering.hand import assemble
-from evslip.rendering.lanes import LANES, kernel
+from evslip.rendering.lanes import BLOCK, LANES, kernel
 
 GRID = 8
 """Samples along each side of a pixel."""
@@ -39,8 +39,9 @@ class Layers(NamedTuple):
     """First fragment of each of these pixels, then n; of shape (m + 1,)."""
     bounds: np.ndarray
     """Middle and radius of a sphere around every LANES fragments, of shape (n / LANES, 4)."""
-    hidden: np.ndarray
-    """Whether the gripper covers the whole pixel, bool of shape (height, width)."""
+    seen: np.ndarray
+    """Runs of columns in each row that the gripper does not cover wholly: first and past the last, of shape (height, k,
+    2); the width, twice, after a row's last one. Gaps shorter than a BLOCK are left out."""
 
 
 def resolve(camera: Camera, travel_m: float) -> Layers:
@@ -59,8 +60,8 @@ def resolve(camera: Camera, travel_m: float) -> Layers:
     pixels, starts = np.unique(where, return_index=True)
     covered = np.zeros(camera.width * camera.height)
     np.add.at(covered, where, fragments[SHARE])
-    hidden = (covered > 1 - 1e-6).reshape(camera.height, camera.width)
-    return Layers(fragments, pixels, np.append(starts, len(where)), _bounds(fragments[:3]), hidden)
+    seen = runs_between((covered > 1 - 1e-6).reshape(camera.height, camera.width))
+    return Layers(fragments, pixels, np.append(starts, len(where)), _bounds(fragments[:3]), seen)
 
 
 def _reaches_image(image: np.ndarray, camera: Camera) -> np.ndarray:
@@ -73,6 +74,25 @@ def _bounds(points: np.ndarray) -> np.ndarray:
     middles = [(chunk.min(1) + chunk.max(1)) / 2 for chunk in chunks]
     radii = [np.linalg.norm(chunk - m[:, None], axis=0).max() for chunk, m in zip(chunks, middles, strict=True)]
     return np.array([[*m, r] for m, r in zip(middles, radii, strict=True)]).reshape(-1, 4)
+
+
+@kernel
+def runs_between(hidden):
+    """`Layers.seen` of a mask (height, width)."""
+    height, width = hidden.shape
+    runs, most = np.full((height, width // BLOCK + 1, 2), width), 0
+    for row in range(height):
+        count, last = 0, -BLOCK - 1
+        for column in range(width):
+            if hidden[row, column]:
+                continue
+            if column - last > BLOCK:
+                runs[row, count, 0] = column
+                count += 1
+            last = column
+            runs[row, count - 1, 1] = column + 1
+        most = max(most, count)
+    return runs[:, : max(most, 1)].copy()
 
 
 @kernel

@@ -7,14 +7,14 @@ from evslip.camera import Camera
 from evslip.params import Params
 from evslip.rendering.body import GLOSS, View
 from evslip.rendering.casters import OBJECT_PART, Casters
-from evslip.rendering.facets import prepare_facets
+from evslip.rendering.facets import Facets, prepare_facets
 from evslip.rendering.gripper import order_by_depth
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline, outline_of
 from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting, channel_of
 from evslip.rendering.skin import draw_skin
-from evslip.rendering.texels import bake
+from evslip.rendering.texels import bake, squared
 from evslip.shapes import surface_of
 
 
@@ -26,7 +26,8 @@ class Mesh:
         self._facets = prepare_facets(*surface_of(params))
         self._size = float(np.linalg.norm(self._facets.vertices, axis=1).max())
         self.half = np.abs(self._facets.vertices).max(0)
-        self._texture = bake(channel_of(textures.load(params.object.texture), channel), wrap=True)
+        image = channel_of(textures.load(params.object.texture), channel)
+        self._texture = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
         self._raster, self._count = make_raster(self._facets, width, height), 0
@@ -52,3 +53,18 @@ class Mesh:
             raster.fragment_share, self._count,
             casters, OBJECT_PART, keep, -float(view.turn[:, 2] @ (view.place - view.camera)),
         )  # fmt: skip
+
+
+def repetition_ratio(facets: Facets) -> float:
+    """How many times as wide as high a repetition of the texture is on a mesh: the median over its area."""
+    corners = facets.vertices[facets.faces]
+    sides, steps = corners[:, 1:] - corners[:, :1], facets.uv[:, 1:] - facets.uv[:, :1]
+    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    textured = (np.abs(np.linalg.det(steps)) > 1e-12) & (areas > 0)
+    if not textured.any():
+        return 1.0
+    along = np.linalg.norm(np.linalg.inv(steps[textured]) @ sides[textured], axis=2)
+    ratios = along[:, 0] / along[:, 1]
+    order = np.argsort(ratios)
+    covered = np.cumsum(areas[textured][order])
+    return float(ratios[order][np.searchsorted(covered, covered[-1] / 2)])

@@ -8,6 +8,8 @@ import math
 
 import numpy as np
 
+from evslip.rendering.extremes import larger
+from evslip.rendering.facing import faces_seen, matters
 from evslip.rendering.lanes import (
     HALF,
     LANES,
@@ -24,6 +26,8 @@ from evslip.rendering.lanes import (
     f32,
     formula,
     kernel,
+    lanes,
+    slot,
 )  # fmt: skip
 from evslip.rendering.shadow import BOX, describe_box
 
@@ -62,6 +66,7 @@ def block(S, n, box, above):
     box: of `shadow.describe_box`. above: the whole box lies above the points' horizon. Where it does not, the part
     above is that of a sphere with the same flow of light (Snyder 1996, Hill 2016).
     """
+    n = lanes(n)
     _into_box(S, n, box)
     h0, h1, h2 = box[15], box[16], box[17]
     # Corners and edges are written out: at constant distances in S, loops need no check for overlap.
@@ -75,7 +80,7 @@ def block(S, n, box, above):
     _see_corner(S, n, 7 * 3 * LANES, h0, h1, h2)
     for i in range(n):
         S[FLOW_X + i], S[FLOW_Y + i], S[FLOW_Z + i] = ZERO, ZERO, ZERO
-    never, always = _faces_seen(S, n, (h0, h1, h2))
+    never, always = faces_seen(S, n, PX, (h0, h1, h2))
     if matters(never, always, 4, 16):
         _add_edge(S, n, 0 * 3 * LANES, 1 * 3 * LANES, 1 * LANES, 2 * LANES, -ONE, -ONE, h1, h2)
     if matters(never, always, 8, 16):
@@ -110,19 +115,6 @@ def block(S, n, box, above):
 
 
 @kernel
-def _faces_seen(S, n, half):
-    """Faces that no point sees, and those that all see: bit 2 a + side of axis a, whose side is 0 below, 1 above."""
-    never, always = 0, 0
-    for a in range(3):
-        low, high = S[PX + a * LANES], S[PX + a * LANES]
-        for i in range(n):
-            low, high = min(low, S[PX + a * LANES + i]), max(high, S[PX + a * LANES + i])
-        never |= (0 if low < -half[a] else 1 << (2 * a)) | (0 if high > half[a] else 2 << (2 * a))
-        always |= (1 << (2 * a) if high < -half[a] else 0) | (2 << (2 * a) if low > half[a] else 0)
-    return never, always
-
-
-@kernel
 def _into_box(S, n, box):
     """Points and normals in the box's frame. Points under a box that stands on their plane are moved beside it: nobody
     sees them, but what is interpolated between them and others shall be as it is beside the box."""
@@ -145,28 +137,22 @@ def _into_box(S, n, box):
 
 
 @formula
-def matters(never, always, face, other):
-    """Whether any point sees just one of the two faces that meet at an edge; faces are bits of `_faces_seen`."""
-    both = face | other
-    return (never & both) != both and (always & both) != both
-
-
-@formula
 def _see_corner(S, n, at, x, y, z):
     """Unit vector to a corner."""
+    n, at = lanes(n), slot(MORE + at)
     for i in range(n):
         a, b, c = x - S[PX + i], y - S[PY + i], z - S[PZ + i]
         unit = ONE / math.sqrt(a * a + b * b + c * c + f32(1e-12))
-        S[MORE + at + i], S[MORE + at + LANES + i], S[MORE + at + 2 * LANES + i] = a * unit, b * unit, c * unit
+        S[at + i], S[at + LANES + i], S[at + 2 * LANES + i] = a * unit, b * unit, c * unit
 
 
 @formula
 def _add_edge(S, n, first, second, b, c, sign_b, sign_c, half_b, half_c):
     """The flow of an edge along an axis, from corner `first` to `second`, between the faces across axes b and c."""
-    first, second = MORE + first, MORE + second
+    n, first, second, b, c = lanes(n), slot(MORE + first), slot(MORE + second), slot(PX + b), slot(PX + c)
     for i in range(n):
-        seen_b = ONE if sign_b * S[PX + b + i] > half_b else ZERO
-        seen_c = ONE if sign_c * S[PX + c + i] > half_c else ZERO
+        seen_b = ONE if sign_b * S[b + i] > half_b else ZERO
+        seen_c = ONE if sign_c * S[c + i] > half_c else ZERO
         x0, y0, z0 = S[first + i], S[first + LANES + i], S[first + 2 * LANES + i]
         x1, y1, z1 = S[second + i], S[second + LANES + i], S[second + 2 * LANES + i]
         x, y, z = y0 * z1 - z0 * y1, z0 * x1 - x0 * z1, x0 * y1 - y0 * x1
@@ -199,7 +185,8 @@ def _block_all(S, n, boxes, above):
 
 @kernel
 def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters):
-    """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin."""
+    """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin; and the
+    same for the middle of every column."""
     nodes = np.ones((height // PITCH + 2, width // PITCH + 2), np.float32)
     boxes, flat = describe_blockers(casters, np.eye(3), origin), nodes.reshape(-1)
     where, n, columns = np.empty(LANES, np.int64), 0, nodes.shape[1]
@@ -217,19 +204,22 @@ def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters
             for i in range(n):
                 flat[where[i]] = S[OPEN + i]
             n = 0
-    return nodes
+    rows = np.empty((nodes.shape[0], width), np.float32)
+    for j in range(nodes.shape[0]):
+        for x in range(width):
+            left, right = nodes[j, x // PITCH], nodes[j, x // PITCH + 1]
+            rows[j, x] = left + (right - left) * ((f32(x % PITCH) + HALF) / f32(PITCH))
+    return nodes, rows
 
 
 @kernel
-def open_run(S, n, nodes, column, row):
-    """OPEN of n pixels from `column` on, which is a multiple of PITCH, in a row."""
-    share = (f32(row % PITCH) + HALF) / f32(PITCH)
-    upper, lower = nodes[row // PITCH], nodes[row // PITCH + 1]
-    for start in range(0, n, PITCH):
-        k = (column + start) // PITCH
-        left, right = upper[k] + share * (lower[k] - upper[k]), upper[k + 1] + share * (lower[k + 1] - upper[k + 1])
-        for i in range(min(PITCH, n - start)):
-            S[OPEN + start + i] = left + (right - left) * ((f32(i) + HALF) / f32(PITCH))
+def open_run(S, n, rows, column, row):
+    """OPEN of n pixels from `column` on in a row; rows: of `surface_nodes`."""
+    place = (f32(row) + HALF) * f32(1 / PITCH)
+    upper, lower = rows[int(place)], rows[int(place) + 1]
+    share = place - f32(int(place))
+    for i in range(n):
+        S[OPEN + i] = upper[column + i] + share * (lower[column + i] - upper[column + i])
 
 
 @kernel
@@ -279,5 +269,5 @@ def faces_any(S, n, box):
         y = m10 * u + m11 * v + m12 * w + box[10]
         z = m20 * u + m21 * v + m22 * w + box[11]
         top = abs(a) * box[15] + abs(b) * box[16] + abs(c) * box[17] - a * x - b * y - c * z
-        highest = max(highest, top)
+        highest = larger(highest, top)
     return highest > ZERO

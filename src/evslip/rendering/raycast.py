@@ -79,7 +79,7 @@ class Raycaster:
             out, bodies, *self._scratch, camera, turn, focal, *light,
             *self.setting.surface, surface.tile_m, ambient.surface, SURFACE_GLOSS,
             *self.setting.sphere, self.setting.repetitions, background.radius_m, background.luminance_cd_m2,
-            casters, layers.hidden, body.total, body.touched, body.full,
+            casters, layers.seen, body.total, body.touched, body.full,
         )  # fmt: skip
         if poses.links is not None and self._arm.cover(poses.links, index, view):
             self._arm.mark(bodies, ARM)

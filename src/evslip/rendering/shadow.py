@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from evslip.rendering.extremes import larger
 from evslip.rendering.lanes import (
     HALF,
     HIDDEN,
@@ -25,6 +26,8 @@ from evslip.rendering.lanes import (
 )  # fmt: skip
 
 TINY = f32(1e-12)
+FADE = f32(4)
+"""How fast a corner is forgotten, in half widths of the penumbra a pixel, from half a pixel inside on."""
 BOX = 24
 """Floats that describe a box to the passes; see `describe_box`."""
 
@@ -79,9 +82,11 @@ def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, 
     first = past_corner(near_y, -hz - pz, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
     middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
     last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
-    between = disc_share(max(first, middle)) + disc_share(max(-last, -middle)) - ONE
     inside_y = near_y / (abs(right_y) + abs(down_y) + soft)
     inside_z = near_z / (abs(right_z) + abs(down_z) + soft)
+    # From within, a farther corner is no rim; and which of two it would be changes where the point is mirrored.
+    first, last = first - FADE * max(inside_y - HALF, ZERO), last + FADE * max(inside_z - HALF, ZERO)
+    between = disc_share(max(first, middle)) + disc_share(max(-last, -middle)) - ONE
     return max(max(ZERO, between), disc_share(TWO * min(inside_y, inside_z)))
 
 
@@ -124,7 +129,7 @@ def take_in(S, n, part, outlined):
         S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
         S[SUM_HIDDEN + i] += hidden
         S[SUM_OUTLINED + i] += outlined * hidden
-        most = max(most, hidden)
+        most = larger(most, hidden)
     return most > ZERO
 
 

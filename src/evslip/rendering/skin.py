@@ -6,6 +6,7 @@ import numpy as np
 
 from evslip.rendering.ambient import irradiance, turned
 from evslip.rendering.casters import OBJECT_PART, around, receive, shade, spread
+from evslip.rendering.extremes import larger
 from evslip.rendering.lanes import (
     AMBIENT,
     GLOSS,
@@ -78,7 +79,7 @@ def draw_skin(
         )  # fmt: skip
         lit = ZERO
         for i in range(n):
-            lit = max(lit, S[LIT + i])
+            lit = larger(lit, S[LIT + i])
             S[AMBIENT + i] = irradiance(matrix, S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i])
             S[OPEN + i] = ONE
         if part == OBJECT_PART:

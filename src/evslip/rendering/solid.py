@@ -4,10 +4,24 @@ import math
 
 import numpy as np
 
+from evslip.borrow import borrowed
 from evslip.rendering.ambient import irradiance
 from evslip.rendering.casters import OBJECT_PART, aim, around, receive, shade, spread
-from evslip.rendering.lanes import HALF as HALF
-from evslip.rendering.lanes import LANES, LEAST_ROOM, PART, RAY_X, RAY_Y, RESULT, ROOM, ZERO, f32, kernel
+from evslip.rendering.lanes import (
+    HALF,
+    LANES,
+    LEAST_ROOM,
+    PART,
+    RAY_X,
+    RAY_Y,
+    RESULT,
+    ROOM,
+    ZERO,
+    blocks,
+    f32,
+    kernel,
+    repeat_last,
+)
 from evslip.rendering.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
 from evslip.rendering.plane import PLANE, describe, light_plane, meet_face, reflect
 from evslip.rendering.texels import SQUARE, sample_around, unfold
@@ -44,6 +58,14 @@ def draw_solid(
     lamp_share: how much of the lamp stands above the surface's horizon. level_starts (4,): rows of `levels` that belong
     to the faces across x, y, z.
     """
+    out, S, fetched, keep = borrowed(out), borrowed(S), borrowed(fetched), borrowed(keep)
+    cells, levels, area, spans, casters = (
+        borrowed(cells),
+        borrowed(levels),
+        borrowed(area),
+        borrowed(spans),
+        borrowed(casters),
+    )
     pixel, width, height = f32(1.0 / focal), out.shape[1], out.shape[0]
     radius, power = f32(lamp_radius), f32(lamp_luminance * lamp_radius**2 * lamp_share)
     for i in range(LANES):
@@ -83,10 +105,15 @@ def draw_solid(
                 last -= 1
             for x0 in range(first, last, LANES):
                 n = min(LANES, last - x0)
-                for i in range(n):
-                    S[ROOM + i] = f32(area[k, row, x0 + i]) + LEAST_ROOM
+                weights, kept, shades = area[k, row, x0 : x0 + n], keep[row, x0 : x0 + n], out[row, x0 : x0 + n]
+                for i in range(weights.size):
+                    S[ROOM + i] = f32(weights[i]) + LEAST_ROOM
                     S[RAY_X + i] = (f32(x0 + i) + HALF - f32(width * 0.5)) * pixel
                     S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
+                repeat_last(S, RAY_X, n)
+                repeat_last(S, RAY_Y, n)
+                repeat_last(S, ROOM, n)
+                n = blocks(n)
                 meet_face(S, n, plane32, pixel, f32(half_u), f32(half_v))
                 light_plane(S, n, plane32, power, radius, gloss)
                 open_face(S, n, f32(half_u), f32(half_v), nodes)
@@ -96,8 +123,8 @@ def draw_solid(
                 unfold(S, n, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF, False)
                 sample_around(S, n, cells, fetched, own, False, SQUARE)
                 reflect(S, n, light)
-                for i in range(n):
-                    out[row, x0 + i] += f32(area[k, row, x0 + i]) * keep[row, x0 + i] * S[RESULT + i]
+                for i in range(shades.size):
+                    shades[i] += f32(weights[i]) * kept[i] * S[RESULT + i]
 
 
 @kernel

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from evslip.rendering.extremes import larger, smaller
 from evslip.rendering.lanes import (
     FADED,
     FRAC_X,
@@ -69,6 +70,17 @@ def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
         if min(rows, columns) == 1:
             return np.concatenate(cells), np.array(levels, np.float32)
         image = halve(halve(image, 0), 1)
+
+
+def squared(image: np.ndarray, ratio: float) -> np.ndarray:
+    """An image (rows, columns) halved along one side until its texels are about square where it is `ratio` times as
+    wide as high: levels that halve both sides would blur the longer one of a texel."""
+    ratio *= image.shape[0] / image.shape[1]
+    while ratio < math.sqrt(0.5) and image.shape[1] > 1:
+        image, ratio = halve(image, 1), ratio * 2
+    while ratio > math.sqrt(2.0) and image.shape[0] > 1:
+        image, ratio = halve(image, 0), ratio / 2
+    return image
 
 
 def halve(image: np.ndarray, axis: int) -> np.ndarray:
@@ -144,7 +156,7 @@ def sample_along(S, n, cells, fetched, levels):
         step = ONE / math.sqrt(max(ratio, ONE))
         S[TEXELS + i], S[TEX + i], S[MINOR_U + i] = ONE + THIRD * minor, ZERO, count
         S[MAJOR_U + i], S[MAJOR_V + i] = S[MAJOR_U + i] * step, S[MAJOR_V + i] * step
-        longest = max(longest, count)
+        longest = larger(longest, count)
     reach = math.ceil(HALF * longest - HALF)
     first, final = _levels_of(S, n, levels, ONE, EVENLY)
     for level in range(first, final + 1):
@@ -167,8 +179,7 @@ def _levels_of(S, n, levels, finer, flat):
     """First and last level that `_weigh` gives weight in any of n pixels."""
     narrowest, widest = S[TEXELS], S[TEXELS]
     for i in range(n):
-        narrowest = min(narrowest, S[TEXELS + i])
-        widest = max(widest, S[TEXELS + i])
+        narrowest, widest = smaller(narrowest, S[TEXELS + i]), larger(widest, S[TEXELS + i])
     last, first, texel = levels.shape[0] - 1, 0, ONE
     while first < last and FOUR * finer * texel <= narrowest:
         first += 1

@@ -7,7 +7,10 @@ strip's height that it reaches into. Intervals of several boxes are joined, and 
 
 import numpy as np
 
+from evslip.rendering.extremes import larger, smaller
+from evslip.rendering.facing import faces_seen, matters
 from evslip.rendering.lanes import (
+    BLOCK,
     HALF,
     LAMP_X,
     LAMP_Y,
@@ -27,6 +30,8 @@ from evslip.rendering.lanes import (
     f32,
     formula,
     kernel,
+    lanes,
+    slot,
 )  # fmt: skip
 from evslip.rendering.outline import STEEP, held
 
@@ -39,6 +44,8 @@ WIDE = f32(0.06)
 than the lamp's cone hides more than the product of its wedges."""
 PER_DISC = f32(1 / np.pi)
 FAR, TINY = f32(1e6), f32(1e-9)
+SLIVER = f32(0.01)
+"""A box that covers less of a strip's width, in radii of the lamp, is left out: the gap to it would count."""
 HEIGHT = f32(2 / STRIPS)
 _RIMS = np.linspace(-1, 1, STRIPS + 1)
 _AREAS = (_RIMS * np.sqrt(1 - _RIMS**2) + np.arcsin(_RIMS)) / 2
@@ -47,13 +54,12 @@ CHORDS = (np.diff(_AREAS) / np.diff(_RIMS)).astype(np.float32)
 EDGES = 12
 """Of a box: the outermost of them are its outline, from wherever it is seen."""
 
-LOW, HIGH, GAP_LOW, GAP_HIGH, LOST = (MORE + k * STRIPS * LANES for k in range(5))
-"""State of each strip: the joint interval, the largest gap in it, the length of other gaps."""
-X0, Y0, SLOPE, Y1, SENSE = (MORE + 5 * STRIPS * LANES + k * EDGES * LANES for k in range(5))
-"""Edges of one box before the lamp's disc; 1 or -1 for those of its outline, as they run, 0 for others."""
-PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (
-    MORE + (5 * STRIPS + 5 * EDGES + k) * LANES for k in range(9)
-)
+LOW, HIGH, GAP_LOW, GAP_HIGH, LOST, UP, DOWN, TALL = (MORE + k * STRIPS * LANES for k in range(8))
+"""State of each strip: the joint interval, the largest gap in it, the length of other gaps; of the box at hand the
+integrals over height of its two boundaries, and the height of one of them."""
+X0, Y0, SLOPE, Y1, SENSE = (MORE + (8 * STRIPS + k) * LANES for k in range(5))
+"""One edge before the lamp's disc; 1 or -1 for one of the outline, as it runs, 0 for another."""
+PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (MORE + (8 * STRIPS + 5 + k) * LANES for k in range(9))
 
 
 @kernel
@@ -87,6 +93,7 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
     """
     m00, m01, m02, m10, m11, m12 = joint[0], joint[1], joint[2], joint[3], joint[4], joint[5]
     m20, m21, m22, o0, o1, o2 = joint[6], joint[7], joint[8], joint[9], joint[10], joint[11]
+    n = lanes(n)
     distance, blur_x, blur_y, lamp_radius = joint[12], joint[13], joint[14], joint[15]
     for i in range(n):
         u, v, w = S[U + i], S[V + i], S[W + i]
@@ -94,57 +101,52 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
         S[LAMP_X + i] = o0 + m00 * u + m01 * v + m02 * w
         S[LAMP_Y + i] = o1 + m10 * u + m11 * v + m12 * w
         S[LAMP_Z + i], S[PER_DEPTH + i] = z, ONE / (distance - z)
-        S[OWN + i], S[BOXED + i] = ZERO, ZERO
+        S[OWN + i], S[BOXED + i], S[UNITED + i] = ZERO, ZERO, ZERO
         S[BLUR_X + i], S[BLUR_Y + i] = S[ROOM + i] * blur_x + TINY, S[ROOM + i] * blur_y + TINY
     # Strips and edges are written out: at constant distances in S, loops need no check for overlap.
     for strip in range(STRIPS):
-        S[LOW + strip * LANES : LOW + (strip + 1) * LANES] = FAR
-        S[HIGH + strip * LANES : HIGH + (strip + 1) * LANES] = -FAR
-    S[GAP_LOW : GAP_LOW + 3 * STRIPS * LANES] = ZERO
+        _clear(S, n, strip * LANES)
     for j in range(count):
         box = joined[j]
         boxed = ONE if kinds[box, 1] < 0 else ZERO
+        half = (boxes[box, 15], boxes[box, 16], boxes[box, 17])
         _enter(S, n, boxes[box])
-        h = (boxes[box, 15], boxes[box, 16], boxes[box, 17])
-        _project(S, n, 0 * LANES, edges[box, 0], lamp_radius)
-        _sense(S, n, 0 * LANES, 1 * LANES, 2 * LANES, -ONE, -ONE, h[1], h[2])
-        _project(S, n, 1 * LANES, edges[box, 1], lamp_radius)
-        _sense(S, n, 1 * LANES, 1 * LANES, 2 * LANES, ONE, -ONE, h[1], h[2])
-        _project(S, n, 2 * LANES, edges[box, 2], lamp_radius)
-        _sense(S, n, 2 * LANES, 1 * LANES, 2 * LANES, -ONE, ONE, h[1], h[2])
-        _project(S, n, 3 * LANES, edges[box, 3], lamp_radius)
-        _sense(S, n, 3 * LANES, 1 * LANES, 2 * LANES, ONE, ONE, h[1], h[2])
-        _project(S, n, 4 * LANES, edges[box, 4], lamp_radius)
-        _sense(S, n, 4 * LANES, 2 * LANES, 0 * LANES, -ONE, -ONE, h[2], h[0])
-        _project(S, n, 5 * LANES, edges[box, 5], lamp_radius)
-        _sense(S, n, 5 * LANES, 2 * LANES, 0 * LANES, ONE, -ONE, h[2], h[0])
-        _project(S, n, 6 * LANES, edges[box, 6], lamp_radius)
-        _sense(S, n, 6 * LANES, 2 * LANES, 0 * LANES, -ONE, ONE, h[2], h[0])
-        _project(S, n, 7 * LANES, edges[box, 7], lamp_radius)
-        _sense(S, n, 7 * LANES, 2 * LANES, 0 * LANES, ONE, ONE, h[2], h[0])
-        _project(S, n, 8 * LANES, edges[box, 8], lamp_radius)
-        _sense(S, n, 8 * LANES, 0 * LANES, 1 * LANES, -ONE, -ONE, h[0], h[1])
-        _project(S, n, 9 * LANES, edges[box, 9], lamp_radius)
-        _sense(S, n, 9 * LANES, 0 * LANES, 1 * LANES, ONE, -ONE, h[0], h[1])
-        _project(S, n, 10 * LANES, edges[box, 10], lamp_radius)
-        _sense(S, n, 10 * LANES, 0 * LANES, 1 * LANES, -ONE, ONE, h[0], h[1])
-        _project(S, n, 11 * LANES, edges[box, 11], lamp_radius)
-        _sense(S, n, 11 * LANES, 0 * LANES, 1 * LANES, ONE, ONE, h[0], h[1])
-        _add(S, n, 0, f32(-1.0), CHORDS[0], boxed)
-        _add(S, n, 1 * LANES, f32(-0.75), CHORDS[1], boxed)
-        _add(S, n, 2 * LANES, f32(-0.5), CHORDS[2], boxed)
-        _add(S, n, 3 * LANES, f32(-0.25), CHORDS[3], boxed)
-        _add(S, n, 4 * LANES, f32(0.0), CHORDS[4], boxed)
-        _add(S, n, 5 * LANES, f32(0.25), CHORDS[5], boxed)
-        _add(S, n, 6 * LANES, f32(0.5), CHORDS[6], boxed)
-        _add(S, n, 7 * LANES, f32(0.75), CHORDS[7], boxed)
-    for i in range(n):
-        total = ZERO
-        for strip in range(STRIPS):
-            at = strip * LANES + i
-            gap = max(S[GAP_HIGH + at] - S[GAP_LOW + at], ZERO) + S[LOST + at]
-            total += max(S[HIGH + at] - S[LOW + at] - gap, ZERO)
-        S[UNITED + i] = total
+        never, always = faces_seen(S, n, PX, half)
+        for edge in range(EDGES):
+            b, c = (edge // 4 + 1) % 3, (edge // 4 + 2) % 3
+            above_b, above_c = edge % 2, edge % 4 // 2
+            if not matters(never, always, 1 << (2 * b + above_b), 1 << (2 * c + above_c)):
+                continue
+            sign_b, sign_c = f32(2 * above_b - 1), f32(2 * above_c - 1)
+            _sense(S, n, PX + b * LANES, PX + c * LANES, sign_b, sign_c, half[b], half[c])
+            low, high = _project(S, n, edges[box, edge], lamp_radius)
+            # Strips are written out: at constant distances in S, loops need no check for overlap.
+            if low < f32(-0.75):
+                _bound(S, n, 0 * LANES, f32(-1.0), CHORDS[0])
+            if low < f32(-0.5) and high > f32(-0.75):
+                _bound(S, n, 1 * LANES, f32(-0.75), CHORDS[1])
+            if low < f32(-0.25) and high > f32(-0.5):
+                _bound(S, n, 2 * LANES, f32(-0.5), CHORDS[2])
+            if low < f32(0.0) and high > f32(-0.25):
+                _bound(S, n, 3 * LANES, f32(-0.25), CHORDS[3])
+            if low < f32(0.25) and high > f32(0.0):
+                _bound(S, n, 4 * LANES, f32(0.0), CHORDS[4])
+            if low < f32(0.5) and high > f32(0.25):
+                _bound(S, n, 5 * LANES, f32(0.25), CHORDS[5])
+            if low < f32(0.75) and high > f32(0.5):
+                _bound(S, n, 6 * LANES, f32(0.5), CHORDS[6])
+            if high > f32(0.75):
+                _bound(S, n, 7 * LANES, f32(0.75), CHORDS[7])
+        _add(S, n, 0 * LANES, boxed)
+        _add(S, n, 1 * LANES, boxed)
+        _add(S, n, 2 * LANES, boxed)
+        _add(S, n, 3 * LANES, boxed)
+        _add(S, n, 4 * LANES, boxed)
+        _add(S, n, 5 * LANES, boxed)
+        _add(S, n, 6 * LANES, boxed)
+        _add(S, n, 7 * LANES, boxed)
+    for strip in range(STRIPS):
+        _measure(S, n, strip * LANES)
     wide = ONE if lamp_radius > WIDE * distance else ZERO
     for i in range(n):
         share = min((S[UNITED + i] + TINY) / (S[OWN + i] + TINY), ONE)
@@ -155,10 +157,30 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
 
 
 @formula
-def _project(S, n, at, edge, lamp_radius):
-    """One edge of an outline before the disc, in units of the lamp's radius, widened by the pixel's blur."""
+def _clear(S, n, at):
+    n, at = lanes(n), slot(at)
+    for i in range(n):
+        S[LOW + at + i], S[HIGH + at + i], S[LOST + at + i] = FAR, -FAR, ZERO
+        S[GAP_LOW + at + i], S[GAP_HIGH + at + i] = ZERO, ZERO
+        S[UP + at + i], S[DOWN + at + i], S[TALL + at + i] = ZERO, ZERO, ZERO
+
+
+@formula
+def _measure(S, n, at):
+    """Add the length of a strip's union."""
+    n, at = lanes(n), slot(at)
+    for i in range(n):
+        gap = max(S[GAP_HIGH + at + i] - S[GAP_LOW + at + i], ZERO) + S[LOST + at + i]
+        S[UNITED + i] += max(S[HIGH + at + i] - S[LOW + at + i] - gap, ZERO)
+
+
+@formula
+def _project(S, n, edge, lamp_radius):
+    """An edge before the disc, in units of the lamp's radius, widened by the pixel's blur. Returns the lowest and the
+    highest place it has for any point."""
     ax, ay, az = edge[0, 0], edge[0, 1], edge[0, 2]
     bx, by, bz = edge[1, 0], edge[1, 1], edge[1, 2]
+    n, low, high = lanes(n), FAR, -FAR
     for i in range(n):
         x, y, z = S[LAMP_X + i], S[LAMP_Y + i], S[LAMP_Z + i]
         ta, tb = (az - z) * S[PER_DEPTH + i], (bz - z) * S[PER_DEPTH + i]
@@ -166,8 +188,10 @@ def _project(S, n, at, edge, lamp_radius):
         x0, y0 = (ax - x + x * ta) / (wide_a + S[BLUR_X + i]), (ay - y + y * ta) / (wide_a + S[BLUR_Y + i])
         x1, y1 = (bx - x + x * tb) / (wide_b + S[BLUR_X + i]), (by - y + y * tb) / (wide_b + S[BLUR_Y + i])
         rise = y1 - y0
-        S[X0 + at + i], S[Y0 + at + i], S[Y1 + at + i] = x0, y0, y1
-        S[SLOPE + at + i] = (x1 - x0) / (rise + TINY if rise >= ZERO else rise - TINY)
+        S[X0 + i], S[Y0 + i], S[Y1 + i] = x0, y0, y1
+        S[SLOPE + i] = (x1 - x0) / (rise + TINY if rise >= ZERO else rise - TINY)
+        low, high = smaller(low, smaller(y0, y1)), larger(high, larger(y0, y1))
+    return low, high
 
 
 @formula
@@ -181,49 +205,41 @@ def _enter(S, n, box):
 
 
 @formula
-def _sense(S, n, at, b, c, sign_b, sign_c, half_b, half_c):
+def _sense(S, n, b, c, sign_b, sign_c, half_b, half_c):
     """Whether an edge is part of the outline that a point sees: one of its two faces, across b and c, looks there."""
+    n, b, c = lanes(n), slot(b), slot(c)
     for i in range(n):
-        seen_b = ONE if sign_b * S[PX + b + i] > half_b else ZERO
-        seen_c = ONE if sign_c * S[PX + c + i] > half_c else ZERO
-        S[SENSE + at + i] = sign_b * sign_c * (seen_c - seen_b)
+        seen_b = ONE if sign_b * S[b + i] > half_b else ZERO
+        seen_c = ONE if sign_c * S[c + i] > half_c else ZERO
+        S[SENSE + i] = sign_b * sign_c * (seen_c - seen_b)
 
 
 @formula
-def _bound(S, at, bottom, top, chord, up, down, height):
-    """With one more edge: integrals over height of the two boundaries of the outline, held within +-chord, and the
-    height of one of them."""
-    y, slope = S[Y0 + at], S[SLOPE + at]
-    start, end = min(max(y, bottom), top), min(max(S[Y1 + at], bottom), top)
-    first, last = S[X0 + at] + (start - y) * slope, S[X0 + at] + (end - y) * slope
-    across = last - first
-    middle = min(max(HALF * (first + last), -chord), chord)
-    mean = (held(last, chord) - held(first, chord)) / across if abs(across) > STEEP else middle
-    rise = S[SENSE + at] * (end - start)
-    risen, fallen = max(rise, ZERO), max(-rise, ZERO)
-    return up + risen * mean, down + fallen * mean, height + risen
+def _bound(S, n, at, bottom, chord):
+    """Add an edge to a strip from height `bottom` on: its integral over height, held within +-chord."""
+    n, at, top = lanes(n), slot(at), bottom + HEIGHT
+    for i in range(n):
+        y, slope = S[Y0 + i], S[SLOPE + i]
+        start, end = min(max(y, bottom), top), min(max(S[Y1 + i], bottom), top)
+        first, last = S[X0 + i] + (start - y) * slope, S[X0 + i] + (end - y) * slope
+        across = last - first
+        middle = min(max(HALF * (first + last), -chord), chord)
+        mean = (held(last, chord) - held(first, chord)) / across if abs(across) > STEEP else middle
+        rise = S[SENSE + i] * (end - start)
+        risen, fallen = max(rise, ZERO), max(-rise, ZERO)
+        S[UP + at + i] += risen * mean
+        S[DOWN + at + i] += fallen * mean
+        S[TALL + at + i] += risen
 
 
 @formula
-def _add(S, n, at, bottom, chord, boxed):
-    """Join a box's interval to those of one strip, from height `bottom` on. Where the box reaches into part of the
-    strip's height alone, it counts as so much narrower about its middle. The larger of two gaps is kept for others to
-    fill."""
-    top = bottom + HEIGHT
+def _add(S, n, at, boxed):
+    """Join a box's interval to those of a strip. Where the box reaches into part of the strip's height alone, it counts
+    as so much narrower about its middle. The larger of two gaps is kept for others to fill."""
+    n, at = lanes(n), slot(at)
     for i in range(n):
-        up, down, height = ZERO, ZERO, ZERO
-        up, down, height = _bound(S, i + 0 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 1 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 2 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 3 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 4 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 5 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 6 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 7 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 8 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 9 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 10 * LANES, bottom, top, chord, up, down, height)
-        up, down, height = _bound(S, i + 11 * LANES, bottom, top, chord, up, down, height)
+        up, down, height = S[UP + at + i], S[DOWN + at + i], S[TALL + at + i]
+        S[UP + at + i], S[DOWN + at + i], S[TALL + at + i] = ZERO, ZERO, ZERO
         middle = HALF * (up + down) / (height + TINY)
         half = HALF * abs(up - down) * (ONE / HEIGHT)
         left, right = middle - half, middle + half
@@ -231,7 +247,7 @@ def _add(S, n, at, bottom, chord, boxed):
         S[BOXED + i] += TWO * half * boxed
         low, high = S[LOW + at + i], S[HIGH + at + i]
         gap_low, gap_high, lost = S[GAP_LOW + at + i], S[GAP_HIGH + at + i], S[LOST + at + i]
-        some, first = right > left, low > high
+        some, first = right - left > SLIVER, low > high
         # What is left of the gap on either side; of two remainders the larger one.
         below, above = min(left, gap_high) - gap_low, gap_high - max(right, gap_low)
         old = max(gap_high - gap_low, ZERO)
@@ -253,11 +269,15 @@ def _add(S, n, at, bottom, chord, boxed):
 
 
 @kernel
-def overlaps(S, n, wide):
-    """Whether `join` matters to any of the points: more than one caster hides part of the lamp, or under a wide lamp
-    any."""
-    most = ZERO
-    for i in range(n):
-        seen = S[SEEN_NOW + i]
-        most = max(most, seen if wide else min(S[SUM_HIDDEN + i] - (ONE - seen), seen))
-    return most > LEAST
+def overlap(S, n, wide):
+    """The points that `join` matters to, first and past the last in whole BLOCKs: more than one caster hides part of
+    the lamp, or under a wide lamp any."""
+    first, last = n, 0
+    for start in range(0, n, BLOCK):
+        past, most = min(start + BLOCK, n), ZERO
+        for i in range(start, past):
+            seen = S[SEEN_NOW + i]
+            most = larger(most, seen if wide else min(S[SUM_HIDDEN + i] - (ONE - seen), seen))
+        if most > LEAST:
+            first, last = min(first, start), past
+    return first, last
