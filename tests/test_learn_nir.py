@@ -8,7 +8,7 @@ import torch
 
 from evslip.errors import ConfigError, DataError
 from evslip.learn import build_model
-from evslip.learn.layers import trains
+from evslip.learn.layers import patterns
 from evslip.learn.networks.snn import SNN
 from learn_windows import random_window
 
@@ -58,7 +58,7 @@ def simulated(graph: Any, spikes: np.ndarray, bin_s: float) -> np.ndarray:
 
 def test_the_graph_spikes_as_the_network(network: SNN) -> None:
     batch = [network.prepare(random_window(0, 4000))]
-    spikes = trains.dense(batch, 150, network.units)[0].T.numpy().astype(np.float64)
+    spikes = patterns.dense(batch, network.input_neurons.units, 150)[0].T.numpy().astype(np.float64)
     expected = network.spikes(batch)[0].detach().numpy()
     found = simulated(to_nir(network), spikes, 0.16 / 150)
     assert expected.sum() > 10
