@@ -14,26 +14,25 @@ from numba.extending import intrinsic
 
 Builder = Any
 Value = Any
-lowered: Callable[[Callable[..., Any]], Any] = intrinsic
-"""Decorator: the function says, for the types of its arguments, which code stands for a call."""
 WIDTH = 16
 """Numbers that are added at a time, as many as the widest registers hold."""
+
+
+def lowered(function: Callable[..., Any]) -> Any:
+    """Decorator: the function says, for the types of a call's arguments, which code stands for it."""
+    return intrinsic(function)
 
 
 @lowered
 def add_row(typing, target, i, source, j, scale, lanes):
     """target[i] += scale * source[j]"""
+    return _addition(target, source, lanes, len(lanes))
 
-    def generate(context: Any, builder: Builder, signature: Any, values: Any) -> Value:
-        target, i, source, j, scale, _ = values
-        to = _row(context, builder, signature.args[0], target, i, len(lanes))
-        of = _row(context, builder, signature.args[2], source, j, len(lanes))
-        for first, width in _pieces(len(lanes)):
-            summand = builder.fmul(_load(builder, of, first, width), _spread(builder, scale, width))
-            _store(builder, builder.fadd(_load(builder, to, first, width), summand), to, first)
-        return context.get_dummy_value()
 
-    return types.void(target, types.intp, source, types.intp, types.float32, lanes), generate
+@lowered
+def add_part(typing, target, i, source, j, scale, lanes):
+    """target[i : i + n] += scale * source[j : j + n] for n lanes of arrays of one dimension."""
+    return _addition(target, source, lanes, 1)
 
 
 @lowered
@@ -52,15 +51,30 @@ def set_sum(typing, target, i, first, j, second, k, lanes):
     return types.void(target, types.intp, first, types.intp, second, types.intp, lanes), generate
 
 
+def _addition(target: Any, source: Any, lanes: Any, step: int) -> tuple[Any, Callable[..., Value]]:
+    """Rows begin `step` numbers after one another."""
+
+    def generate(context: Any, builder: Builder, signature: Any, values: Any) -> Value:
+        target, i, source, j, scale, _ = values
+        to = _row(context, builder, signature.args[0], target, i, step)
+        of = _row(context, builder, signature.args[2], source, j, step)
+        for first, width in _pieces(len(lanes)):
+            summand = builder.fmul(_load(builder, of, first, width), _spread(builder, scale, width))
+            _store(builder, builder.fadd(_load(builder, to, first, width), summand), to, first)
+        return context.get_dummy_value()
+
+    return types.void(target, types.intp, source, types.intp, types.float32, lanes), generate
+
+
 def _pieces(length: int) -> list[tuple[int, int]]:
     """Where each vector of a row begins and how long it is."""
     return [(first, min(WIDTH, length - first)) for first in range(0, length, WIDTH)]
 
 
-def _row(context: Any, builder: Builder, kind: Any, array: Value, index: Value, length: int) -> Value:
+def _row(context: Any, builder: Builder, kind: Any, array: Value, index: Value, step: int) -> Value:
     """Where a row begins."""
     data = context.make_array(kind)(context, builder, array).data
-    return builder.gep(data, [builder.mul(index, ir.Constant(index.type, length))])
+    return builder.gep(data, [builder.mul(index, ir.Constant(index.type, step))])
 
 
 def _at(builder: Builder, row: Value, first: int, width: int) -> Value:
