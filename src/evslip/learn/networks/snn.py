@@ -27,7 +27,7 @@ class SNN(Network):
     Each 4 x 4 cell of the binary occupancy feeds an SRM neuron of its own, which gives the input spikes. The slip
     probability is (slip spikes + 1) / (all output spikes + 2), Laplace's rule: its logits are log(spikes + 1)."""
 
-    recommended: ClassVar = {"batch": 32, "lr": 2e-3, "optimiser": "rmsprop", "weight_decay": 1e-3, "epochs": 20}
+    recommended: ClassVar = {"lr": 2e-3, "weight_decay": 1e-3, "epochs": 20}
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)
