@@ -18,7 +18,7 @@ import torch
 from torch.nn import functional
 
 from evslip.learn import build_model
-from evslip.learn.layers import trains
+from evslip.learn.layers import patterns, trains
 from evslip.learn.layers.occupancy import Binner, dense
 from evslip.learn.networks.cnn3d import CNN3d
 from evslip.learn.networks.mlp import MLP
@@ -83,7 +83,8 @@ def training_step(name: str, windows: Sequence[WindowEvents], repeats: int) -> N
 
 
 def densely(network: torch.nn.Module, batch: list) -> tuple[Callable[..., torch.Tensor], torch.Tensor]:
-    """The loss of the same network with its first layer dense, and the grids it begins with."""
+    """The loss of the same network with its first layer dense, of the snn all in plain torch, and the grids it begins
+    with."""
     if isinstance(network, CNN3d):
         return lambda x, y: functional.cross_entropy(network.rest(network.conv1(x)), y), dense(batch, network.grid)
     if isinstance(network, MLP):
@@ -93,9 +94,9 @@ def densely(network: torch.nn.Module, batch: list) -> tuple[Callable[..., torch.
     assert isinstance(network, SNN)
 
     def loss(grids: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:
-        return network.loss(network.rest(network.linear1(grids)), labels)
+        return network.loss(network.dense(grids), labels)
 
-    return loss, trains.dense(batch, network.grid[0], network.units)
+    return loss, patterns.dense(batch, network.input_neurons.units, network.grid[0])
 
 
 def made_up(seed: int, count: int = 40_000) -> WindowEvents:

@@ -34,7 +34,7 @@ def test_help_names_every_verb():
 
 
 @pytest.mark.parametrize(
-    "verb", ["demo", "generate", "windows", "train", "evaluate", "report", "events", "render", "detect"]
+    "verb", ["demo", "generate", "windows", "train", "evaluate", "report", "events", "render", "detect", "export"]
 )
 def test_every_verb_explains_itself(verb):
     result = evslip(verb, "--help")

@@ -68,7 +68,10 @@ def test_scores_are_those_of_windows_cut_by_themselves(model, found) -> None:
     records = slip_records(6)
     cut = windows_of(records, WindowSettings(balance=False))
     assert evaluate(model, cut).confusion == found.scores.confusion
-    same = assess(model, Exam("cut", windows=cut), resamples=0)
+    steps: list[int] = []
+    exam = Exam("cut", windows=cut)
+    same = assess(model, exam, resamples=0, progress=steps.append)
+    assert sum(steps) == exam.steps == len(cut)
     assert same.scores.confusion == found.scores.confusion
     assert same.own is None and any("need records" in note for note in same.notes)
     assert same.scores.probabilities == pytest.approx(found.scores.probabilities, abs=1e-6)
@@ -160,3 +163,5 @@ def test_the_command_line_evaluates_a_file_of_windows(model, tmp_path) -> None:
     assert "AUROC" in done.stdout and (tmp_path / "out" / "evaluation.html").exists()
     alone = subprocess.run([*run, str(model)], capture_output=True, text=True, check=False)
     assert alone.returncode == 2 and "expected one or more models" in alone.stderr
+    missing = subprocess.run([*run, str(model), "nothing", str(tmp_path / "w.h5")], capture_output=True, text=True)
+    assert missing.returncode == 2 and "nothing" in missing.stderr and not missing.stdout

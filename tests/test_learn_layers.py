@@ -7,12 +7,15 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from torch.nn import functional
 
 from evslip.learn import build_model
-from evslip.learn.layers import srm, trains
+from evslip.learn.layers import patterns, srm, trains
 from evslip.learn.layers.grids import counts, voxel_grid
+from evslip.learn.layers.input_neurons import POOL_WEIGHT, InputNeurons
 from evslip.learn.layers.occupancy import Occupancy
 from evslip.learn.layers.occupancy import dense as dense_grid
+from evslip.learn.layers.pattern_linear import pattern_linear
 from evslip.learn.layers.sparse_linear import sparse_linear
 from evslip.learn.networks.mlp import MLP
 from evslip.learn.networks.snn import SNN
@@ -54,19 +57,56 @@ def test_the_sparse_linear_layer_and_its_gradient_equal_the_dense_ones(seed: int
     assert (one - other).abs().max() < 1e-5
 
 
-@pytest.mark.parametrize("name", ["mlp", "snn"])
-def test_networks_on_coordinates_equal_the_dense_ones(name: str) -> None:
+def test_the_mlp_on_coordinates_equals_the_dense_one() -> None:
     torch.manual_seed(0)
-    network = build_model(name)
+    network = build_model("mlp")
+    assert isinstance(network, MLP)
     batch = [network.prepare(random_window(seed, count)) for seed, count in enumerate((0, 3, 9000))]
-    if isinstance(network, MLP):
-        sparse, full = network(batch), network.dense(trains.dense(batch, 150, 6300))
-    else:
-        assert isinstance(network, SNN)
-        first = network.linear1(trains.dense(batch, 150, 6300))
-        assert (sparse_linear(batch, network.linear1.weight, 150) - first).abs().max() < 2e-5 * first.abs().max()
-        sparse, full = network.spikes(batch).sum(-1), network.rest(first).sum(-1)
-    assert (sparse - full).abs().max() < 1e-5
+    labels, grids = torch.tensor([0, 1, 1]), trains.dense(batch, 150, 6300)
+    gradients = []
+    for logits in (network(batch), network.dense(grids)):
+        network.zero_grad()
+        functional.cross_entropy(logits, labels).backward()
+        gradients.append((logits.detach(), *(p.grad for p in network.parameters())))
+    for one, other in zip(*gradients, strict=True):
+        assert one is not None and other is not None
+        assert (one - other).abs().max() < 1e-5
+
+
+def test_the_snn_on_patterns_equals_the_dense_one() -> None:
+    torch.manual_seed(0)
+    network = build_model("snn")
+    assert isinstance(network, SNN)
+    with torch.no_grad():  # so that it spikes before it is trained
+        network.linear1.weight += 0.3
+        network.linear2.weight += 3
+    batch = [network.prepare(random_window(seed, count)) for seed, count in enumerate((0, 3, 9000))]
+    labels, grids = torch.tensor([0, 1, 1]), patterns.dense(batch, network.input_neurons.units, 150)
+    gradients = []
+    for spikes in (network.spikes(batch), network.dense(grids)):
+        network.zero_grad()
+        network.loss(spikes, labels).backward()
+        gradients.append((spikes.detach(), network.linear1.weight.grad, network.linear2.weight.grad))
+    for one, other in zip(*gradients, strict=True):
+        assert one is not None and other is not None
+        assert other.any() and (one - other).abs().max() < 1e-5 * other.abs().max()
+
+
+@given(st.integers(0, 10**6), st.integers(1, 5), st.integers(1, 6), st.sampled_from([2, 3, 32]))
+@settings(max_examples=20, deadline=None)
+def test_the_linear_layer_of_patterns_and_its_gradient_equal_the_dense_ones(
+    seed: int, rows: int, columns: int, outputs: int
+) -> None:
+    neurons, rng = InputNeurons((9, rows, columns)), np.random.default_rng(seed)
+    cells = np.flatnonzero(rng.random(2 * 9 * rows * columns) < 0.3)
+    batch = [neurons(Occupancy(some, np.full(len(some), 0.25, np.float32))) for some in (cells, cells[:0], cells[::2])]
+    weight = torch.randn(outputs, 2 * rows * columns, generator=torch.Generator().manual_seed(seed), requires_grad=True)
+    grids = patterns.dense(batch, neurons.units, 9)
+    fast, full = pattern_linear(batch, weight, neurons.units, 9), grids @ weight.T
+    assert (fast - full).abs().max() < 1e-5
+    towards = torch.randn_like(full)
+    (one,), (other,) = (torch.autograd.grad((out * towards).sum(), weight) for out in (fast, full))
+    assert (one - other).abs().max() < 1e-5
 
 
 @pytest.mark.parametrize(("name", "number"), [("mlp", 6_400_330), ("snn", 201_664), ("cnn3d", 5_696)])
@@ -90,8 +130,19 @@ def test_neurons_spike_as_their_responses_add_up() -> None:
     expected = brute_spikes(drive)
     assert 0.05 < expected.mean() < 0.5
     np.testing.assert_array_equal(neurons.spike(given_drive).numpy(), expected)
-    decay, gain = math.exp(-1 / srm.TAU_REFRACTORY), -srm.SCALE_REFRACTORY * srm.THETA * math.e / srm.TAU_REFRACTORY
-    np.testing.assert_array_equal(srm._spikes_torch(given_drive, decay, gain)[0].numpy(), expected)
+
+
+def test_a_layer_of_neurons_and_its_gradient_equal_those_of_plain_torch() -> None:
+    summed = 6 * torch.randn(3, 60, 5, generator=torch.Generator().manual_seed(0))
+    one, other = (summed.clone().requires_grad_() for _ in range(2))
+    neurons, towards = srm.Srm(60), torch.randn(3, 60, 5, generator=torch.Generator().manual_seed(1))
+    fast, plain = srm.layer(one), neurons.spike(neurons.psp(other.transpose(1, 2))).transpose(1, 2)
+    assert 0.02 < plain.mean() < 0.5
+    assert torch.equal(fast, plain)
+    (fast * towards).sum().backward()
+    (plain * towards).sum().backward()
+    assert one.grad is not None and other.grad is not None
+    assert (one.grad - other.grad).abs().max() < 1e-5
 
 
 def test_a_spike_s_response_is_the_alpha_kernel() -> None:
@@ -118,19 +169,17 @@ def test_the_count_loss_is_half_the_squared_difference_of_counts() -> None:
 
 
 def test_input_neurons_spike_as_their_responses_add_up() -> None:
-    rng = np.random.default_rng(3)
-    pixels = rng.integers(0, 17, (5, 60)) * (rng.random((5, 60)) < 0.08)
-    unit, time = np.nonzero(pixels)
-    starts = np.concatenate([[0], np.cumsum((pixels > 0).sum(1))])
-    given_pixels = trains.Trains(
-        np.arange(5, dtype=np.int32), starts, time.astype(np.int32), (pixels[unit, time] / 16).astype(np.float32)
-    )
-    found = trains.dense([srm.input_spikes(given_pixels, 60)], 60, 5)[0].T
-    kernel = srm.alpha_kernel(srm.TAU, 60)
-    drive = np.stack([np.convolve(row, kernel)[:60] for row in pixels]) * srm.POOL_WEIGHT * srm.THETA
-    expected = brute_spikes(drive)
-    assert expected.sum() > 20
-    np.testing.assert_array_equal(found.numpy(), expected)
+    rng, neurons = np.random.default_rng(3), InputNeurons((60, 3, 5))
+    for _ in range(2):  # what is kept between windows leaves no trace
+        pixels = rng.integers(0, 17, (2, 60, 3, 5)) * (rng.random((2, 60, 3, 5)) < 0.08)
+        cells = np.flatnonzero(pixels)
+        by_time = cells[np.argsort(cells // 15 % 60, kind="stable")]
+        found = neurons(Occupancy(by_time, (pixels.ravel()[by_time] / 16).astype(np.float32)))
+        drive = np.moveaxis(pixels, 1, -1) @ srm.responses(srm.TAU, 60).double().numpy() * POOL_WEIGHT * srm.THETA
+        expected = brute_spikes(drive)
+        assert expected.sum() == found.spikes > 20
+        grid = patterns.dense([found], neurons.units, 60)[0].T
+        np.testing.assert_array_equal(grid.numpy(), expected.reshape(30, 60))
 
 
 def test_counts_and_voxels_by_hand() -> None:

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from evslip.errors import ConfigError, DataError
+from evslip.cli.detecting import export
+from evslip.errors import ConfigError, DataError, MissingExtraError
 from evslip.learn import build_model
-from evslip.learn.layers import trains
+from evslip.learn.checkpoint import Description, save_model
+from evslip.learn.layers import patterns
 from evslip.learn.networks.snn import SNN
+from evslip.window_set import WindowSettings
 from learn_windows import random_window
 
 nir = pytest.importorskip("nir")
@@ -58,7 +61,7 @@ def simulated(graph: Any, spikes: np.ndarray, bin_s: float) -> np.ndarray:
 
 def test_the_graph_spikes_as_the_network(network: SNN) -> None:
     batch = [network.prepare(random_window(0, 4000))]
-    spikes = trains.dense(batch, 150, network.units)[0].T.numpy().astype(np.float64)
+    spikes = patterns.dense(batch, network.input_neurons.units, 150)[0].T.numpy().astype(np.float64)
     expected = network.spikes(batch)[0].detach().numpy()
     found = simulated(to_nir(network), spikes, 0.16 / 150)
     assert expected.sum() > 10
@@ -70,6 +73,20 @@ def test_a_file_reloads_and_agrees(network: SNN, tmp_path) -> None:
     again = read_nir(tmp_path / "snn.nir")
     batch = [network.prepare(random_window(seed, 4000)) for seed in range(2)]
     torch.testing.assert_close(again(batch), network(batch), rtol=0, atol=0)
+
+
+def test_the_command_line_exports_a_saved_network(network: SNN, tmp_path, capsys, monkeypatch) -> None:
+    save_model(tmp_path, network, Description("snn", 0.5, WindowSettings(), {}))
+    export(tmp_path, tmp_path / "out.nir")
+    assert "201,664 weights" in capsys.readouterr().out
+    assert torch.equal(read_nir(tmp_path / "out.nir").linear1.weight, network.linear1.weight)
+    monkeypatch.setattr("evslip.learn.nir_graph.find_spec", lambda name: None)
+    with pytest.raises(MissingExtraError, match=r"evslip\[nir\]"):
+        export(tmp_path, tmp_path / "again.nir")
+    save_model(tmp_path, build_model("event_rate"), Description("event_rate", 0.5, WindowSettings(), {}))
+    with pytest.raises(ConfigError, match="network snn"):  # also where the extra is missing: it would not help
+        export(tmp_path, tmp_path / "again.nir")
+    assert not (tmp_path / "again.nir").exists()
 
 
 def test_what_is_no_such_network_is_refused(tmp_path) -> None:

@@ -73,7 +73,7 @@ def logged(folder: Path) -> list[tuple[int, float]]:
 
 def test_another_training_in_the_folder_is_refused(windows, tmp_path, monkeypatch) -> None:
     killed(windows, tmp_path, monkeypatch, after=1)
-    with pytest.raises(ConfigError, match=r"lr 0\.003 there and 0\.1 now"):
+    with pytest.raises(ConfigError, match=r"lr 0\.001 there and 0\.1 now"):
         train(windows, tmp_path, Settings.of("countnet", epochs=4, batch=16, lr=0.1, val_fraction=0.25), quiet=True)
     with pytest.raises(ConfigError, match="other windows"):
         train(windows.take(np.arange(len(windows) - 1)), tmp_path, QUICK, quiet=True)
@@ -113,8 +113,8 @@ def test_the_rate_rises_and_falls_or_stays() -> None:
 
 
 def test_settings_of_a_network_and_wrong_ones() -> None:
-    assert TrainSettings.of("snn").optimiser == "rmsprop"
-    assert TrainSettings.of("snn", optimiser="adam", lr=None).optimiser == "adam"
+    assert TrainSettings.of("mlp").batch == 32
+    assert TrainSettings.of("mlp", optimiser="rmsprop", lr=None).optimiser == "rmsprop"
     with pytest.raises(ConfigError, match="momentum"):
         TrainSettings.of("snn", momentum=0.9)
     for name, value in (("schedule", "step"), ("protocol", "best"), ("time_dropout", 1.0), ("shift_px", -1)):

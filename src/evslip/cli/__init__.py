@@ -31,6 +31,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "import": sensing.import_,
     "info": sensing.info,
     "detect": detecting.detect,
+    "export": detecting.export,
     "view": seeing.view,
     "video": seeing.video,
     "rerun": seeing.rerun,

@@ -162,6 +162,7 @@ def evaluate(
         resamples: Resamples of the trajectories that the confidence intervals come from.
     """
     from evslip.learn.assessment import assess
+    from evslip.learn.checkpoint import load_model
     from evslip.learn.comparison import compare
     from evslip.learn.exam import open_exam
     from evslip.view.evaluation import alarm_table, comparison_table, short_names, write_evaluation
@@ -169,10 +170,12 @@ def evaluate(
     *models, data = models_and_data
     if not models:
         raise ConfigError(f"evaluate: {data} alone is named; expected one or more models, then the data")
+    for model in models:
+        load_model(model)  # a wrong name shows now, not after the models before it
     exam = open_exam(data, split)
     found = []
     for model in models:
-        with progress_bar(f"evaluate {model.name}", len(exam) or None) as advance:
+        with progress_bar(f"evaluate {model.name}", exam.steps) as advance:
             found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, progress=advance))
     folder = out or (models[0] if len(models) == 1 else Path("evaluation"))
     write_evaluation(folder, found, exam)
@@ -184,6 +187,25 @@ def evaluate(
     for note in dict.fromkeys(note for one in found for note in one.notes):
         console.print(f"note: {note}")
     console.print(f"{folder / 'evaluation.html'}, evaluation.json, scores.png, circumstances.png, failures/")
+
+
+def export(model: Positional[Path], out: Positional[Path]) -> None:
+    """Write a spiking detector as NIR, which simulators and neuromorphic chips read.
+
+    NIR (Neuromorphic Intermediate Representation) describes weights, leaky integrators and thresholds. The graph begins
+    at the spikes of the input neurons. Needs the extra nir.
+
+    Args:
+        model: Folder of a model of the network snn.
+        out: File to write, by custom *.nir.
+    """
+    from evslip.learn.checkpoint import load_model
+    from evslip.learn.nir_graph import write_nir
+
+    network, description = load_model(model)
+    write_nir(network, out)
+    parameters = sum(parameter.numel() for parameter in network.parameters())
+    console.print(f"{out}: NIR graph of {model}, {description.model}, {parameters:,} weights")
 
 
 def report(

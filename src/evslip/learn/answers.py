@@ -1,6 +1,6 @@
 """What a detector says of every moment in which an object is held, beside what is true and known of that moment."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -89,15 +89,16 @@ _ARRAYS = (
 )  # fmt: skip
 
 
-def on_windows(network: Network, windows: Windows) -> Answers:
-    """Answers on windows that were cut before. Raises DataError when they are not of the network's size."""
+def on_windows(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Answers:
+    """Answers on windows that were cut before. `progress` is called with numbers of windows. Raises DataError when they
+    are not of the network's size."""
     check_geometry(network, windows)
     names, track = np.unique(windows.name, return_inverse=True)
     bodies = windows.by_body.sum(1) > 0
     settings = windows.settings
     n = len(windows)
     return Answers(
-        p_slip=probabilities(network, windows).astype(float),
+        p_slip=probabilities(network, windows, progress).astype(float),
         label=windows.label,
         counted=np.ones(n, bool),
         track=track,

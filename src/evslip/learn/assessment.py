@@ -80,15 +80,16 @@ def assess(
     *,
     hop_s: float = HOP_S,
     resamples: int = bootstrap.RESAMPLES,
-    progress: Callable[[], None] | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Assessment:
-    """Examine a saved detector. `progress` is called after each record. Raises DataError, ConfigError."""
+    """Examine a saved detector. `progress` is called with how many more records, or windows, are done with. Raises
+    DataError, ConfigError."""
     if not 0.001 <= hop_s <= 10 or resamples < 0:
         raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
     network, description = load_model(model)
     if exam.windows is not None:
         check_geometry(network, exam.windows)
-        found, settings = answers.on_windows(network, exam.windows), exam.windows.settings
+        found, settings = answers.on_windows(network, exam.windows, progress), exam.windows.settings
     else:
         settings = description.windows
         hop_s = min(hop_s, settings.length_s)
@@ -137,11 +138,11 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _told(exam: Exam, progress: Callable[[], None] | None) -> Iterator[Record]:
+def _told(exam: Exam, progress: Callable[[int], None] | None) -> Iterator[Record]:
     for record in exam:
         yield record
         if progress:
-            progress()
+            progress(1)
 
 
 def _curves(clear: Answers) -> Curves:

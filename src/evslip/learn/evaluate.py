@@ -1,6 +1,6 @@
 """A detector's answers on windows."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +25,16 @@ def answer(network: Network, inputs: Sequence[Any]) -> np.ndarray:
     return torch.cat(parts).cpu().numpy()
 
 
-def probabilities(network: Network, windows: Windows) -> np.ndarray:
-    """Slip probability of every window, float32 of shape (n,)."""
+def probabilities(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> np.ndarray:
+    """Slip probability of every window, float32 of shape (n,). `progress` is called with numbers of windows."""
     training = network.training
     network.eval()
     parts = [np.empty(0, np.float32)]
     for first in range(0, len(windows), BATCH):  # prepared a batch at a time, to keep little in memory
         last = min(first + BATCH, len(windows))
         parts.append(answer(network, [network.prepare(windows[i]) for i in range(first, last)]))
+        if progress:
+            progress(last - first)
     network.train(training)
     return np.concatenate(parts)
 

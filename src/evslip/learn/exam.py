@@ -48,6 +48,11 @@ class Exam:
         """Number of records."""
         return len(self.paths) + (len(self.dataset) if self.dataset is not None else 0)
 
+    @property
+    def steps(self) -> int:
+        """What an examination counts as it goes on: windows, or else records."""
+        return len(self) if self.windows is None else len(self.windows)
+
     def some_windows(self, settings: WindowSettings, most: int = 48) -> list[WindowEvents]:
         """A few windows evenly from the first records, to time a detector on. Raises DataError."""
         cut = self.windows if self.windows is not None else windows_of(islice(self, 3), settings)

@@ -25,11 +25,11 @@ LAYERS = ("linear1", "linear2")
 
 def to_nir(network: Network) -> Any:
     """A spiking network as a nir.NIRGraph. Raises ConfigError for another network, MissingExtraError without nir."""
-    nir = _nir()
     if not isinstance(network, SNN):
         raise ConfigError(
             f"NIR is for spiking networks; expected a model of the network snn, not {type(network).__name__}"
         )
+    nir = _nir()
     bin_s = network.geometry.length_us / 1e6 / BINS
     nodes: dict[str, Any] = {"input": nir.Input({"input": np.array([network.units])})}
     edges: list[tuple[str, str]] = []

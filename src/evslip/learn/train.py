@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from torch.nn.modules.batchnorm import _BatchNorm
 
 from evslip import atomic
+from evslip.console import console
 from evslip.errors import DataError
 from evslip.learn.augment import Augmentation
 from evslip.learn.checkpoint import Description, geometry_of, save_model
@@ -67,9 +68,9 @@ def train(
     """
     settings = settings or TrainSettings()
     out = Path(out)
+    training, validation = split(windows, settings)
     with atomic.storage_errors(out):
         out.mkdir(parents=True, exist_ok=True)
-    training, validation = split(windows, settings)
     augmentation = Augmentation(settings, windows.settings)
     torch.manual_seed(settings.seed)
     network = build_model(settings.model, geometry_of(windows.settings))
@@ -246,25 +247,32 @@ def settle_norms(network: Network, windows: Windows, rng: np.random.Generator) -
 
 
 class _Show:
-    """Progress of training on a terminal."""
+    """Progress of training: a bar that fits a line of 80 characters; without a terminal a line an epoch."""
 
-    def __init__(self, bar: Progress, task: Any):
-        self._bar, self._task, self._seen, self._validation = bar, task, 0, ""
+    def __init__(self, bar: Progress, task: Any, epochs: int, quiet: bool):
+        self._bar, self._task, self._epochs, self._quiet = bar, task, epochs, quiet
+        self._seen, self._validation = 0, ""
 
     def batch(self, epoch: int, total: float, right: int, number: int, size: int) -> None:
         self._seen = size if number == 0 else self._seen + size
-        scores = f"epoch {epoch}: loss {total / self._seen:.3f} acc {right / self._seen:.3f}{self._validation}"
-        self._bar.update(self._task, advance=1, scores=scores)
+        self._say(epoch, total / self._seen, right / self._seen, advance=1)
 
     def epoch(self, epoch: int, row: dict[str, float]) -> None:
-        self._validation = f", validation loss {row['val_loss']:.3f} acc {row['val_accuracy']:.3f}"
-        scores = f"epoch {epoch}: loss {row['loss']:.3f} acc {row['accuracy']:.3f}{self._validation}"
-        self._bar.update(self._task, scores=scores)
+        self._validation = f", validation {row['val_loss']:.3f} {row['val_accuracy']:.3f}"
+        self._say(epoch, row["loss"], row["accuracy"])
+        if not self._quiet and not console.is_terminal:
+            console.print(self._bar.tasks[self._task].fields["scores"])
+
+    def _say(self, epoch: int, loss: float, accuracy: float, advance: int = 0) -> None:
+        scores = f"{epoch}/{self._epochs} loss {loss:.3f} accuracy {accuracy:.3f}{self._validation}"
+        self._bar.update(self._task, advance=advance, scores=scores)
 
 
 @contextmanager
 def _progress(settings: TrainSettings, windows: int, done: int, quiet: bool) -> Iterator[_Show]:
-    columns = (TextColumn(f"train {settings.model}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, TextColumn("{task.fields[scores]}"), disable=quiet) as bar:
-        steps = math.ceil(windows / settings.batch)
-        yield _Show(bar, bar.add_task("", total=steps * settings.epochs, completed=steps * done, scores=""))
+    columns = (TextColumn(settings.model), BarColumn(8), TimeRemainingColumn(), TextColumn("{task.fields[scores]}"))
+    hidden = quiet or not console.is_terminal
+    steps = math.ceil(windows / settings.batch)
+    with Progress(*columns, console=console, disable=hidden) as bar:
+        task = bar.add_task("", total=steps * settings.epochs, completed=steps * done, scores="")
+        yield _Show(bar, task, settings.epochs, quiet)

@@ -63,7 +63,8 @@ def cell_text(figure: Figure, cell: Cell) -> str:
     if math.isfinite(cell.spread):
         return f"{text} ± {cell.spread:.{figure.digits}f}"
     if cell.interval is not None:
-        return f"{text} ({cell.interval[0]:.{figure.digits}f} to {cell.interval[1]:.{figure.digits}f})"
+        low, high = (page.number(end, figure.digits) for end in cell.interval)
+        return f"{text} ({low}–{high})"
     return text
 
 

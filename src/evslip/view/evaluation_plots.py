@@ -66,9 +66,8 @@ def write_circumstances_png(path: Path, found: Sequence[Assessment], names: Sequ
     for axis in axes[len(titles) :]:
         axis.axis("off")
     if len(names) > 1:
-        for i, name in enumerate(names):
-            axes[0].bar([0], [0], color=color(i), label=name)
-        axes[0].legend(loc="lower left", fontsize=7)
+        bars = [axes[0].bar([0], [0], color=color(i), label=name) for i, name in enumerate(names)]
+        figure.legend(handles=bars, loc="outside upper left", ncols=5, frameon=False, fontsize=8)
     _save(figure, path)
 
 
@@ -100,9 +99,7 @@ def _bars(axis: Any, by_model: Sequence[dict[str, Any]]) -> None:
             if group is None:
                 continue
             x = place + (i - (len(by_model) - 1) / 2) * width
-            axis.plot(
-                x, group.between_said_slip, "D", mfc="white", mec="black" if len(by_model) == 1 else color(i), ms=4
-            )
+            axis.plot(x, group.between_said_slip, "D", mfc="white", mec="black", ms=4)
             if not math.isfinite(group.accuracy):
                 continue
             low, high = group.interval or (group.accuracy, group.accuracy)

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 
 from evslip.compiled import compiled
+from evslip.errors import DataError
 
 POOL = 4
 
@@ -31,12 +32,18 @@ def pooled_size(pixels: int, padding: int = 1) -> int:
 
 
 @compiled()
-def _pool(t_us, x, y, p, length_us, bins, rows, columns, padding, masks, touched):
-    """Set one bit a pixel in its cell's mask; list the cells in order of first touch. Returns how many there are."""
-    count, time_bin, begins, ends = 0, 0, 0, 0
+def _occupy(t_us, x, y, p, length_us, bins, rows, columns, padding, masks, touched, cells, values):
+    """Set one bit a pixel in its cell's mask, bin by bin: events come in order of time, so the masks of one bin are
+    enough, and stay in the nearest cache. Returns how many cells there are, in order of first touch; -1 if an event is
+    earlier than the bin of the one before."""
+    number, count, time_bin, begins, ends = 0, 0, 0, 0, 0
     for i in range(len(t_us)):
         t = np.int64(t_us[i])
-        if t >= ends or t < begins:  # seldom, since events come in order: dividing each time would cost more
+        if t >= ends or t < begins:  # seldom: dividing each time would cost more
+            number = _drain(masks, touched, count, time_bin, bins, cells, values, number)
+            count = 0
+            if t < begins:
+                return -1
             time_bin = min(t * bins // length_us, bins - 1)
             begins, ends = -(-time_bin * length_us // bins), -(-(time_bin + 1) * length_us // bins)
             if time_bin == bins - 1:
@@ -45,25 +52,29 @@ def _pool(t_us, x, y, p, length_us, bins, rows, columns, padding, masks, touched
         row, column = down >> 2, across >> 2
         if row >= rows or column >= columns:
             continue
-        layer = time_bin if p[i] else bins + time_bin
-        cell = (layer * rows + row) * columns + column
-        before = masks[cell]
-        touched[count] = cell
+        place = ((0 if p[i] else rows) + row) * columns + column
+        before = masks[place]
+        touched[count] = place
         count += before == 0
-        masks[cell] = before | np.uint16(1 << ((down & 3) * 4 + (across & 3)))
-    return count
+        masks[place] = before | np.uint16(1 << ((down & 3) * 4 + (across & 3)))
+    return _drain(masks, touched, count, time_bin, bins, cells, values, number)
 
 
 @compiled()
-def _drain(masks, touched, count, values):
-    """Count each mask's bits, pairs first, then fours, and clear it."""
+def _drain(masks, touched, count, time_bin, bins, cells, values, number):
+    """Note a bin's cells: count each mask's bits, pairs first, then fours, and clear it."""
+    plane = len(masks) // 2
     for i in range(count):
-        bits = np.uint32(masks[touched[i]])
+        place = touched[i]
+        bits = np.uint32(masks[place])
         bits -= (bits >> np.uint32(1)) & np.uint32(0x5555)
         bits = (bits & np.uint32(0x3333)) + ((bits >> np.uint32(2)) & np.uint32(0x3333))
         bits = (bits + (bits >> np.uint32(4))) & np.uint32(0x0F0F)
-        values[i] = np.float32((bits + (bits >> np.uint32(8))) & np.uint32(0x1F)) / np.float32(16)
-        masks[touched[i]] = 0
+        values[number] = np.float32((bits + (bits >> np.uint32(8))) & np.uint32(0x1F)) / np.float32(16)
+        masks[place] = 0
+        cells[number] = place + time_bin * plane + (bins - 1) * plane * (place >= plane)
+        number += 1
+    return number
 
 
 class Binner:
@@ -72,18 +83,20 @@ class Binner:
     def __init__(self, width: int, height: int, length_us: int, bins: int, padding: int = 1):
         self.length_us, self.bins, self.padding = length_us, bins, padding
         self.rows, self.columns = pooled_size(height, padding), pooled_size(width, padding)
-        self._masks = np.zeros(2 * bins * self.rows * self.columns, np.uint16)
+        self._masks = np.zeros(2 * self.rows * self.columns, np.uint16)
+        self._touched = np.empty(len(self._masks) + 1, np.int32)
 
     def __call__(self, t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray) -> Occupancy:
-        """t_us since the window's start, x and y in the crop, p True for ON; each of shape (n,)."""
-        touched = np.empty(len(t_us) + 1, np.int64)
-        count = _pool(
+        """t_us since the window's start, ascending; x and y in the crop, p True for ON; each of shape (n,). Raises
+        DataError for events that are not in order of time."""
+        cells, values = np.empty(len(t_us), np.int64), np.empty(len(t_us), np.float32)
+        count = _occupy(
             t_us, x, y, p, self.length_us, self.bins, self.rows, self.columns,
-            self.padding, self._masks, touched,
+            self.padding, self._masks, self._touched, cells, values,
         )  # fmt: skip
-        values = np.empty(count, np.float32)
-        _drain(self._masks, touched, count, values)
-        return Occupancy(touched[:count], values)
+        if count < 0:
+            raise DataError("the events of a window are not in order of time")
+        return Occupancy(cells[:count].copy(), values[:count].copy())
 
 
 def joined(batch: Sequence[Occupancy]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

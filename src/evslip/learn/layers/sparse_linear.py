@@ -12,50 +12,59 @@ import torch
 from numba import prange
 
 from evslip.compiled import compiled
+from evslip.learn.layers.rows import add_row
 from evslip.learn.layers.trains import Trains, joined
 
 
-@compiled(parallel=True)
-def _forward(windows, units, starts, bins, values, weight, out):
-    for b in prange(len(windows) - 1):
-        for i in range(windows[b], windows[b + 1]):
-            row = weight[units[i]]
+@compiled()
+def _add_weights(first, last, units, starts, bins, values, weight, lanes, sums):
+    """The sums of one window, whose units are first to last."""
+    for i in range(first, last):
+        for j in range(starts[i], starts[i + 1]):
+            add_row(sums, bins[j], weight, units[i], values[j], lanes)
+
+
+@compiled()
+def _add_gradients(first, last, windows, units, starts, bins, values, gradient, lanes, out):
+    """The gradients of the weights of units first to last, over all windows in order."""
+    for b in range(len(windows) - 1):
+        rows, of_window = gradient[b], units[windows[b] : windows[b + 1]]
+        begin, end = np.searchsorted(of_window, first), np.searchsorted(of_window, last)
+        for i in range(windows[b] + begin, windows[b] + end):
             for j in range(starts[i], starts[i + 1]):
-                value, target = values[j], out[b, bins[j]]
-                for k in range(len(row)):
-                    target[k] += value * row[k]
+                add_row(out, units[i], rows, bins[j], values[j], lanes)
 
 
 @compiled(parallel=True)
-def _backward(windows, units, starts, bins, values, gradient, slices, out):
-    """Each thread adds up some of the outputs over all windows in order: no sum depends on the number of threads."""
-    outputs = out.shape[1]
+def _forward(windows, units, starts, bins, values, weight, lanes, out):
+    for b in prange(len(windows) - 1):
+        _add_weights(windows[b], windows[b + 1], units, starts, bins, values, weight, lanes, out[b])
+
+
+@compiled(parallel=True)
+def _backward(windows, units, starts, bins, values, gradient, slices, lanes, out):
+    """Each thread takes some of the units: no sum depends on the number of threads."""
     for part in prange(slices):
-        first, last = outputs * part // slices, outputs * (part + 1) // slices
-        for b in range(len(windows) - 1):
-            for i in range(windows[b], windows[b + 1]):
-                target = out[units[i], first:last]
-                for j in range(starts[i], starts[i + 1]):
-                    value, row = values[j], gradient[b, bins[j], first:last]
-                    for k in range(len(target)):
-                        target[k] += value * row[k]
+        first, last = len(out) * part // slices, len(out) * (part + 1) // slices
+        _add_gradients(first, last, windows, units, starts, bins, values, gradient, lanes, out)
 
 
 class _SparseLinear(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, weight: torch.Tensor, batch: Sequence[Trains], bins: int):
         windows, every = joined(batch)
-        out = np.zeros((len(batch), bins, len(weight)), np.float32)
-        _forward(windows, *every, np.ascontiguousarray(weight.detach().numpy().T), out)
+        out = torch.zeros(len(batch), bins, len(weight))
+        _forward(windows, *every, weight.detach().t().contiguous().numpy(), (0,) * len(weight), out.numpy())
         ctx.inputs, ctx.shape = (windows, *every), weight.shape
-        return torch.from_numpy(out)
+        return out
 
     @staticmethod
     def backward(ctx: Any, gradient: torch.Tensor):  # pyright: ignore[reportIncompatibleMethodOverride] (one output)
         outputs, units = ctx.shape
-        out = np.zeros((units, outputs), np.float32)
-        _backward(*ctx.inputs, gradient.contiguous().numpy(), min(outputs, numba.get_num_threads()), out)
-        return torch.from_numpy(out).t(), None, None
+        out = torch.zeros(units, outputs)
+        rows = gradient.contiguous().numpy()
+        _backward(*ctx.inputs, rows, numba.get_num_threads(), (0,) * outputs, out.numpy())
+        return out.t(), None, None
 
 
 def sparse_linear(batch: Sequence[Trains], weight: torch.Tensor, bins: int) -> torch.Tensor:

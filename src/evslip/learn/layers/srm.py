@@ -3,7 +3,8 @@
 u(t) = sum of the input's responses e(t) = t/tau exp(1 - t/tau) + sum of the neuron's own refractory responses
 r(t) = -scale theta t/tau_r exp(1 - t/tau_r); it spikes while u >= theta. For the gradient, a spike's derivative is
 scale_rho / (tau_rho theta) exp(-|u - theta| / (tau_rho theta)), and the refractory response is not followed back. After
-SLAYER (Shrestha & Orchard 2018); time in bins. The kernels are not cut off, so each is a filter with two states.
+SLAYER (Shrestha & Orchard 2018); time in bins. The kernels are not cut off, so each is a filter with two states:
+`layer` runs both over time in one pass, on the CPU; `psp` and `spike` are the same in plain torch.
 """
 
 import math
@@ -15,7 +16,6 @@ from numba import prange
 from torch import nn
 
 from evslip.compiled import compiled
-from evslip.learn.layers.trains import Trains
 
 THETA = 10.0
 TAU = 10.0
@@ -23,8 +23,6 @@ TAU_REFRACTORY = 1.0
 SCALE_REFRACTORY = 2.0
 TAU_RHO = 1.0
 SCALE_RHO = 1.0
-POOL_WEIGHT = 1.1
-"""Of theta: the response to one firing pixel suffices for its cell to spike."""
 
 
 def alpha_kernel(tau: float, bins: int) -> np.ndarray:
@@ -40,30 +38,76 @@ def responses(tau: float, bins: int) -> torch.Tensor:
 
 
 @compiled(parallel=True)
-def _spikes(drive, theta, decay, gain, spikes):
-    """Run neurons (n, bins) with a drive each; `drive` becomes the whole membrane potential."""
-    for neuron in prange(len(drive)):
-        recent, response = 0.0, 0.0
-        for t in range(drive.shape[1]):
-            response = decay * (response + recent)
-            recent *= decay
-            potential = drive[neuron, t] + np.float32(gain * response)
-            drive[neuron, t] = potential
-            if potential >= theta:
-                spikes[neuron, t] = 1
-                recent += 1
+def _layer(summed, constants, spikes, potential):
+    """Run neurons on their inputs (windows, bins, neurons): the response to input and to their own spikes."""
+    rise, fall, gain, own_gain, theta = constants
+    for b in prange(len(summed)):
+        state = np.zeros((4, summed.shape[2]), np.float32)
+        recent, response, own, own_response = state[0], state[1], state[2], state[3]
+        for t in range(summed.shape[1]):
+            fed, out, level = summed[b, t], spikes[b, t], potential[b, t]
+            for k in range(len(fed)):
+                answer = rise * (response[k] + recent[k])
+                response[k] = answer
+                recent[k] = rise * recent[k] + fed[k]
+                own_answer = fall * (own_response[k] + own[k])
+                own_response[k] = own_answer
+                level[k] = gain * answer + own_gain * own_answer
+                fires = np.float32(level[k] >= theta)
+                own[k] = fall * own[k] + fires
+                out[k] = fires
 
 
-def _spikes_torch(drive: torch.Tensor, decay: float, gain: float) -> tuple[torch.Tensor, torch.Tensor]:
-    """The same on any device: spikes and membrane potential."""
-    spikes, potential = torch.zeros_like(drive), torch.empty_like(drive)
-    recent, response = torch.zeros_like(drive[..., 0]), torch.zeros_like(drive[..., 0])
-    for t in range(drive.shape[-1]):
-        response = decay * (response + recent)
-        potential[..., t] = drive[..., t] + gain * response
-        spikes[..., t] = potential[..., t] >= THETA
-        recent = decay * recent + spikes[..., t]
-    return spikes, potential
+@compiled(parallel=True)
+def _responses_back(gradient, constants, out):
+    """The response to input backwards in time: the gradient of each input from those of the potentials."""
+    rise, gain = constants[0], constants[2]
+    for b in prange(len(gradient)):
+        state = np.zeros((2, gradient.shape[2]), np.float32)
+        recent, response = state[0], state[1]
+        for t in range(gradient.shape[1] - 1, -1, -1):
+            late, early = gradient[b, t], out[b, t]
+            for k in range(len(late)):
+                answer = rise * (response[k] + recent[k])
+                response[k] = answer
+                recent[k] = rise * recent[k] + late[k]
+                early[k] = gain * answer
+
+
+def _constants() -> tuple[np.float32, ...]:
+    """Of the two filters: decay of either, gain of either, threshold."""
+    decays = math.exp(-1 / TAU), math.exp(-1 / TAU_REFRACTORY)
+    gains = math.e / TAU, -SCALE_REFRACTORY * THETA * math.e / TAU_REFRACTORY
+    return tuple(np.float32(value) for value in (*decays, *gains, THETA))
+
+
+def _surrogate(potential: torch.Tensor) -> torch.Tensor:
+    """What is taken as the spikes' derivative by the potential."""
+    width = TAU_RHO * THETA
+    return torch.exp(potential.sub(THETA).abs_().mul_(-1 / width)).mul_(SCALE_RHO / width)
+
+
+class _Layer(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, summed: torch.Tensor):
+        spikes, potential = torch.empty_like(summed), torch.empty_like(summed)
+        _layer(summed.detach().numpy(), _constants(), spikes.numpy(), potential.numpy())
+        ctx.save_for_backward(potential)
+        return spikes
+
+    @staticmethod
+    def backward(ctx: Any, gradient: torch.Tensor):  # pyright: ignore[reportIncompatibleMethodOverride] (one output)
+        (potential,) = ctx.saved_tensors
+        out = torch.empty_like(potential)
+        _responses_back((gradient * _surrogate(potential)).contiguous().numpy(), _constants(), out.numpy())
+        return out
+
+
+def layer(summed: torch.Tensor) -> torch.Tensor:
+    """Spikes of neurons whose input spikes are weighted and summed: both (windows, bins, neurons). On the CPU."""
+    spikes = _Layer.apply(summed.contiguous())
+    assert isinstance(spikes, torch.Tensor)
+    return spikes
 
 
 class _Spike(torch.autograd.Function):
@@ -71,25 +115,25 @@ class _Spike(torch.autograd.Function):
     def forward(ctx: Any, drive: torch.Tensor):
         decay = math.exp(-1 / TAU_REFRACTORY)
         gain = -SCALE_REFRACTORY * THETA * math.e / TAU_REFRACTORY
-        if drive.device.type == "cpu":
-            potential = drive.detach().contiguous().clone()
-            spikes = torch.zeros_like(potential)
-            rows = (-1, drive.shape[-1])
-            _spikes(potential.view(rows).numpy(), THETA, decay, gain, spikes.view(rows).numpy())
-        else:
-            spikes, potential = _spikes_torch(drive.detach(), decay, gain)
+        spikes, potential = torch.zeros_like(drive), torch.empty_like(drive)
+        recent, response = torch.zeros_like(drive[..., 0]), torch.zeros_like(drive[..., 0])
+        for t in range(drive.shape[-1]):
+            response = decay * (response + recent)
+            potential[..., t] = drive[..., t] + gain * response
+            spikes[..., t] = potential[..., t] >= THETA
+            recent = decay * recent + spikes[..., t]
         ctx.save_for_backward(potential)
         return spikes
 
     @staticmethod
     def backward(ctx: Any, gradient: torch.Tensor):  # pyright: ignore[reportIncompatibleMethodOverride] (one output)
         (potential,) = ctx.saved_tensors
-        width = TAU_RHO * THETA
-        return gradient * (SCALE_RHO / width) * torch.exp(-(potential - THETA).abs() / width)
+        return gradient * _surrogate(potential)
 
 
 class Srm(nn.Module):
-    """A layer of such neurons for trains of so many bins. `psp`: alpha responses; `spike`: from drive to spikes."""
+    """A layer of such neurons for trains of so many bins, in plain torch, on any device. `psp`: alpha responses;
+    `spike`: from drive to spikes."""
 
     def __init__(self, bins: int):
         super().__init__()
@@ -112,39 +156,3 @@ class Srm(nn.Module):
         error = ((spikes.detach().sum(-1) - target) / spikes.shape[-1])[..., None]
         trace = self.psp(spikes - spikes.detach())  # 0, but for its gradient
         return 0.5 * (error + trace).square().sum() / len(spikes)
-
-
-@compiled()
-def _run(units, starts, bins, counts, length, weight, theta, tau, tau_refractory, scale_refractory, out, ends):
-    """Run each unit, driven by `counts` firing pixels in its bins; write the bins of its spikes and where they end."""
-    rise, fall = np.exp(-1 / tau), np.exp(-1 / tau_refractory)
-    gain, own_gain = np.e * weight * theta / tau, -np.e * scale_refractory * theta / tau_refractory
-    number = 0
-    for i in range(len(units)):
-        recent, response, own, own_response = 0.0, 0.0, 0.0, 0.0
-        event = starts[i]
-        for t in range(bins[event], length):
-            response = rise * (response + recent)
-            recent *= rise
-            if event < starts[i + 1] and bins[event] == t:
-                recent += counts[event]
-                event += 1
-            own_response = fall * (own_response + own)
-            own *= fall
-            if gain * response + own_gain * own_response >= theta:
-                own += 1
-                out[number] = t
-                number += 1
-        ends[i] = number
-    return number
-
-
-def input_spikes(pixels: Trains, length: int) -> Trains:
-    """Spikes of the input neurons, one a cell, within so many bins: each is driven by its cell's firing pixels, whose
-    share is the value. Every value of the result is 1."""
-    out, starts = np.empty(len(pixels.units) * length, np.int32), np.zeros(len(pixels.units) + 1, np.int64)
-    number = _run(
-        pixels.units, pixels.starts, pixels.bins, pixels.values * 16.0, length, POOL_WEIGHT, THETA, TAU, TAU_REFRACTORY,
-        SCALE_REFRACTORY, out, starts[1:],
-    )  # fmt: skip
-    return Trains(pixels.units, starts, out[:number].copy(), np.ones(number, np.float32))

@@ -21,7 +21,7 @@ class CountNet(Network):
     event there is the object's, as counted on the training windows: the camera moves with the hand, so the object is
     always about there. Three convolutions, then a linear layer that keeps places apart."""
 
-    recommended: ClassVar = {"epochs": 20, "lr": 3e-3}
+    recommended: ClassVar = {"epochs": 20, "lr": 1e-3}
 
     places: torch.Tensor
     prior: torch.Tensor

@@ -23,7 +23,7 @@ class MLP(Network):
     There is no activation between the linear layer and the GRU, so their weights are one matrix of 96 rows; on the CPU
     it is multiplied out once a batch, then applied to the occupied cells alone."""
 
-    recommended: ClassVar = {"batch": 64, "lr": 1e-3, "epochs": 20}
+    recommended: ClassVar = {"batch": 32, "lr": 5e-4, "epochs": 20}
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)

@@ -17,12 +17,15 @@ from torch import nn
 
 from evslip.compiled import compiled
 from evslip.learn.layers.occupancy import pooled_size
+from evslip.learn.layers.rows import add_part
 from evslip.learn.layers.sparse_conv import output_shape
 from evslip.learn.networks.cnn3d import BINS, CNN3d
 
 NEVER = np.iinfo(np.int64).min
 KERNEL_1, STRIDE_1 = (10, 5, 5), (5, 2, 2)
 KERNEL_N, STRIDE_N = (5, 3, 3), (3, 2, 2)
+LANES = (0,) * 8
+"""As many numbers as are added at a time: three columns of two outputs, and two zeros."""
 
 
 class RollingCNN3d:
@@ -78,8 +81,8 @@ class RollingCNN3d:
             t_us[newest:], x[newest:], y[newest:], p[newest:], start_us, self._length_us, since, self._grid,
             self._masks, self._touched,
         )  # fmt: skip
-        sums = np.zeros((fresh[0], *(size + 4 for size in self._first.shape[2:4]), 2), np.float32)
-        _scatter(self._touched, count, self._grid, self._masks, self._taps, sums)
+        sums = np.zeros((fresh[0], *(size + 5 for size in self._first.shape[2:4]), 2), np.float32)
+        _scatter(self._touched, count, self._grid, self._masks, self._taps, LANES, sums)
         _settle(sums, self._bias, self._first[one])
         _convolve(self._first[one], *self._second_weights, fresh[1], self._second[two])
         _convolve(self._second[two], *self._third_weights, len(self._third), self._third)
@@ -116,14 +119,15 @@ def _folded(conv: nn.Conv3d, norm: nn.Module) -> tuple[Any, Any]:
 
 def _by_parity(weight: np.ndarray) -> np.ndarray:
     """Weights of the first convolution as a cell meets them: (polarity, tap in time, parity of the cell's row, of its
-    column, output's row, output's column, output), the outputs being those that may see the cell, from the first; zero
-    where one does not."""
+    column, output's row, then output's column and output in one, filled up to LANES), the outputs being those that may
+    see the cell, from the first; zero where one does not."""
     taps = np.zeros((weight.shape[3], weight.shape[0], 2, 2, 3, 3, weight.shape[4]), np.float32)
     for row, column, high, wide in np.ndindex(2, 2, 3, 3):
         ky, kx = row + 4 - 2 * high, column + 4 - 2 * wide
         if ky < weight.shape[1] and kx < weight.shape[2]:
             taps[:, :, row, column, high, wide] = np.moveaxis(weight[:, ky, kx], 1, 0)
-    return taps
+    flat = taps.reshape(*taps.shape[:5], -1)
+    return np.pad(flat, [(0, 0)] * 5 + [(0, len(LANES) - flat.shape[-1])])
 
 
 @compiled()
@@ -145,33 +149,36 @@ def _occupy(t_us, x, y, p, start_us, length_us, since, grid, masks, touched):
 
 
 @compiled()
-def _scatter(touched, count, grid, masks, weight, sums):
+def _scatter(touched, count, grid, masks, taps, lanes, sums):
     """Add each occupied cell into the two by three by three outputs that see it, and clear its mask. `sums` (time, row,
-    column, channel) has a margin of 2 around rows and columns; its last time is the window's."""
-    bins, rows, columns = grid
-    last = sums.shape[0] - 1
+    column, channel) has a margin of 2 before rows and columns and of 3 after; its last time is the window's. Numbers of
+    32 bits, because dividing 64 takes several times as long."""
+    bins, rows, columns = np.uint32(grid[0]), np.uint32(grid[1]), np.uint32(grid[2])
+    times, high, wide, channels = sums.shape
+    flat, weights = sums.reshape(-1), taps.reshape(-1)
     for i in range(count):
-        cell, bits = touched[i], 0
-        mask = masks[cell]
-        masks[cell] = 0
-        while mask:
-            mask &= mask - np.uint16(1)
-            bits += 1
-        value = np.float32(bits / 16)
-        column = cell % columns
-        row = cell // columns % rows
-        behind = bins - 1 - cell // (columns * rows) % bins
-        polarity = cell // (columns * rows * bins)
+        mask = np.uint32(masks[touched[i]])
+        masks[touched[i]] = 0
+        mask -= (mask >> np.uint32(1)) & np.uint32(0x5555)  # counts the bits: by pairs, fours, eights
+        mask = (mask & np.uint32(0x3333)) + ((mask >> np.uint32(2)) & np.uint32(0x3333))
+        mask = (mask + (mask >> np.uint32(4))) & np.uint32(0x0F0F)
+        value = np.float32((mask + (mask >> np.uint32(8))) & np.uint32(0x1F)) / np.float32(16)
+        rest = np.uint32(touched[i])
+        column = np.int64(rest % columns)
+        rest //= columns
+        row = np.int64(rest % rows)
+        rest //= rows
+        behind = np.int64(bins - np.uint32(1) - rest % bins)
+        polarity = np.int64(rest // bins)
         for late in range(2):
-            time = last - behind // 5 + late
-            if time < 0 or time > last:
+            time = times - 1 - behind // 5 + late
+            if time < 0 or time >= times:
                 continue
-            for high in range(3):
-                taps = weight[polarity, 9 - behind % 5 - 5 * late, row % 2, column % 2, high]
-                line = sums[time, row // 2 + high, column // 2 : column // 2 + 3]
-                for j in range(3):
-                    line[j, 0] += value * taps[j, 0]
-                    line[j, 1] += value * taps[j, 1]
+            tap = (((polarity * 10 + 9 - behind % 5 - 5 * late) * 2 + row % 2) * 2 + column % 2) * 3
+            place = ((time * high + row // 2) * wide + column // 2) * channels
+            for across in range(3):
+                start = place + across * wide * channels
+                add_part(flat, start, weights, (tap + across) * len(lanes), value, lanes)
 
 
 @compiled()

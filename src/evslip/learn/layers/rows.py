@@ -1,0 +1,99 @@
+"""Rows of two-dimensional arrays added to one another in one go, for compiled loops.
+
+Numba cannot know that two rows do not overlap; it tests for it each time, which takes longer than to add 32 numbers. So
+these few lines are written in LLVM's own language. Arrays are float32, in C order, with as many columns as `lanes`, a
+tuple, has numbers: a tuple, because its length is known when the loop is compiled. Nothing checks the indices.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+Builder = Any
+Value = Any
+WIDTH = 16
+"""Numbers that are added at a time, as many as the widest registers hold."""
+
+
+def lowered(function: Callable[..., Any]) -> Any:
+    """Decorator: the function says, for the types of a call's arguments, which code stands for it."""
+    return intrinsic(function)
+
+
+@lowered
+def add_row(typing, target, i, source, j, scale, lanes):
+    """target[i] += scale * source[j]"""
+    return _addition(target, source, lanes, len(lanes))
+
+
+@lowered
+def add_part(typing, target, i, source, j, scale, lanes):
+    """target[i : i + n] += scale * source[j : j + n] for n lanes of arrays of one dimension."""
+    return _addition(target, source, lanes, 1)
+
+
+@lowered
+def set_sum(typing, target, i, first, j, second, k, lanes):
+    """target[i] = first[j] + second[k]"""
+
+    def generate(context: Any, builder: Builder, signature: Any, values: Any) -> Value:
+        to, one, other = (
+            _row(context, builder, signature.args[n], values[n], values[n + 1], len(lanes)) for n in (0, 2, 4)
+        )
+        for first, width in _pieces(len(lanes)):
+            summands = (_load(builder, row, first, width) for row in (one, other))
+            _store(builder, builder.fadd(*summands), to, first)
+        return context.get_dummy_value()
+
+    return types.void(target, types.intp, first, types.intp, second, types.intp, lanes), generate
+
+
+def _addition(target: Any, source: Any, lanes: Any, step: int) -> tuple[Any, Callable[..., Value]]:
+    """Rows begin `step` numbers after one another."""
+
+    def generate(context: Any, builder: Builder, signature: Any, values: Any) -> Value:
+        target, i, source, j, scale, _ = values
+        to = _row(context, builder, signature.args[0], target, i, step)
+        of = _row(context, builder, signature.args[2], source, j, step)
+        for first, width in _pieces(len(lanes)):
+            summand = builder.fmul(_load(builder, of, first, width), _spread(builder, scale, width))
+            _store(builder, builder.fadd(_load(builder, to, first, width), summand), to, first)
+        return context.get_dummy_value()
+
+    return types.void(target, types.intp, source, types.intp, types.float32, lanes), generate
+
+
+def _pieces(length: int) -> list[tuple[int, int]]:
+    """Where each vector of a row begins and how long it is."""
+    return [(first, min(WIDTH, length - first)) for first in range(0, length, WIDTH)]
+
+
+def _row(context: Any, builder: Builder, kind: Any, array: Value, index: Value, step: int) -> Value:
+    """Where a row begins."""
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.gep(data, [builder.mul(index, ir.Constant(index.type, step))])
+
+
+def _at(builder: Builder, row: Value, first: int, width: int) -> Value:
+    vector = ir.VectorType(ir.FloatType(), width).as_pointer()
+    return builder.bitcast(builder.gep(row, [ir.Constant(ir.IntType(64), first)]), vector)
+
+
+def _load(builder: Builder, row: Value, first: int, width: int) -> Value:
+    value = builder.load(_at(builder, row, first, width))
+    value.align = 4
+    return value
+
+
+def _store(builder: Builder, value: Value, row: Value, first: int) -> None:
+    builder.store(value, _at(builder, row, first, value.type.count)).align = 4
+
+
+def _spread(builder: Builder, number: Value, width: int) -> Value:
+    """A vector of so many times a number."""
+    one = ir.Constant(ir.VectorType(ir.FloatType(), width), ir.Undefined)
+    one = builder.insert_element(one, number, ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width))
