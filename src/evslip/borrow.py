@@ -29,8 +29,9 @@ def _disown(context: Any, builder: Any, kind: Any, value: Any) -> Any:
             setattr(struct, owner, cgutils.get_null_value(getattr(struct, owner).type))
         return struct._getvalue()
     if isinstance(kind, types.BaseTuple):
-        parts = cgutils.unpack_tuple(builder, value, len(kind))
-        owned = [_disown(context, builder, part, item) for part, item in zip(kind.types, parts, strict=True)]
+        members: Any = kind
+        items = cgutils.unpack_tuple(builder, value, len(members))
+        owned = [_disown(context, builder, part, item) for part, item in zip(members.types, items, strict=True)]
         return context.make_tuple(builder, kind, owned)
     return value
 

@@ -16,7 +16,7 @@ from evslip.events.optics import INTENSITIES, Intensity
 from evslip.events.ordering import in_time_order, unpack
 from evslip.events.presets import FOREIGN, resolve
 from evslip.events.sensor import Sensor
-from evslip.events.stream import Events, concatenate, empty_events
+from evslip.events.stream import Events, concatenate
 from evslip.events.v2e import V2EPixels
 from evslip.frame import NO_BODY, Frame
 from evslip.params import Params
@@ -159,7 +159,7 @@ class EventCamera:
         Continues where the last call ended. When a frame raises, the camera stands after the one before it.
         """
         parts: list[Events] = []
-        with Darkroom(self._events_on, self.threads > 1) as darkroom:
+        with Darkroom(self._exposed, self._arranged, self.threads > 1) as darkroom:
 
             def develop() -> None:
                 self._film = darkroom.take(self._film)
@@ -193,16 +193,19 @@ class EventCamera:
 
     def _develop(self) -> Events:
         """The events of all frames on the film, which then begins anew."""
-        events = self._events_on(self._film)
+        events = self._arranged(self._exposed(self._film), self._film.labelled)
         self._film.follow(self._film)
         return events
 
-    def _events_on(self, film: Film) -> Events:
-        if film.count == 0:
-            return empty_events(labelled=True)._replace(body=np.empty(0, np.uint8) if film.labelled else None)
-        times, words = in_time_order(self._sensor.expose(film))
+    def _exposed(self, film: Film) -> np.ndarray:
+        return self._sensor.expose(film) if film.count > 0 else np.empty((0, 2), np.int64)
+
+    @staticmethod
+    def _arranged(raw: np.ndarray, labelled: bool) -> Events:
+        """Raw events of a sensor in order; with a column of bodies if they are known."""
+        times, words = in_time_order(raw)
         x, y, p, body, cause = unpack(words)
-        return Events(times, x, y, p, body if film.labelled else None, cause)
+        return Events(times, x, y, p, body if labelled else None, cause)
 
     def _checked(self, t_us: Any, image: Any, bodies: Any) -> tuple[float, np.ndarray, np.ndarray | None]:
         """A frame in the units of the kernel. Raises DataError."""
