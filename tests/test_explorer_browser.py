@@ -179,6 +179,7 @@ def test_three_intervals_are_labelled_and_found_again(open_page, recording: Path
     page.wait_for_selector("#hint:has-text('2 intervals')")
     page.keyboard.press("r")
     page.wait_for_selector("#hint:has-text('3 intervals')")
+    page.wait_for_selector("#saved:has-text('saved in labels.csv')")
     page.reload()
     page.wait_for_selector("#hint:has-text('3 intervals')")
     page.keyboard.press("Home")

@@ -8,6 +8,8 @@ class Labeller {
   constructor(player, intervals) {
     Object.assign(this, {player, intervals, past: [], future: [], begun: null});
     this.saving = Promise.resolve();
+    // The browser asks before it leaves the page with a change that has not arrived.
+    addEventListener("beforeunload", (event) => { if (this.unsaved) event.preventDefault(); });
     const origin = player.about.start_us;
     this.seconds = (t) => Number(((t - origin) / 1e6).toFixed(6));
     this.micros = (s) => origin + 1e6 * s;
@@ -62,6 +64,7 @@ class Labeller {
 
   set(intervals) {
     this.intervals = intervals;
+    this.unsaved = true;
     this.show();
     place("saved").textContent = "saving";
     // One after the other, so that the last change is the one that stays.
@@ -75,7 +78,10 @@ class Labeller {
     const answer = await fetch("/api/labels", {method: "PUT", headers: {"content-type": "application/json"}, body: JSON.stringify(intervals)});
     if (!answer.ok) throw new Error((await answer.text()).trim());
     const {file} = await answer.json();
-    if (intervals === this.intervals) place("saved").textContent = `saved in ${file}`;
+    if (intervals === this.intervals) {
+      this.unsaved = false;
+      place("saved").textContent = `saved in ${file}`;
+    }
     place("problem").textContent = "";
   }
 
