@@ -12,7 +12,7 @@ from evslip.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import body
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.lanes import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
-from evslip.rendering.mesh import Mesh
+from evslip.rendering.mesh import Mesh, repetition_ratio
 from evslip.rendering.outline import outline_of, shade_behind
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster
@@ -207,3 +207,16 @@ def test_a_mesh_does_not_depend_on_what_was_drawn_before(shape, ring):
         alone = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, index)
         for k in range(2):
             assert again[k].tobytes() == every[index][k].tobytes() == alone[k].tobytes()
+
+
+@pytest.mark.parametrize(("wide", "high"), [(0.1, 0.1), (0.3, 0.1), (0.04, 0.1)])
+def test_a_repetition_of_the_texture_is_as_wide_and_high_as_on_the_mesh(wide, high):
+    box = trimesh.creation.box((0.05, 0.07, 0.11))
+    corners = np.asarray(box.triangles)
+    across = corners[:, 1] - corners[:, 0]
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    up = np.cross(box.face_normals, across)
+    uv = np.stack([np.einsum("fki,fi->fk", corners, axis) for axis in (across, up)], -1) / (wide, high)
+    normals = np.repeat(np.asarray(box.face_normals)[:, None], 3, 1)
+    assert repetition_ratio(prepare_facets(box.vertices, box.faces, uv, normals)) == pytest.approx(wide / high)
+    assert repetition_ratio(prepare_facets(box.vertices, box.faces, 0 * uv, normals)) == 1.0

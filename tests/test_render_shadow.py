@@ -71,6 +71,18 @@ def test_hidden_share_of_the_lamp_matches_rays(seed):
     assert (error > 0.3).mean() < 0.03
 
 
+def test_a_coarse_pixel_beside_a_box_sees_no_jump_at_the_middle_of_the_box():
+    """Points just below a floating box whose pixel reaches as far as the box: across its middle, nothing happens."""
+    half, place, lamp = np.array([0.015, 0.025, 0.03]), np.array([0.0, 0.0, 0.0325]), np.array([9.6, 16.7, 23.0])
+    across = np.linspace(-0.004, 0.004, 81)
+    for x in (0.0127, 0.0149, 0.0153):
+        points = np.stack([np.full(81, x), across, np.zeros(81)], 1)
+        box = described(np.eye(3), place, half, lamp, (0.0017, 0.0, 0.0), (-0.0032, -0.0189, 0.0))
+        shares = seen(points, box, 1.0)
+        steps = np.abs(np.diff(shares))
+        assert steps.max() < 0.02 + 3 * np.median(steps)
+
+
 def test_shadow_edges_are_no_sharper_than_a_pixel_and_keep_their_place():
     half, place, lamp = np.array([0.5, 0.05, 0.05]), np.array([0.0, 0.0, 0.3]), np.array([0.0, 0.0, 30.0])
     points = np.zeros((400, 3))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from evslip.rendering.lanes import LANES, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, TEX, U, V
-from evslip.rendering.texels import SQUARE, TRIANGLE, bake, sample_along, sample_around
+from evslip.rendering.texels import SQUARE, TRIANGLE, bake, sample_along, sample_around, squared
 
 AROUND = {"square": SQUARE, "triangle": TRIANGLE}
 
@@ -92,3 +92,11 @@ def test_a_texture_is_blurred_as_much_as_by_the_footprint(probes, length, side, 
         shift, variance = spread(direction)
         assert shift == pytest.approx(0, abs=0.05)
         assert variance == pytest.approx((width * side) ** 2 / 12 + 1 / 6, rel=0.13 if width == 2.0 else 0.06, abs=0.02)
+
+
+@pytest.mark.parametrize(("ratio", "shape"), [(2.0, (32, 64)), (1.4, (32, 32)), (8.0, (8, 64)), (0.5, (32, 16))])
+def test_texels_are_square_where_they_lie(image, ratio, shape):
+    narrow = squared(image, ratio)
+    assert narrow.shape == shape
+    assert narrow.mean() == pytest.approx(image.mean())
+    assert 0.7 <= ratio * shape[0] / shape[1] <= 1.42
