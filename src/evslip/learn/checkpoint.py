@@ -12,6 +12,7 @@ from safetensors.torch import load, save
 import evslip
 from evslip import atomic
 from evslip.errors import DataError, EvslipError
+from evslip.learn.documents import read_document
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
 from evslip.window_set import WindowSettings, stored_settings
@@ -72,16 +73,10 @@ def load_model(folder: str | Path) -> tuple[Network, Description]:
 
 def _description(folder: Path) -> Description:
     path = folder / DESCRIPTION
-    try:
-        plain = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file; expected the folder of a model that `evslip train` wrote") from None
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot be read as JSON: {' '.join(str(error).split())[:100]}") from None
-    if not isinstance(plain, dict) or plain.get("format") != FORMAT:
-        raise DataError(f"{path}: not the description of a model that `evslip train` wrote")
-    if plain.get("version") != VERSION:
-        raise DataError(f"{path}: version {plain.get('version')} of the format; this evslip reads version {VERSION}")
+    plain = read_document(
+        path, FORMAT, VERSION, missing="the folder of a model that `evslip train` wrote",
+        other="the description of a model that `evslip train` wrote",
+    )  # fmt: skip
     try:
         windows = plain["windows"]
         known = stored_settings(windows)

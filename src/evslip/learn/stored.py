@@ -1,6 +1,5 @@
 """Reading an examination again that `evslip evaluate` has written."""
 
-import json
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import NoneType, UnionType
@@ -10,6 +9,7 @@ import numpy as np
 
 from evslip.errors import DataError
 from evslip.learn.assessment import Assessment
+from evslip.learn.documents import read_document
 
 FILE = "evaluation.json"
 FORMAT, VERSION = "evslip evaluation", 1
@@ -18,16 +18,10 @@ FORMAT, VERSION = "evslip evaluation", 1
 def read_assessments(path: str | Path) -> list[Assessment]:
     """The assessments in a file evaluation.json. Raises DataError."""
     path = Path(path)
-    try:
-        stored = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file; expected what `evslip evaluate` wrote") from None
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot be read as JSON: {' '.join(str(error).split())[:100]}") from None
-    if not isinstance(stored, dict) or stored.get("format") != FORMAT:
-        raise DataError(f"{path}: not an evaluation that `evslip evaluate` wrote")
-    if stored.get("version") != VERSION:
-        raise DataError(f"{path}: version {stored.get('version')!r} of the format; this evslip reads version {VERSION}")
+    stored = read_document(
+        path, FORMAT, VERSION, missing="what `evslip evaluate` wrote",
+        other="an evaluation that `evslip evaluate` wrote",
+    )  # fmt: skip
     try:
         return restored(list[Assessment], stored["models"])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
