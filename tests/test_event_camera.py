@@ -59,11 +59,12 @@ def test_whole_chunked_stepped_and_threaded_are_equal(preset, photoreceptor_nois
         return EventCamera(preset, size=(WIDTH, HEIGHT), **noise, **arguments)
 
     whole = camera(preset).run(clip)
-    stepping = camera(preset)
-    steps = [stepping.step(*frame) for frame in clip]
-    assert steps[0].count == 0
-    columns = [np.concatenate(column) for column in zip(*steps, strict=True)]
-    assert equal(whole, Events(*columns))
+    for threads in (1, 2):
+        stepping = camera(preset, threads=threads)
+        steps = [stepping.step(*frame) for frame in clip]
+        assert steps[0].count == 0
+        columns = [np.concatenate(column) for column in zip(*steps, strict=True)]
+        assert equal(whole, Events(*columns))
     assert equal(whole, camera(preset, threads=3).run(clip))
     for size in (1, 7, 64):
         monkeypatch.setattr("evslip.events.camera.CHUNK_FRAMES", size)

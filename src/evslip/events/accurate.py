@@ -1,12 +1,13 @@
 """Pixels that follow the default rules (see `pixel`)."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from evslip.events import kernel, memory, pixel, plain
+from evslip.events.darkroom import Exposure
 from evslip.events.film import GROUP, Film
 from evslip.events.glance import TILE
 from evslip.events.memory import Pixels, Scale, Watch
@@ -18,7 +19,7 @@ from evslip.events.traits import draw_traits, make_rules
 CHANGING = ("glance", "current", "awake", "wake", "state", "traits", "noise")
 """What of the pixels changes from frame to frame."""
 Band = Callable[..., np.ndarray]
-BANDS = 5
+BANDS = 8
 """Bands of pixels for each thread: some have more to do than others."""
 WATCH_DRIFT, LONGEST_WATCH_US = 1 / 64, 2.0**32
 """Fences are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the
@@ -48,7 +49,6 @@ class AccuratePixels:
         self._intensity: Intensity = intensity
         self._dark = model.dark
         self._columns = shape[1]
-        self._threads = threads
         # Whole tiles: then events of equal time keep their order, however many bands there are.
         tiles = -(-count // TILE)
         cuts = TILE * np.linspace(0, tiles, min(BANDS * threads if threads > 1 else 1, tiles) + 1).astype(int)
@@ -68,14 +68,11 @@ class AccuratePixels:
         self._watch = Watch(time_us, time_us + self._watch_us)
         memory.watch_over(0, len(self.pixels.current), self.pixels, time_us)
 
-    def expose(self, film: Film) -> np.ndarray:
+    def exposures(self, film: Film) -> list[Exposure]:
         images, scale = self.scaled(film.images)
-        frames = images, film.changed, film.times_us, film.masks, self._columns
+        frames = images, film.reel, film.times_us, film.masks, self._columns
         band = self._plain_band(scale, images.dtype) if self._plain else self._watched_band(film.times_us, scale)
-        if len(self._bands) == 1:
-            return band(frames, *self._bands[0])
-        with ThreadPoolExecutor(self._threads) as pool:
-            return np.concatenate(list(pool.map(lambda pixels: band(frames, *pixels), self._bands)))
+        return [partial(band, frames, *pixels) for pixels in self._bands]
 
     def _watched_band(self, times_us: np.ndarray, scale: Scale) -> Band:
         over = bool(times_us[-1] > self._watch.until_us)

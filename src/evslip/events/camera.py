@@ -9,7 +9,7 @@ import numpy as np
 from evslip import seeds
 from evslip.errors import ConfigError
 from evslip.events.accurate import AccuratePixels
-from evslip.events.darkroom import Darkroom
+from evslip.events.darkroom import Darkroom, Exposure
 from evslip.events.film import Film
 from evslip.events.intake import checked_image, checked_mask, checked_time
 from evslip.events.optics import INTENSITIES, Intensity
@@ -159,7 +159,7 @@ class EventCamera:
         Continues where the last call ended. When a frame raises, the camera stands after the one before it.
         """
         parts: list[Events] = []
-        with Darkroom(self._exposed, self._arranged, self.threads > 1) as darkroom:
+        with self._darkroom() as darkroom:
 
             def develop() -> None:
                 self._film = darkroom.take(self._film)
@@ -193,12 +193,15 @@ class EventCamera:
 
     def _develop(self) -> Events:
         """The events of all frames on the film, which then begins anew."""
-        events = self._arranged(self._exposed(self._film), self._film.labelled)
-        self._film.follow(self._film)
-        return events
+        with self._darkroom() as darkroom:
+            self._film = darkroom.take(self._film)
+            return darkroom.prints()[0]
 
-    def _exposed(self, film: Film) -> np.ndarray:
-        return self._sensor.expose(film) if film.count > 0 else np.empty((0, 2), np.int64)
+    def _darkroom(self) -> Darkroom:
+        return Darkroom(self._exposures, self._arranged, self.threads)
+
+    def _exposures(self, film: Film) -> list[Exposure]:
+        return self._sensor.exposures(film) if film.count > 0 else []
 
     @staticmethod
     def _arranged(raw: np.ndarray, labelled: bool) -> Events:

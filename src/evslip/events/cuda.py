@@ -1,6 +1,7 @@
 """Pixels that follow the default rules on a GPU: the same functions of a pixel, compiled for CUDA, a thread a pixel."""
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numba import cuda as numba_cuda
 from evslip.errors import MissingExtraError
 from evslip.events import glance, pixel
 from evslip.events.accurate import AccuratePixels
+from evslip.events.darkroom import Exposure
 from evslip.events.film import Film
 from evslip.events.lowpass import advance_far
 from evslip.events.memory import LAG, REST, SEEN
@@ -49,7 +51,10 @@ class CudaPixels:
         self._host.begin(image, time_us)
         self._upload()
 
-    def expose(self, film: Film) -> np.ndarray:
+    def exposures(self, film: Film) -> list[Exposure]:
+        return [partial(self._run, film)]
+
+    def _run(self, film: Film) -> np.ndarray:
         images, scale = self._host.scaled(film.images)
         count = self._count
         on_device = cuda.to_device

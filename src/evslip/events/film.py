@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from evslip.borrow import borrowed
 from evslip.compiled import compiled
 from evslip.frame import NO_BODY
 
@@ -9,24 +10,30 @@ GROUP = 16
 """Neighbours that are looked at together when one of them changes: what a vector holds."""
 
 
-@compiled(error_model="numpy", inline="always")
-def _differ(before: np.ndarray, after: np.ndarray, pair: int) -> int:
-    at = np.uint64(2 * pair)
-    return (before[at] ^ after[at]) | (before[at + np.uint64(1)] ^ after[at + np.uint64(1)])
+@compiled(error_model="numpy")
+def note_changes(reel: np.ndarray, first: int, changed: np.ndarray) -> None:
+    """Find the groups in which a pixel changes anywhere on a film, or may do so.
+
+    reel: see `Film`. first: the number of the first group. changed: uint8 of shape (groups, words of a group); set for
+    words that change, and in column 0 for whole groups.
+    """
+    groups, words = changed.shape
+    start = first * words
+    stop = min(start + groups * words, reel.shape[1])
+    differs = changed.reshape(-1)[: stop - start]
+    # A film whose first frame is unknown is a reel of one.
+    differs[:] = len(reel) == 1
+    for frame in range(len(reel) - 1):
+        _note(borrowed(reel[frame, start:stop]), borrowed(reel[frame + 1, start:stop]), borrowed(differs))
+    for group in range((stop - start) // words):
+        for word in range(1, words):
+            changed[group, 0] |= changed[group, word]
 
 
 @compiled(error_model="numpy")
-def _note_changes(before: np.ndarray, after: np.ndarray, pairs: int, changed: np.ndarray) -> None:
-    """Set the flags of groups that differ; before, after: images as words of 8 bytes; pairs: of words in a group."""
-    if pairs == 1:
-        for group in range(len(changed)):
-            changed[group] |= np.uint8(_differ(before, after, group) != 0)
-        return
-    for group in range(len(changed)):
-        differs = np.uint64(0)
-        for pair in range(group * pairs, (group + 1) * pairs):
-            differs |= _differ(before, after, pair)
-        changed[group] |= np.uint8(differs != 0)
+def _note(before: np.ndarray, after: np.ndarray, differs: np.ndarray) -> None:
+    for word in range(len(differs)):
+        differs[word] |= np.uint8(before[word] != after[word])
 
 
 class Film:
@@ -43,11 +50,9 @@ class Film:
         self._images = np.zeros((length + 1, groups * GROUP), dtype)
         # Made once: slicing costs more than comparing a small image.
         self._pictures = [image[: self._pixels].reshape(shape) for image in self._images]
-        self._words = list(self._images.view(np.uint64))
+        self._words = self._images.view(np.uint64)
         self._times_us = np.zeros(length + 1)
         self._masks = np.empty((0, self._pixels), np.uint8)
-        self.changed = np.ones(groups, np.uint8)
-        """Whether a pixel of a group changes anywhere on the film, or may do so: uint8 of shape (groups,)."""
         self._other: Film | None = None
         self.clear()
 
@@ -84,6 +89,12 @@ class Film:
         return self._masks[: self.count + 1]
 
     @property
+    def reel(self) -> np.ndarray:
+        """The frame before and all frames, as words: uint64 of shape (count + 1, words of whole groups), or of shape
+        (1, words) where the frame before is not known."""
+        return self._words[: self.count + 1 if self._known else 1]
+
+    @property
     def labelled(self) -> bool:
         return len(self._masks) > 0
 
@@ -96,7 +107,6 @@ class Film:
         """Forget all frames."""
         self.count = 0
         self.begun = self._known = False
-        self.changed[:] = 1
         self._masks = self._masks[:0]
 
     def begin(self, time_us: float, image: np.ndarray | None, bodies: np.ndarray | None) -> None:
@@ -106,7 +116,6 @@ class Film:
         if image is not None:
             self._pictures[0][...] = image
             self._known = True
-            self.changed[:] = 0
         self._label(bodies)
 
     def add(self, time_us: float, image: np.ndarray, bodies: np.ndarray | None) -> None:
@@ -114,7 +123,6 @@ class Film:
         self.count += 1
         self._pictures[self.count][...] = image
         self._times_us[self.count] = time_us
-        _note_changes(self._words[self.count - 1], self._words[self.count], self.dtype.itemsize, self.changed)
         self._label(bodies)
 
     def follow(self, other: "Film") -> "Film":
@@ -126,7 +134,6 @@ class Film:
         self._times_us[0] = other._times_us[last]
         body = other._masks[last].copy() if other.labelled else None
         self.begun, self._known, self.count = other.begun, known, 0
-        self.changed[:] = not known
         self._label(None if body is None else body.reshape(self.shape))
         return self
 

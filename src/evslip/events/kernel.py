@@ -14,7 +14,7 @@ import numpy as np
 from evslip.borrow import borrowed
 from evslip.compiled import compiled
 from evslip.events import glance, lanes
-from evslip.events.film import GROUP
+from evslip.events.film import GROUP, note_changes
 from evslip.events.glance import TILE
 from evslip.events.lowpass import advance_far
 from evslip.events.memory import DUE, GLANCE, HIGH, LOW, Pixels, Scale, fences
@@ -186,7 +186,7 @@ def _touch(who: np.ndarray, width: int, state: np.ndarray) -> float:
 @compiled(error_model="numpy")
 def expose(
     images: np.ndarray,
-    changed: np.ndarray,
+    reel: np.ndarray,
     times_us: np.ndarray,
     bodies: np.ndarray,
     columns: int,
@@ -199,16 +199,16 @@ def expose(
 ) -> np.ndarray:
     """Run a band of pixels through some frames.
 
-    images, changed, times_us: see `Film`; bodies: its masks; columns: pixels in a row of the sensor; since_us: when the
-    watch began. Returns unsorted events
-    of shape (n, 2), int64: time in microseconds and word (bits 0-15 as from `pixel.fire`, column in 16-31, row in
-    32-47, frame in 48-62).
+    images, reel, times_us: see `Film`; bodies: its masks; columns: pixels in a row of the sensor; since_us: when the
+    watch began. Returns unsorted events of shape (n, 2), int64: time in microseconds and word (bits 0-15 as from
+    `pixel.fire`, column in 16-31, row in 32-47, frame in 48-62).
     """
     work, noise = np.ones(glance.WORK, np.float32), np.zeros((2, TILE))
     marks, due = np.empty(TILE, np.uint8), np.empty(GROUP, np.uint8)
     runs, who = np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
+    changed = np.empty((TILE // GROUP, reel.shape[1] * GROUP // images.shape[1]), np.uint8)
     return _expose(
-        images, changed, times_us, bodies, columns, first_pixel, last_pixel, scale.table, scale.logs,
+        images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, scale.table, scale.logs,
         scale.table.astype(np.float32), scale.factor, scale.offset, since_us, pixels.glance, pixels.current,
         pixels.awake, pixels.wake, pixels.state, pixels.traits, pixels.noise, work, noise, marks, due, runs, who, rules,
     )  # fmt: skip
@@ -216,7 +216,7 @@ def expose(
 
 @compiled(error_model="numpy")
 def _expose(
-    images, changed, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset,
+    images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset,
     since_us, memory, current, awake, wake, state, traits, noise_memory, work, noise, marks, due, runs, who, rules,
 ):  # fmt: skip
     images, times_us, bodies, table, logs = (
@@ -224,7 +224,7 @@ def _expose(
     )  # fmt: skip
     small_table, memory, current, awake = borrowed(small_table), borrowed(memory), borrowed(current), borrowed(awake)
     state, traits, work, marks = borrowed(state), borrowed(traits), borrowed(work), borrowed(marks)
-    changed, wake, due_us = borrowed(changed), borrowed(wake), borrowed(memory[DUE])
+    reel, changed, wake, due_us = borrowed(reel), borrowed(changed), borrowed(wake), borrowed(memory[DUE])
     noise, due, runs, who = borrowed(noise), borrowed(due), borrowed(runs), borrowed(who)
     small_factor, small_offset = np.float32(factor), np.float32(offset)
     mark_words = marks.view(np.uint64)
@@ -237,6 +237,7 @@ def _expose(
     last_us = np.float32(times_us[-1] - since_us)
     for first in range(first_pixel, last_pixel, TILE):
         last = min(first + TILE, last_pixel)
+        note_changes(reel, first // GROUP, changed)
         found = lanes.choose(
             changed, first, last, last_us, noisy, due_us, awake, wake, due, runs, who
         )  # fmt: skip

@@ -40,16 +40,17 @@ def choose(
 ) -> int:
     """Fill the lanes of a tile for some frames: pixels whose light changes, that are awake, or whose noise is due.
 
-    changed: see `Film`; end_us: end of the frames in microseconds after the beginning of the watch. due: uint8 of shape
-    (GROUP,), for scratch. runs: uint64 of shape (TILE + 1, 2), filled with the first pixel and the first lane of each
-    run of neighbours, then a run of none. who: int64, the pixel of each lane. Returns the number of runs.
+    changed: of the tile's groups, from `film.note_changes`; end_us: end of the frames in microseconds after the
+    beginning of the watch. due: uint8 of shape (GROUP,), for scratch. runs: uint64 of shape (TILE + 1, 2), filled with
+    the first pixel and the first lane of each run of neighbours, then a run of none. who: int64, the pixel of each
+    lane. Returns the number of runs.
     """
     due_words = due.view(np.uint64)
     lanes = found = 0
     end = -1
     for group in range(first // GROUP, -(-last // GROUP)):
         at, until = group * GROUP, min((group + 1) * GROUP, last)
-        if everyone or changed[group] != 0:
+        if everyone or changed[group - first // GROUP, 0] != 0:
             if end != at:
                 runs[found, 0], runs[found, 1] = at, lanes
                 found += 1

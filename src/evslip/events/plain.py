@@ -13,7 +13,7 @@ from evslip.borrow import borrowed
 from evslip.compiled import compiled
 from evslip.events.bits import lowest_bit
 from evslip.events.crossing import straight_crossing
-from evslip.events.film import GROUP
+from evslip.events.film import GROUP, note_changes
 from evslip.events.glance import MARGIN, TILE
 from evslip.events.kernel import ROOM, longer
 from evslip.events.memory import Pixels, Scale, photocurrent_of
@@ -111,7 +111,7 @@ def _find_outside(image: np.ndarray, low: np.ndarray, high: np.ndarray, marks: n
 @compiled(error_model="numpy")
 def expose(
     images: np.ndarray,
-    changed: np.ndarray,
+    reel: np.ndarray,
     times_us: np.ndarray,
     bodies: np.ndarray,
     columns: int,
@@ -124,18 +124,20 @@ def expose(
 ) -> np.ndarray:
     """Run a band of pixels through some frames; see `kernel.expose`."""
     marks, busy = np.empty(TILE, np.uint8), np.empty(TILE // GROUP, np.int64)
+    changed = np.empty((TILE // GROUP, reel.shape[1] * GROUP // images.shape[1]), np.uint8)
     return _expose(
-        images, changed, times_us, bodies, columns, first_pixel, last_pixel, scale, scale.table, scale.logs, known,
-        ranges.low, ranges.high, pixels.current, pixels.state, marks, busy,
+        images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, scale, scale.table, scale.logs,
+        known, ranges.low, ranges.high, pixels.current, pixels.state, marks, busy,
     )  # fmt: skip
 
 
 @compiled(error_model="numpy")
 def _expose(
-    images, changed, times_us, bodies, columns, first_pixel, last_pixel, scale, table, logs, known, low, high, current,
-    state, marks, busy,
+    images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, scale, table, logs, known, low, high,
+    current, state, marks, busy,
 ):  # fmt: skip
-    images, changed, times_us, bodies = borrowed(images), borrowed(changed), borrowed(times_us), borrowed(bodies)
+    images, reel, changed = borrowed(images), borrowed(reel), borrowed(changed)
+    times_us, bodies = borrowed(times_us), borrowed(bodies)
     table, logs, low, high, current = borrowed(table), borrowed(logs), borrowed(low), borrowed(high), borrowed(current)
     state, marks, busy = borrowed(state), borrowed(marks), borrowed(busy)
     factor, offset = scale.factor, scale.offset
@@ -143,9 +145,10 @@ def _expose(
     events, count = np.empty((ROOM, 2), np.int64), 0
     touched = 0.0
     for first in range(first_pixel, last_pixel, TILE):
+        note_changes(reel, first // GROUP, changed)
         found = 0
         for group in range(first // GROUP, -(-min(first + TILE, last_pixel) // GROUP)):
-            if changed[group] != 0:
+            if changed[group - first // GROUP, 0] != 0:
                 busy[found] = group
                 found += 1
         if found == 0:

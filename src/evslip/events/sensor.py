@@ -4,6 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
+from evslip.events.darkroom import Exposure
 from evslip.events.film import Film
 
 
@@ -17,8 +18,12 @@ class Sensor(Protocol):
         """Settle on the first frame."""
         ...
 
-    def expose(self, film: Film) -> np.ndarray:
-        """Take the frames of a film. Returns events of shape (k, 2), int64: time in microseconds and word.
+    def exposures(self, film: Film) -> list[Exposure]:
+        """Pieces of the work of taking the frames of a film, to be done in any order, also at the same time, but all of
+        them, and before the film or the sensor is touched again.
+
+        Each returns events of shape (k, 2), int64: time in microseconds and word; those of a frame that are equally
+        late stay in the order of the pieces.
 
         In a word are polarity (bit 0), cause (1-7), body (8-15), column (16-31), row (32-47) and number of the frame
         that ends the interval (48-62).

@@ -22,11 +22,13 @@ the comparator sees.
 """
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from evslip.compiled import compiled
+from evslip.events.darkroom import Exposure
 from evslip.events.film import Film
 from evslip.events.noise import FRAME, normal_maps, normals, uniforms
 from evslip.events.optics import FULL, KNEE, WHITE, Intensity, decode_srgb, linear_to_log
@@ -189,7 +191,10 @@ class V2EPixels:
         self._last_s[...] = -1e-6 * self._model.refractory_us
         self._clock[:] = time_us, 0
 
-    def expose(self, film: Film) -> np.ndarray:
+    def exposures(self, film: Film) -> list[Exposure]:
+        return [partial(self._expose, film)]
+
+    def _expose(self, film: Film) -> np.ndarray:
         times_us, masks = film.times_us, film.masks.reshape(len(film.masks), *film.shape)
         parts = [
             self._frame(image, times_us[i], times_us[i + 1], masks[i : i + 2], i << 48)
