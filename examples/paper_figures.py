@@ -36,7 +36,7 @@ SHOWN_US = 15_000
 ONE_SCENE = {
     "together": [], "object.width_m": 0.06, "object.height_m": 0.09, "object.mass_kg": [0.012, 0.06],
     "object.texture": "cardboard-0", "surface.texture": "wood-0", "background.texture": "brick-1",
-    "grip.offset": 0.6, "grip.depth_m": 0.015, "light.azimuth_deg": 60.0, "motion.tilt_deg": 25.0,
+    "grip.offset": 0.6, "grip.depth_m": 0.015, "light.azimuth_deg": 60.0,
 }  # fmt: skip
 """A configuration that varies the mass alone: the lesser one never slips, the greater one does."""
 WINDOW_COLORS = {"hold": HOLD_COLOR, "slip": SLIP_COLOR, "between": "0.8"}

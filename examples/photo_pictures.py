@@ -19,10 +19,7 @@ from evslip.trajectory import Trajectory
 
 SIZE = 240, 180
 QUALITY = 85
-SCENE = {
-    "object.texture": "cardboard-0", "surface.texture": "wood-0", "background.texture": "room-0",
-    "motion.tilt_deg": 25.0,
-}  # fmt: skip
+SCENE = {"object.texture": "cardboard-0", "surface.texture": "wood-0", "background.texture": "room-0"}
 PHASES = ("initial", "lift", "tilt", "back", "placement")
 LATE = 0.9
 """Share of each phase after which the picture is taken."""

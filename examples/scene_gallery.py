@@ -29,7 +29,6 @@ COMMON = {
     "background.texture": "room-0",
     "background.luminance_cd_m2": 3000.0,
     "light.azimuth_deg": 240.0,
-    "motion.tilt_deg": 25.0,
     "together": [],
 }
 

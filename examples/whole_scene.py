@@ -100,7 +100,7 @@ def table(texture: str, tile_m: float) -> tuple[np.ndarray, np.ndarray]:
 
 def main(out: str, shape: str, t_s: float) -> None:
     changes = {"object.shape": shape, "object.texture": "cardboard-4", "object.width_m": 0.05, "grip.offset": 0.0}
-    changes |= {"object.mass_kg": 0.012, "surface.texture": "wood-0", "motion.tilt_deg": 25.0, "together": []}
+    changes |= {"object.mass_kg": 0.012, "surface.texture": "wood-0", "together": []}
     params = evslip.draw(evslip.load_config("simple", changes), 0)
     trajectory = evslip.simulate(params)
     index = int(np.searchsorted(trajectory.t_us, 1e6 * t_s))
