@@ -24,7 +24,7 @@ class Config(SampleSpec[Number, Names]):
     seed: Annotated[int, Strict(), Within(0, 2**63 - 1)] = 0
     """Everything derives from (seed, split, index). 0 is a seed like any other."""
     sampling: Literal["grid", "random"] = "random"
-    """Grid: lists are combined exhaustively, the first key slowest. Random: drawn. Ranges are drawn in both."""
+    """Grid: lists are combined exhaustively, in a mixed order. Random: drawn. Ranges are drawn in both."""
     test_share: Annotated[float, Strict(), Within(0.0, 0.9)] = 0.2
     """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
     together: tuple[tuple[str, ...], ...] = ()

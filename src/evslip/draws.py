@@ -2,7 +2,7 @@
 
 import math
 
-from evslip import slip, stratification
+from evslip import grid, slip, stratification
 from evslip.config import Config
 from evslip.errors import ConfigError, PlanRejected
 from evslip.onset import onset_mass
@@ -29,10 +29,10 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     prepared = slip.prepare(config, index, split)
     plan = make_plan(prepared)
     rngs = {key: generator(config.seed, split, index, f"draw {key}") for key in plan.varied()}
-    values, remaining = dict(plan.fixed), index
-    for dimension, rows in reversed(list(zip(plan.dimensions, plan.shares[split], strict=True))):
+    values, places = dict(plan.fixed), iter(grid.places(index, plan.grid_sizes(split)))
+    for dimension, rows in zip(plan.dimensions, plan.shares[split], strict=True):
         if config.sampling == "grid" and not dimension.is_pool:
-            remaining, position = divmod(remaining, len(rows))
+            position = next(places)
         else:
             position = int(rngs[dimension.keys[0]].integers(len(rows)))
         values.update(zip(dimension.keys, dimension.rows[rows[position]], strict=True))
@@ -56,9 +56,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
 
 def grid_size(config: Config, split: str = "train") -> int:
     """Number of combinations of the configuration's lists in a split."""
-    plan = make_plan(config)
-    sizes = zip(plan.dimensions, plan.shares[split], strict=True)
-    return math.prod(len(rows) for dimension, rows in sizes if not dimension.is_pool)
+    return math.prod(make_plan(config).grid_sizes(split))
 
 
 def sure_masses(config: Config, count: int) -> tuple[float, float, float, float]:

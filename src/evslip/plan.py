@@ -27,6 +27,11 @@ class Plan(NamedTuple):
         """Keys that are not the same in every sample."""
         return [k for k, value in self.fixed.items() if isinstance(value, Range)] + list(self.constants)
 
+    def grid_sizes(self, split: str) -> tuple[int, ...]:
+        """Lengths of a split's lists that a grid combines."""
+        rows = zip(self.dimensions, self.shares[split], strict=True)
+        return tuple(len(share) for dimension, share in rows if not dimension.is_pool)
+
 
 def make_plan(config: Config) -> Plan:
     """The plan of a configuration. Folders of images are listed here, once. Raises ConfigError."""
