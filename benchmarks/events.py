@@ -127,7 +127,7 @@ def measure_wall(clip: np.ndarray, repeat: int) -> tuple[float, float, float]:
     shortest = [np.inf] * len(turns)
     with ThreadPoolExecutor(2) as pool:
         # The first round warms up.
-        for round_ in range(5 * repeat + 1):
+        for round_ in range(10 * repeat + 1):
             for number, turn in enumerate(turns):
                 for camera in turn:
                     camera.reset()

@@ -54,9 +54,9 @@ class Darkroom:
             self._helpers.shutdown(cancel_futures=True)
 
     def wants(self, film: Film) -> bool:
-        """Whether to hand in a film: when it is full, or a quarter full and the first: the helpers are idle."""
+        """Whether to hand in a film: when it is full, or an eighth full and the first: the helpers are idle."""
         idle = self._helpers is not None and not self._parts and self._jobs is None
-        return film.count >= max(film.length // 4 if idle else film.length, 1)
+        return film.count >= max(film.length // 8 if idle else film.length, 1)
 
     def take(self, film: Film) -> Film:
         """Hand in a film. Returns one that continues where it ends: the same, or its other while this is exposed."""
