@@ -257,7 +257,7 @@ def test_a_port_in_use_is_named(samples: Path):
             explore(open_shelf(samples), port=taken.getsockname()[1], show=print, browser=False)
     with pytest.raises(ConfigError, match="0 to 65535"):
         explore(open_shelf(samples), port=70_000, show=print, browser=False)
-    with pytest.raises(DataError, match="no such folder"):
+    with pytest.raises(DataError, match=r"model\.json: no such file"):
         explore(open_shelf(samples), port=0, show=print, model=samples / "none")
 
 
