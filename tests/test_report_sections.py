@@ -313,6 +313,16 @@ def test_what_another_program_wrote_is_refused_and_nothing_is_written(
         assert not (arguments[0] / "report.html").exists()
 
 
+def test_a_data_set_of_another_version_is_refused(samples: Dataset):
+    (samples.root / "config.toml").write_text("future = 1\n" + samples.config_toml)
+    with pytest.raises(ConfigError, match=r"config\.toml.*future"):
+        detecting.report(samples.root)
+    (samples.root / "config.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(DataError, match=r"config\.toml: cannot be read"):
+        detecting.report(samples.root)
+    assert not (samples.root / "report.html").exists()
+
+
 def test_wrong_uses_of_the_command_are_told(tmp_path: Path, samples: Dataset, model: Path):
     with pytest.raises(ConfigError, match="windows"):
         detecting.report(model, windows=tmp_path / "w.h5")

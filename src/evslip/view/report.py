@@ -57,10 +57,11 @@ def write_report(
     `model_dir` may hold history.json (training curves) and evaluation.json (`metrics`, if given, replaces it).
     `compare` are recordings whose events are set beside the data set's. `picture` draws a frame of a trajectory at a
     time, sRGB uint8 (height, width, 3); default: the renderer. Parts for which there are no data are left out. Raises
-    DataError, StorageError.
+    ConfigError, DataError, StorageError.
     """
     out = Path(out)
     cut = load_windows(windows) if isinstance(windows, str | Path) else windows
+    config = configuration(dataset)  # first of all: one of another version is told before anything is drawn
     told = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
     if metrics is not None:
         told = told._replace(found=metrics)
@@ -77,7 +78,7 @@ def write_report(
         counted.add(dataset.read(sample.position))
     parts = [
         samples_cards(dataset, cut, told.accuracy),
-        configuration(dataset),
+        config,
         strips(examples, picture),
         clouds(examples),
         angles(examples, others, settings),
