@@ -16,6 +16,7 @@ from evslip.explorer.labels import Labels
 from evslip.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
 from evslip.explorer.serve import explore
 from evslip.explorer.shelf import open_recording, open_shelf
+from evslip.footage import Footage
 from evslip.view.facts import facts_of
 from sample_records import CONFIG, random_events, simulated
 
@@ -85,6 +86,13 @@ def test_a_damaged_record_says_so_in_the_list(client: TestClient, samples: Path)
     assert answer.status_code == 422
     assert "0000001.h5" in answer.text
     assert client.get("/api/samples/0").status_code == 200
+
+
+def test_a_frame_arrives_as_it_is():
+    images = np.random.default_rng(0).integers(0, 256, (2, 3, 4, 3), np.uint8)
+    footage = Footage(np.array([0, 1000]), images)
+    shown = Sample(record.Record(kind="recording", name="r", size=(4, 3), events=empty_events(), footage=footage))
+    np.testing.assert_array_equal(shown.pixels(0), np.dstack([images[0], np.full((3, 4), 255, np.uint8)]))
 
 
 @pytest.mark.parametrize("most", [0, 7, 1000])
@@ -249,7 +257,7 @@ def test_a_port_in_use_is_named(samples: Path):
             explore(open_shelf(samples), port=taken.getsockname()[1], show=print, browser=False)
     with pytest.raises(ConfigError, match="0 to 65535"):
         explore(open_shelf(samples), port=70_000, show=print, browser=False)
-    with pytest.raises(DataError, match="no such folder"):
+    with pytest.raises(DataError, match=r"model\.json: no such file"):
         explore(open_shelf(samples), port=0, show=print, model=samples / "none")
 
 

@@ -147,7 +147,7 @@ def test_a_sample_plays_and_is_scrubbed(open_page, moving: Path, size: tuple[int
     assert page.evaluate(COLOURED) == len(set(zip(last.x, last.y, strict=True)))
     page.select_option("#view", "frame")
     page.wait_for_timeout(500)
-    assert page.evaluate(COLOURED) < 40 * 30 / 20  # grey, but for what JPEG does
+    assert page.evaluate(COLOURED) == 0
     page.keyboard.press("+")
     assert page.input_value("#speed") == "0.2"
     page.keyboard.press("End")
@@ -161,6 +161,11 @@ def test_a_sample_plays_and_is_scrubbed(open_page, moving: Path, size: tuple[int
     page.mouse.click(box["x"] + 66 + 0.5 * (box["width"] - 76), box["y"] + 30)
     middle = sum(sample.truth.span_us) / 2e6
     page.wait_for_selector(f"#now:has-text('{middle:.1f}')")
+    page.wait_for_selector("#stage[data-complete]:not([data-complete=''])")
+    at = float(page.get_attribute("#stage", "data-complete"))
+    assert at / 1e6 == pytest.approx(middle, abs=0.1)  # what is seen is all of that moment
+    head = page.locator("#playhead").bounding_box()
+    assert head["x"] == pytest.approx(box["x"] + 66 + 0.5 * (box["width"] - 76), abs=2)
 
 
 def test_three_intervals_are_labelled_and_found_again(open_page, recording: Path, tmp_path: Path):

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evslip.cli.seeing import label_agreement
 from evslip.errors import DataError
 from evslip.explorer.agreement import agreement
 from evslip.explorer.labels import Labels
@@ -68,3 +69,10 @@ def test_agreement_of_known_labels():
     assert math.isnan(alone.kappa)
     assert math.isnan(alone.iou["hold"])
     assert "kappa" in other.table()
+
+
+def test_a_file_without_labels_is_named(tmp_path: Path):
+    (tmp_path / "a.csv").write_text("start_s,end_s,label\n0,1,slip\n")
+    (tmp_path / "b.csv").write_text("start_s,end_s,label\n")
+    with pytest.raises(DataError, match=r"b\.csv: holds no interval"):
+        label_agreement(tmp_path / "a.csv", tmp_path / "b.csv")

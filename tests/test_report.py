@@ -16,6 +16,7 @@ from evslip.config import dump_config, load_config
 from evslip.dataset import Dataset, open_dataset
 from evslip.errors import DataError
 from evslip.events.stream import Events, empty_events
+from evslip.learn.metrics import Metrics
 from evslip.record import encode
 from evslip.trajectory import Trajectory
 from evslip.truth import Truth
@@ -26,15 +27,10 @@ from evslip.window_set import Windows, WindowSettings
 from evslip.windows import windows_of
 from sample_records import CONFIG, random_events, simulated
 
-EVALUATION = {
-    "windows": 120,
-    "accuracy": 0.9417,
-    "f1": 0.938,
-    "auroc": 0.987,
-    "confusion": [[57, 3], [4, 56]],
-    "without_recent": math.nan,
-    "probabilities": [0.5],
-}
+EVALUATION = Metrics(
+    windows=120, trajectories=8, threshold=0.5, accuracy=0.9417, balanced_accuracy=0.94, f1=0.938, auroc=0.987,
+    auprc=0.99, ece=0.02, brier=0.05, confusion=[[57, 3], [4, 56]], without_recent=math.nan,
+)  # fmt: skip
 HISTORY = [
     {"epoch": i, "train_loss": 1 / i, "val_loss": 1.1 / i, "train_accuracy": 0.9, "val_accuracy": math.nan}
     for i in range(1, 6)
@@ -116,7 +112,7 @@ def model_dir(tmp_path: Path) -> Path:
     folder = tmp_path / "model"
     folder.mkdir()
     (folder / "history.json").write_text(json.dumps(HISTORY))
-    (folder / "evaluation.json").write_text(json.dumps(EVALUATION))
+    EVALUATION.save(folder / "evaluation.json")
     return folder
 
 
@@ -202,8 +198,13 @@ def test_damaged_and_missing_parts_of_a_model_are_named(tmp_path: Path, samples:
     (model_dir / "history.json").write_text("{")
     with pytest.raises(DataError, match=r"history\.json"):
         write_report(tmp_path / "r.html", samples, model_dir=model_dir, picture=picture)
+    (model_dir / "history.json").write_text('{"epoch": 1}')
+    with pytest.raises(DataError, match="list of tables"):
+        write_report(tmp_path / "r.html", samples, model_dir=model_dir, picture=picture)
     with pytest.raises(DataError, match="no such folder"):
         write_report(tmp_path / "r.html", samples, model_dir=tmp_path / "none", picture=picture)
+    with pytest.raises(DataError, match=r"neither model\.json nor evaluation\.json"):
+        write_report(tmp_path / "r.html", samples, model_dir=samples.root, picture=picture)
     with pytest.raises(DataError, match="confusion"):
         write_report(tmp_path / "r.html", samples, metrics={"confusion": [[1]]}, picture=picture)
     assert not (tmp_path / "r.html").exists()

@@ -4,20 +4,23 @@ import dataclasses
 import json
 import math
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from evslip import dataset
-from evslip.cli import detecting
+from evslip.cli import detecting, main
 from evslip.config import dump_config
 from evslip.dataset import Dataset, open_dataset
 from evslip.errors import ConfigError, DataError
 from evslip.events.stream import SIGNAL, Events
 from evslip.learn.assessment import plain
+from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.metrics import measured
-from evslip.learn.stored import read_assessments, restored
+from evslip.learn.networks import build_model
+from evslip.learn.stored import read_evaluation, restored
 from evslip.record import Record, encode
 from evslip.view import failures
 from evslip.view.activity import Activity
@@ -226,14 +229,17 @@ def test_scores_come_back_as_they_were():
         ('{"accuracy": 1}', "not an evaluation"),
         ('{"format": "evslip evaluation", "version": 9}', "version 9"),
         ('{"format": "evslip evaluation", "version": 1, "models": [{"model": "x"}]}', "damaged"),
+        ('{"format": "evslip evaluation", "version": 1, "models": []}', "no model"),
+        ('{"format": "evslip scores", "version": 2}', "version 2 of the format; this evslip reads version 1"),
+        ('{"format": "evslip scores", "version": 1, "accuracy": 1}', "damaged"),
     ],
 )
 def test_a_damaged_evaluation_is_named(tmp_path: Path, content: str, message: str):
     (tmp_path / "evaluation.json").write_text(content)
     with pytest.raises(DataError, match=message):
-        read_assessments(tmp_path / "evaluation.json")
+        read_evaluation(tmp_path / "evaluation.json")
     with pytest.raises(DataError, match="no such file"):
-        read_assessments(tmp_path / "none.json")
+        read_evaluation(tmp_path / "none.json")
 
 
 def test_recordings_have_a_report_of_their_own(tmp_path: Path, samples: Dataset):
@@ -268,24 +274,64 @@ def test_shares_of_a_parameter_add_up(samples: Dataset):
             assert sum(trace["y"]) == pytest.approx(1)
 
 
-def test_a_folder_of_a_model_has_a_page(tmp_path: Path):
-    described = {"model": "mlp", "threshold": 0.4, "training": {"settings": {"lr": 0.1}}, "windows": {"length_s": 0.16}}
-    (tmp_path / "model.json").write_text(json.dumps(described))
-    (tmp_path / "history.json").write_text(json.dumps([{"epoch": 1, "loss": 1.0}]))
-    page = write_model_report(tmp_path / "report.html", tmp_path).read_text()
-    assert "mlp" in page and "training-loss" in page and "0.4" in page
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    folder = tmp_path / "model"
+    save_model(folder, build_model("mlp"), Description("mlp", 0.4, WindowSettings(), {"settings": {"lr": 0.125}}))
+    (folder / "history.json").write_text(json.dumps([{"epoch": 1, "loss": 1.0}]))
+    return folder
 
 
-def test_wrong_uses_of_the_command_are_told(tmp_path: Path, samples: Dataset):
-    (tmp_path / "model.json").write_text("{}")
+def test_a_folder_of_a_model_has_a_page(tmp_path: Path, model: Path):
+    page = write_model_report(tmp_path / "report.html", model).read_text()
+    assert "mlp" in page and "training-loss" in page and "0.4" in page and "0.125" in page
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("model.json", {}),
+        ("model.json", {"format": "another's", "version": 1}),
+        ("model.json", {"format": "evslip model", "version": 2}),
+        ("model.json", {"format": "evslip model", "version": 1}),
+        ("evaluation.json", {"accuracy": 0.9}),
+        ("evaluation.json", {"format": "evslip evaluation", "version": 2, "models": []}),
+        ("history.json", {"loss": [1, 2]}),
+    ],
+)
+def test_what_another_program_wrote_is_refused_and_nothing_is_written(
+    name: str, content: dict, samples: Dataset, model: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+):  # fmt: skip
+    (model / name).write_text(json.dumps(content))
+    for arguments in ([model], [samples.root, "--model", model]):
+        monkeypatch.setattr(sys, "argv", ["evslip", "report", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        lines = capsys.readouterr().err.splitlines()
+        assert stopped.value.code == 2 and len(lines) == 1 and str(model / name) in lines[0]
+        assert not (arguments[0] / "report.html").exists()
+
+
+def test_a_data_set_of_another_version_is_refused(samples: Dataset):
+    (samples.root / "config.toml").write_text("future = 1\n" + samples.config_toml)
+    with pytest.raises(ConfigError, match=r"config\.toml.*future"):
+        detecting.report(samples.root)
+    (samples.root / "config.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(DataError, match=r"config\.toml: cannot be read"):
+        detecting.report(samples.root)
+    assert not (samples.root / "report.html").exists()
+
+
+def test_wrong_uses_of_the_command_are_told(tmp_path: Path, samples: Dataset, model: Path):
     with pytest.raises(ConfigError, match="windows"):
-        detecting.report(tmp_path, windows=tmp_path / "w.h5")
+        detecting.report(model, windows=tmp_path / "w.h5")
     with pytest.raises(ConfigError, match="pictures"):
         detecting.report(samples.root, pictures=-1)
     with pytest.raises(DataError, match=r"none\.aedat4"):
         detecting.report(samples.root, compare=(tmp_path / "none.aedat4",))
     with pytest.raises(DataError, match="is a file"):
-        write_report(tmp_path / "r.html", samples, model_dir=tmp_path / "model.json", picture=picture)
+        write_report(tmp_path / "r.html", samples, model_dir=model / "model.json", picture=picture)
     assert not (samples.root / "report.html").exists()
 
 

@@ -71,13 +71,17 @@ class Dataset:
 
     @functools.cached_property
     def config_toml(self) -> str:
-        """The text of the configuration that the samples are drawn from."""
-        return (self.root / CONFIG).read_text(encoding="utf-8")
+        """The text of the configuration that the samples are drawn from. Raises DataError."""
+        path = self.root / CONFIG
+        try:
+            return path.read_text(encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path}: cannot be read: {error}") from None
 
     @property
     def config(self) -> Config:
-        """The configuration that the samples are drawn from."""
-        return config_from_text(self.config_toml)
+        """The configuration that the samples are drawn from. Raises ConfigError, DataError."""
+        return config_from_text(self.config_toml, str(self.root / CONFIG))
 
     @property
     def rejections(self) -> list[Entry]:

@@ -49,10 +49,15 @@ def label_agreement(a: Positional[Path], b: Positional[Path]) -> None:
         a: CSV file of one (start_s, end_s, label).
         b: CSV file of the other.
     """
+    from evslip.errors import DataError
     from evslip.explorer.agreement import agreement
     from evslip.intervals import read_intervals
 
-    print(agreement(read_intervals(a), read_intervals(b)).table())
+    found = [read_intervals(path) for path in (a, b)]
+    for path, intervals in zip((a, b), found, strict=True):
+        if not intervals:
+            raise DataError(f"{path}: holds no interval; expected one or more to compare")
+    print(agreement(*found).table())
 
 
 def video(
@@ -101,8 +106,9 @@ def rerun(source: Positional[Path], out: Positional[Path], *, count: int = 4) ->
     """
     from evslip.errors import ConfigError
     from evslip.explorer.shelf import open_shelf
-    from evslip.view.rerun_log import write_rerun
+    from evslip.view.rerun_log import check_rerun, write_rerun
 
+    check_rerun(out)
     if count < 1:
         raise ConfigError(f"count: {count} is out of range, expected 1 or more")
     shelf = open_shelf(source)

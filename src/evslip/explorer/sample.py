@@ -1,6 +1,5 @@
 """One opened record, and what the pages draw of it."""
 
-import io
 import threading
 from functools import cached_property
 from typing import Any
@@ -43,19 +42,16 @@ class Sample:
 
     @property
     def has_frames(self) -> bool:
-        """Whether `picture` can draw."""
+        """Whether `pixels` can draw."""
         return self._sight.is_there
 
-    def picture(self, t_us: int, quality: int = 88) -> bytes:
-        """What the camera sees at a time, as a JPEG. Raises ConfigError, DataError."""
-        from PIL import Image
-
+    def pixels(self, t_us: int) -> np.ndarray:
+        """What the camera sees at a time, as a canvas holds it: RGBA, uint8 of shape (height, width, 4). Raises
+        ConfigError, DataError."""
         first, last = self.span_us
         with self._lock:
             picture = self._sight.at(min(max(t_us, first), last))
-        buffer = io.BytesIO()
-        Image.fromarray(picture).save(buffer, "JPEG", quality=quality)
-        return buffer.getvalue()
+        return np.dstack([picture, np.full(picture.shape[:2], 255, np.uint8)])
 
     def packed(self, start_us: int, end_us: int, most: int) -> tuple[np.ndarray, int]:
         """Events of a span, thinned evenly to `most`, as EVENT, and how many there were."""

@@ -5,7 +5,7 @@ import webbrowser
 from collections.abc import Callable
 from pathlib import Path
 
-from evslip.errors import ConfigError, DataError, MissingExtraError
+from evslip.errors import ConfigError, MissingExtraError
 from evslip.explorer.labels import Labels
 from evslip.explorer.shelf import Shelf
 
@@ -33,8 +33,10 @@ def explore(
         raise MissingExtraError(f"the pages need the package {error.name}: pip install 'evslip[view]'") from None
     if not 0 <= port <= 65535:
         raise ConfigError(f"port: {port} is out of range, expected 0 to 65535")
-    if model is not None and not model.is_dir():
-        raise DataError(f"{model}: no such folder; expected that of a trained model")
+    if model is not None:
+        from evslip.learn import load_model
+
+        load_model(model)  # one that cannot be read is told before a page opens
     with socket.socket() as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

@@ -9,16 +9,15 @@ import torch
 from safetensors import SafetensorError
 from safetensors.torch import load, save
 
-import evslip
 from evslip import atomic
 from evslip.errors import DataError, EvslipError
-from evslip.learn.documents import read_document
+from evslip.learn.documents import Format, read_document
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
 from evslip.window_set import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
-FORMAT, VERSION = "evslip model", 1
+FORMAT = Format("evslip model", 1, "the description of a model that `evslip train` wrote")
 
 
 @dataclass(frozen=True)
@@ -49,14 +48,13 @@ def save_model(folder: Path, network: Network, description: Description) -> None
     state = {name: value.detach().cpu().contiguous() for name, value in network.state_dict().items()}
     (folder / DESCRIPTION).unlink(missing_ok=True)
     atomic.write_bytes(folder / WEIGHTS, save(state))
-    plain = {"format": FORMAT, "version": VERSION, "evslip": evslip.__version__, **asdict(description)}
-    atomic.write_text(folder / DESCRIPTION, json.dumps(plain, indent=2) + "\n")
+    atomic.write_text(folder / DESCRIPTION, json.dumps(FORMAT.head() | asdict(description), indent=2) + "\n")
 
 
 def load_model(folder: str | Path) -> tuple[Network, Description]:
     """The network, ready to evaluate on the CPU, and its description. Raises DataError naming the file."""
     folder = Path(folder)
-    description = _description(folder)
+    description = read_description(folder)
     path = folder / WEIGHTS
     network = build_model(description.model, description.geometry)
     try:
@@ -71,12 +69,10 @@ def load_model(folder: str | Path) -> tuple[Network, Description]:
     return network.eval(), description
 
 
-def _description(folder: Path) -> Description:
+def read_description(folder: Path) -> Description:
+    """What the detector in a folder is. Raises DataError."""
     path = folder / DESCRIPTION
-    plain = read_document(
-        path, FORMAT, VERSION, missing="the folder of a model that `evslip train` wrote",
-        other="the description of a model that `evslip train` wrote",
-    )  # fmt: skip
+    plain = read_document(path, FORMAT)
     try:
         windows = plain["windows"]
         known = stored_settings(windows)

@@ -2,22 +2,40 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import evslip
 from evslip.errors import DataError
 
 
-def read_document(path: Path, name: str, version: int, *, missing: str, other: str) -> dict[str, Any]:
-    """The content of a file of a format and version. missing: what a file that is not there was expected to be; other:
-    what one of another format is not. Raises DataError."""
+class Format(NamedTuple):
+    """A kind of document."""
+
+    name: str
+    version: int
+    meant: str
+    """What a file of it is, to be told where another one is found."""
+
+    def head(self) -> dict[str, Any]:
+        """What a document of it begins with."""
+        return {"format": self.name, "version": self.version, "evslip": evslip.__version__}
+
+
+def read_document(path: Path, *formats: Format) -> dict[str, Any]:
+    """The content of a file of one of some formats, which its "format" names. Raises DataError."""
+    meant = " or ".join(known.meant for known in formats)
     try:
         content = json.loads(path.read_bytes())
     except FileNotFoundError:
-        raise DataError(f"{path}: no such file; expected {missing}") from None
-    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: no such file; expected {meant}") from None
+    except (OSError, ValueError, RecursionError) as error:
         raise DataError(f"{path}: cannot be read as JSON: {' '.join(str(error).split())[:100]}") from None
-    if not isinstance(content, dict) or content.get("format") != name:
-        raise DataError(f"{path}: not {other}")
-    if content.get("version") != version:
-        raise DataError(f"{path}: version {content.get('version')} of the format; this evslip reads version {version}")
+    named = content.get("format") if isinstance(content, dict) else None
+    known = next((known for known in formats if known.name == named), None)
+    if known is None:
+        raise DataError(f"{path}: not {meant}")
+    if content.get("version") != known.version:
+        raise DataError(
+            f"{path}: version {content.get('version')} of the format; this evslip reads version {known.version}"
+        )
     return content

@@ -8,7 +8,10 @@ import numpy as np
 
 from evslip import atomic
 from evslip.learn import bootstrap, tally
+from evslip.learn.documents import Format
 from evslip.window_set import Windows
+
+FORMAT = Format("evslip scores", 1, "the scores that `Metrics.save` wrote")
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class Metrics:
     def save(self, path: str | Path) -> None:
         """Write everything as JSON. Raises StorageError."""
         plain = {name: None if value != value else value for name, value in asdict(self).items()}  # JSON has no nan
-        atomic.write_text(Path(path), json.dumps(plain, indent=1, allow_nan=False) + "\n")
+        atomic.write_text(Path(path), json.dumps(FORMAT.head() | plain, indent=1, allow_nan=False) + "\n")
 
     def table(self) -> str:
         """A few lines for a person."""

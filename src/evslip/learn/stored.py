@@ -9,20 +9,23 @@ import numpy as np
 
 from evslip.errors import DataError
 from evslip.learn.assessment import Assessment
-from evslip.learn.documents import read_document
+from evslip.learn.documents import Format, read_document
+from evslip.learn.metrics import FORMAT as SCORES
+from evslip.learn.metrics import Metrics
 
 FILE = "evaluation.json"
-FORMAT, VERSION = "evslip evaluation", 1
+FORMAT = Format("evslip evaluation", 1, "an evaluation that `evslip evaluate` wrote")
 
 
-def read_assessments(path: str | Path) -> list[Assessment]:
-    """The assessments in a file evaluation.json. Raises DataError."""
+def read_evaluation(path: str | Path) -> list[Assessment] | Metrics:
+    """The assessments in a file evaluation.json, or the scores alone that `Metrics.save` wrote. Raises DataError."""
     path = Path(path)
-    stored = read_document(
-        path, FORMAT, VERSION, missing="what `evslip evaluate` wrote",
-        other="an evaluation that `evslip evaluate` wrote",
-    )  # fmt: skip
+    stored = read_document(path, FORMAT, SCORES)
     try:
+        if stored["format"] == SCORES.name:
+            return restored(Metrics, stored)
+        if not stored["models"]:
+            raise ValueError("no model")
         return restored(list[Assessment], stored["models"])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:100]}; evaluate again") from None

@@ -15,7 +15,7 @@ from evslip.learn.checkpoint import load_model
 from evslip.learn.comparison import FIGURES, Cell, Figure, Row, compare
 from evslip.learn.exam import Exam
 from evslip.learn.groups import Group
-from evslip.learn.stored import FILE, FORMAT, VERSION
+from evslip.learn.stored import FILE, FORMAT
 from evslip.view import charts, failures, page
 from evslip.view.evaluation_plots import LATENCY_S, RATE_PER_MIN, write_circumstances_png, write_scores_png
 from evslip.view.failure_pictures import pictures
@@ -38,13 +38,7 @@ def write_evaluation(folder: Path, found: Sequence[Assessment], exam: Exam | Non
 
 def write_json(path: Path, found: Sequence[Assessment]) -> None:
     """Everything, as numbers; what is not defined, or not reached as slips are missed, is null. Raises StorageError."""
-    content = {
-        "format": FORMAT,
-        "version": VERSION,
-        "evslip": evslip.__version__,
-        "models": plain(list(found)),
-        "comparison": plain(compare(found)),
-    }
+    content = FORMAT.head() | {"models": plain(list(found)), "comparison": plain(compare(found))}
     atomic.write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from evslip.record import Record
 from evslip.recordings import Recordings
 from evslip.view import failures, page
 from evslip.view.activity import Activity
+from evslip.view.detector_files import DESCRIPTION, EVALUATION, DetectorFiles, read_detector
 from evslip.view.sections.activity import activity
 from evslip.view.sections.angles import angles
 from evslip.view.sections.cards import cards, configuration, samples_cards
@@ -35,7 +37,6 @@ MOST_COMPARED = 8
 """Samples whose events are compared with real ones."""
 MOST_PICTURES = 60
 """Samples drawn in the gallery."""
-DESCRIPTION, EVALUATION, HISTORY = "model.json", "evaluation.json", "history.json"
 
 _KINDS = {Dataset: "Synthetic event-camera data", Recordings: "Event-camera recordings"}
 
@@ -56,15 +57,14 @@ def write_report(
     `model_dir` may hold history.json (training curves) and evaluation.json (`metrics`, if given, replaces it).
     `compare` are recordings whose events are set beside the data set's. `picture` draws a frame of a trajectory at a
     time, sRGB uint8 (height, width, 3); default: the renderer. Parts for which there are no data are left out. Raises
-    DataError, StorageError.
+    ConfigError, DataError, StorageError.
     """
     out = Path(out)
     cut = load_windows(windows) if isinstance(windows, str | Path) else windows
-    model = None if model_dir is None else Path(model_dir)
-    if model is not None and not model.is_dir():
-        raise DataError(f"{model}: {'is a file' if model.exists() else 'no such folder'}; expected that of a model")
-    stored = _json(model, EVALUATION) if metrics is None else metrics
-    history = _json(model, HISTORY)
+    config = configuration(dataset)  # first of all: one of another version is told before anything is drawn
+    told = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
+    if metrics is not None:
+        told = told._replace(found=metrics)
     if picture is None:
         from evslip.rendering import render_color
 
@@ -77,8 +77,8 @@ def write_report(
     for sample in spread(found, MOST_COUNTED):
         counted.add(dataset.read(sample.position))
     parts = [
-        samples_cards(dataset, cut, _accuracy(stored)),
-        configuration(dataset),
+        samples_cards(dataset, cut, told.accuracy),
+        config,
         strips(examples, picture),
         clouds(examples),
         angles(examples, others, settings),
@@ -87,8 +87,8 @@ def write_report(
         parameters(found),
         activity(counted, len(found)),
         _beside_real(dataset, found, compare),
-        training(history),
-        *_examined(stored, model, _finder(dataset), settings),
+        training(told.history),
+        *_examined(told, _finder(dataset), settings),
     ]
     page.write_page(
         out,
@@ -109,23 +109,21 @@ def is_model_or_evaluation(folder: str | Path) -> bool:
 def write_model_report(out: str | Path, folder: str | Path) -> Path:
     """Write the page of a model's folder, or of one that `evslip evaluate` filled. Raises DataError, StorageError."""
     out, folder = Path(out), Path(folder)
-    model, stored = _json(folder, DESCRIPTION) or {}, _json(folder, EVALUATION)
-    trained = model.get("training") or {}
-    items = []
-    if model:
-        items = [(str(model["model"]), "network"), (exact(model.get("threshold", float("nan"))), "threshold")]
-    accuracy = _accuracy(stored)
-    if accuracy is not None:
-        items.append((f"{100 * accuracy:.1f} %", "accuracy on test windows"))
-    settings = {name: value for name, value in trained.items() if not isinstance(value, list)}
-    told = json.dumps({"training": settings, "windows": model.get("windows")}, indent=1)
+    told = read_detector(folder)
+    model, items, settings = told.description, [], ""
+    if model is not None:
+        items = [(model.model, "network"), (exact(model.threshold), "threshold")]
+        trained = {name: value for name, value in model.training.items() if not isinstance(value, list)}
+        settings = json.dumps({"training": trained, "windows": asdict(model.windows)}, indent=1)
+    if told.accuracy is not None:
+        items.append((f"{100 * told.accuracy:.1f} %", "accuracy on test windows"))
     parts = [
         cards(items) if items else "",
-        f"<details><summary>Settings</summary><pre>{page.text(told)}</pre></details>" if model else "",
-        training(_json(folder, HISTORY)),
-        *_examined(stored, folder, None, WindowSettings()),
+        f"<details><summary>Settings</summary><pre>{page.text(settings)}</pre></details>" if settings else "",
+        training(told.history),
+        *_examined(told, None, WindowSettings()),
     ]
-    kind = "A detector" if model else "An evaluation of detectors"
+    kind = "A detector" if model is not None else "An evaluation of detectors"
     page.write_page(out, f"evslip: {folder.absolute().name}", f"{kind} of slip, by evslip {evslip.__version__}.", parts)
     return out
 
@@ -147,25 +145,22 @@ def _beside_real(dataset: Dataset | Recordings, found: Sequence[Surveyed], compa
     return comparison([its for its in signatures if its is not None])
 
 
-def _examined(
-    stored: Any, folder: Path | None, find: Callable[[str], Record | None] | None, settings: WindowSettings
-) -> list[str]:
-    """What an evaluation has found, of either kind of evaluation.json."""
-    if not stored:
+def _examined(told: DetectorFiles, find: Callable[[str], Record | None] | None, settings: WindowSettings) -> list[str]:
+    """What an evaluation has found."""
+    if not told.found:
         return []
-    own = failures.from_folder((folder or Path()) / failures.FOLDER)
+    own = failures.from_folder(told.folder / failures.FOLDER)
     drawn = failures.from_records(find, settings) if find is not None else lambda failure: None
 
     def show(failure: failures.Failure) -> str | None:
         return own(failure) or drawn(failure)
 
-    if "models" in stored and folder is not None:
-        from evslip.learn.stored import read_assessments
+    if not isinstance(told.found, Mapping):
         from evslip.view.evaluation import evaluation_parts
 
-        return evaluation_parts(read_assessments(folder / EVALUATION), show)
-    worst = ("", float(stored.get("threshold", 0.5)), failures.worst(stored))
-    return [scores(stored), failures.failures([worst], show)]
+        return evaluation_parts(told.found, show)
+    worst = ("", float(told.found.get("threshold", 0.5)), failures.worst(told.found))
+    return [scores(told.found), failures.failures([worst], show)]
 
 
 def _finder(dataset: Dataset | Recordings) -> Callable[[str], Record | None]:
@@ -177,21 +172,3 @@ def _finder(dataset: Dataset | Recordings) -> Callable[[str], Record | None]:
         return dataset.read(positions[0]) if positions else None
 
     return find
-
-
-def _accuracy(stored: Any) -> float | None:
-    """Of what `evslip evaluate` wrote: that of the first model."""
-    if isinstance(stored, Mapping) and stored.get("models"):
-        stored = stored["models"][0].get("scores", {})
-    value = stored.get("accuracy") if isinstance(stored, Mapping) else None
-    return float(value) if isinstance(value, int | float) else None
-
-
-def _json(folder: Path | None, name: str) -> Any:
-    path = None if folder is None else folder / name
-    if path is None or not path.exists():
-        return None
-    try:
-        return json.loads(path.read_bytes())
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot be read as JSON: {error}") from None

@@ -27,6 +27,12 @@ CURVE_STEP = 5
 SUFFIX = ".rrd"
 
 
+def check_rerun(path: Path) -> None:
+    """Raise ConfigError unless the name is one of a file for Rerun."""
+    if path.suffix != SUFFIX:
+        raise ConfigError(f"out: {path}: the name of a file for Rerun must end in {SUFFIX}")
+
+
 def write_rerun(
     path: Path, records: Iterator[Record] | list[Record], progress: Callable[[], None] = lambda: None
 ) -> None:
@@ -35,8 +41,7 @@ def write_rerun(
     Raises ConfigError, DataError, MissingExtraError, StorageError.
     """
     rr = _rerun()
-    if path.suffix != SUFFIX:
-        raise ConfigError(f"out: {path}: the name of a file for Rerun must end in {SUFFIX}")
+    check_rerun(path)
     with tempfile.TemporaryDirectory() as folder:
         temporary = Path(folder) / "out.rrd"
         # A fixed identity, so that the same data open as the same recording.

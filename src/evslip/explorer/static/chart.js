@@ -5,6 +5,8 @@ export class Charts {
   constructor(canvas, about, clock) {
     Object.assign(this, {canvas, about, clock, curves: about.curves, spans: []});
     this.context = canvas.getContext("2d");
+    // An element of its own, so that moving it draws no curve again.
+    this.playhead = canvas.nextElementSibling;
     let down = false;
     const seek = (event) => clock.seek(this.time(event.offsetX));
     canvas.addEventListener("pointerdown", (event) => { down = true; canvas.setPointerCapture(event.pointerId); seek(event); });
@@ -37,20 +39,11 @@ export class Charts {
     this.background(color, height);
     this.curves.forEach((curve, i) => this.curve(curve, GAP + i * (HEIGHT + GAP), color));
     this.axis(height, color);
-    // The playhead is drawn over a copy of all this.
-    this.still = new OffscreenCanvas(this.canvas.width, this.canvas.height);
-    this.still.getContext("2d").drawImage(this.canvas, 0, 0);
     this.head();
   }
 
   head() {
-    if (!this.still) return;
-    const context = this.context, ratio = devicePixelRatio;
-    context.setTransform(1, 0, 0, 1, 0, 0);
-    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    context.drawImage(this.still, 0, 0);
-    context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--on");
-    context.fillRect(Math.round(this.x(this.clock.t) * ratio) - 1, 0, 2, this.canvas.height);
+    this.playhead.style.transform = `translateX(${this.x(this.clock.t) - 1}px)`;
   }
 
   background(color, height) {

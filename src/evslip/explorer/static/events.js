@@ -7,17 +7,29 @@ export class EventStore {
     this.pieces = new Map();
   }
 
-  // Calls visit(x, y, flags) for each event with from <= t < to; asks for what is not there yet.
+  // Asks for what is missing of a span, and, when all of it is there, for what follows. Returns whether all is there.
+  want(from, to) {
+    const [first, last] = this.wanted = this.range(from, to);
+    let complete = true;
+    for (let number = first; number <= last; number++) complete = this.piece(number) != null && complete;
+    if (complete) this.piece(last + 1);
+    return complete;
+  }
+
+  // Calls visit(x, y, flags) for each event with from <= t < to that is there.
   forEach(from, to, visit) {
-    const first = Math.floor((Math.max(from, this.start) - this.start) / PIECE_US);
-    const last = Math.floor((Math.min(to, this.end) - this.start) / PIECE_US);
+    const [first, last] = this.range(from, to);
     for (let number = first; number <= last; number++) {
-      const piece = this.piece(number);
-      if (!piece) continue;
+      const piece = this.pieces.get(number);
+      if (!piece?.t) continue;
       const begin = this.start + number * PIECE_US;
       for (let i = lower(piece, from - begin), end = lower(piece, to - begin); i < end; i++)
         visit(piece.x[i], piece.y[i], piece.flags[i]);
     }
+  }
+
+  range(from, to) {
+    return [Math.max(from, this.start), Math.min(to, this.end)].map((t) => Math.floor((t - this.start) / PIECE_US));
   }
 
   piece(number) {
@@ -26,20 +38,20 @@ export class EventStore {
     const begin = this.start + number * PIECE_US;
     if (number < 0 || begin > this.end) return null;
     this.pieces.set(number, {});
-    this.load(number, begin).catch(() => this.pieces.delete(number));
+    this.load(number, begin).catch((error) => {
+      this.pieces.set(number, unpack(new ArrayBuffer(0)));
+      this.arrived(error);
+    });
     if (this.pieces.size > KEPT) this.pieces.delete(this.pieces.keys().next().value);
     return null;
-  }
-
-  ahead(t) {
-    this.piece(Math.floor((t - this.start) / PIECE_US) + 1);
   }
 
   async load(number, begin) {
     const answer = await fetch(`/api/samples/${this.position}/events?start_us=${begin}&end_us=${begin + PIECE_US}&most=${MOST}`);
     if (!answer.ok) throw new Error(await answer.text());
     this.pieces.set(number, unpack(await answer.arrayBuffer()));
-    this.arrived();
+    const [first, last] = this.wanted;
+    if (first <= number && number <= last) this.arrived();
   }
 }
 

@@ -5,17 +5,18 @@ import {EventStore} from "./events.js";
 import {complain, place} from "./page.js";
 import {Stage} from "./stage.js";
 
-const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
+const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1], PATIENCE_MS = 100;
+
 export class Player {
   constructor(position, about) {
     Object.assign(this, {position, about});
     this.clock = new Clock(about.start_us, about.end_us, () => this.refresh());
-    const arrived = (error) => {
+    const arrived = (stale) => (error) => {
       if (error) complain(error);
-      this.refresh();
+      this.refresh(stale);
     };
-    this.store = new EventStore(position, about.start_us, about.end_us, arrived);
-    this.stage = new Stage(place("stage"), position, about, this.store, arrived);
+    this.store = new EventStore(position, about.start_us, about.end_us, arrived(false));
+    this.stage = new Stage(place("stage"), position, about, this.store, arrived(true));
     this.charts = new Charts(place("charts"), about, this.clock);
     this.controls();
     this.keys = {
@@ -26,7 +27,7 @@ export class Player {
       Home: () => this.clock.seek(about.start_us), End: () => this.clock.seek(about.end_us),
     };
     addEventListener("keydown", (event) => this.key(event));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.charts.draw(); this.refresh(); });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.charts.draw(); this.refresh(true); });
     this.charts.draw();
     this.refresh();
   }
@@ -39,7 +40,7 @@ export class Player {
     for (const speed of SPEEDS) place("speed").add(new Option(speed === 1 ? "1" : `1/${Math.round(1 / speed)}`, speed));
     place("speed").value = clock.speed;
     place("speed").addEventListener("input", () => { clock.speed = Number(place("speed").value); });
-    const choose = (id, set) => place(id).addEventListener("input", () => { set(place(id).value); this.refresh(); });
+    const choose = (id, set) => place(id).addEventListener("input", () => { set(place(id).value); this.refresh(true); });
     choose("view", (value) => { stage.options.view = value; });
     choose("color", (value) => { stage.options.color = value; });
     choose("window", (value) => { stage.options.window_us = 1000 * Number(value); });
@@ -67,16 +68,29 @@ export class Player {
     place("speed").value = this.clock.speed;
   }
 
-  // Many changes between two pictures of the screen are drawn once.
-  refresh() {
+  // Many changes between two pictures of the screen are drawn once. What is seen stays until all of another time is
+  // there, until it is stale (a part came that shall be seen while more is on its way), or until patience ends.
+  refresh(stale = false) {
+    this.stage.want(this.clock.t);
+    this.stale ||= stale;
     if (this.due) return;
     this.due = true;
     requestAnimationFrame(() => {
       this.due = false;
-      const count = this.stage.draw(this.clock.t);
       this.charts.head();
       place("play").textContent = this.clock.playing ? "pause" : "play";
-      place("now").textContent = `${((this.clock.t - this.about.origin_us) / 1e6).toFixed(4)} s, ${count.toLocaleString("en")} events in ${this.stage.options.window_us / 1000} ms`;
+      const complete = this.stage.want(this.clock.t);
+      if (complete || this.stale || this.clock.playing) this.draw(complete);
+      else this.patience ??= setTimeout(() => this.refresh(true), PATIENCE_MS);
     });
+  }
+
+  draw(complete) {
+    const {t} = this.clock, count = this.stage.draw(t);
+    this.stale = false;
+    clearTimeout(this.patience);
+    this.patience = null;
+    place("now").textContent = `${((t - this.about.origin_us) / 1e6).toFixed(4)} s, ${count.toLocaleString("en")} events in ${this.stage.options.window_us / 1000} ms`;
+    this.stage.canvas.dataset.complete = complete ? t : "";
   }
 }

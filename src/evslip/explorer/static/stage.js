@@ -1,51 +1,52 @@
 // The picture: what the camera sees, and over it the events of the last milliseconds.
-const BODY = [[120, 130, 145], [224, 123, 0], [10, 143, 108], [150, 90, 200]];
-const CAUSE = [[41, 98, 255], [224, 123, 0], [229, 57, 53], [150, 90, 200]];
-const UNKNOWN = [128, 128, 128];
+const word = (r, g, b) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
+const OFF = word(41, 98, 255), ON = word(229, 57, 53), UNKNOWN = word(128, 128, 128);
+const BODY = [word(120, 130, 145), word(224, 123, 0), word(10, 143, 108), word(150, 90, 200)];
+const CAUSE = [OFF, BODY[1], ON, BODY[3]];
+const LIGHT = word(255, 255, 255), DARK = word(12, 14, 17);
 const STEP_US = 2000;
 
 export class Stage {
   constructor(canvas, position, about, store, arrived) {
     Object.assign(this, {canvas, position, about, store, arrived});
     [canvas.width, canvas.height] = [about.width, about.height];
+    // Its pixels are set one by one, which is quick where they are in the processor's memory.
     this.context = canvas.getContext("2d", {willReadFrequently: true});
-    this.frame = null;
-    this.wanted = null;
+    this.image = this.context.createImageData(about.width, about.height);
+    this.words = new Uint32Array(this.image.data.buffer);
+    this.frame = this.shown = this.wanted = null;
     this.asking = false;
     this.options = {view: about.frames ? "both" : "events", window_us: 10000, color: "polarity"};
   }
 
-  draw(t) {
+  // Asks for what is missing of a time: at once, for the server works while the screen waits for its next picture.
+  // Returns whether all is there.
+  want(t) {
     const {view, window_us} = this.options;
-    const {width, height} = this.canvas;
-    const context = this.context;
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-    context.fillStyle = dark ? "#0c0e11" : "#ffffff";
-    context.fillRect(0, 0, width, height);
-    if (view !== "events" && this.about.frames) {
-      this.ask(Math.round(t / STEP_US) * STEP_US);
-      if (this.frame) context.drawImage(this.frame, 0, 0, width, height);
-    }
-    if (view === "frame") return 0;
-    const image = context.getImageData(0, 0, width, height);
-    if (view === "both") fade(image.data);
-    const pixels = image.data;
+    const at = Math.round(t / STEP_US) * STEP_US, framed = view !== "events" && this.about.frames;
+    if (framed) this.ask(at);
+    const counted = view === "frame" || this.store.want(t - window_us, t);
+    return counted && (!framed || this.shown === at);
+  }
+
+  // Returns how many events it drew.
+  draw(t) {
+    const {view, window_us} = this.options, {words} = this, {width} = this.canvas;
+    if (view !== "events" && this.frame) words.set(this.frame[view]);
+    else words.fill(matchMedia("(prefers-color-scheme: dark)").matches ? DARK : LIGHT);
     let count = 0;
-    this.store.forEach(t - window_us, t, (x, y, flags) => {
-      const [r, g, b] = this.color(flags);
-      const at = 4 * (y * width + x);
-      pixels[at] = r; pixels[at + 1] = g; pixels[at + 2] = b;
+    if (view !== "frame") this.store.forEach(t - window_us, t, (x, y, flags) => {
+      words[y * width + x] = this.color(flags);
       count++;
     });
-    this.store.ahead(t);
-    context.putImageData(image, 0, 0);
+    this.context.putImageData(this.image, 0, 0);
     return count;
   }
 
   color(flags) {
     if (this.options.color === "body") return BODY[(flags >> 1) & 7] ?? UNKNOWN;
     if (this.options.color === "cause") return CAUSE[(flags >> 4) & 3];
-    return flags & 1 ? [229, 57, 53] : [41, 98, 255];
+    return flags & 1 ? ON : OFF;
   }
 
   // One frame is asked for at a time; of those wished meanwhile, only the last.
@@ -58,7 +59,8 @@ export class Stage {
         const next = this.wanted;
         const answer = await fetch(`/api/samples/${this.position}/frame?t_us=${next}`);
         if (!answer.ok) throw new Error(await answer.text());
-        this.frame = await createImageBitmap(await answer.blob());
+        const frame = await answer.arrayBuffer();
+        this.frame = {frame: new Uint32Array(frame), both: pale(frame)};
         this.shown = next;
         this.arrived();
       }
@@ -72,8 +74,9 @@ export class Stage {
   }
 }
 
-// Pale grey, on which the colours of events stand out.
-function fade(pixels) {
-  for (let at = 0; at < pixels.length; at += 4)
-    for (let c = 0; c < 3; c++) pixels[at + c] = 70 + 0.7 * pixels[at + c];
+// Light grey, on which the colours of events stand out.
+function pale(frame) {
+  const bytes = new Uint8ClampedArray(frame.slice(0));
+  for (let at = 0; at < bytes.length; at++) if (at % 4 < 3) bytes[at] = 70 + 0.7 * bytes[at];
+  return new Uint32Array(bytes.buffer);
 }

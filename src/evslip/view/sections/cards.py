@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from evslip.dataset import Dataset
+from evslip.config import config_from_text
+from evslip.dataset import CONFIG, Dataset
 from evslip.recordings import Recordings
 from evslip.view import page
 from evslip.view.sections.told import short
@@ -47,7 +48,8 @@ def samples_cards(dataset: Dataset | Recordings, windows: Windows | None, accura
 
 
 def configuration(dataset: Dataset | Recordings) -> str:
-    """What the samples are drawn from, folded."""
+    """What the samples are drawn from, folded. Raises ConfigError for what this evslip cannot read, DataError."""
     if isinstance(dataset, Recordings):
         return ""
+    config_from_text(dataset.config_toml, str(dataset.root / CONFIG))
     return f"<details><summary>Configuration</summary><pre>{page.text(dataset.config_toml)}</pre></details>"

@@ -1,15 +1,15 @@
 """The course of a training."""
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evslip.view import figures, page
 
 
-def training(history: Any) -> str:
-    """Curves of what history.json holds: a list of epochs, or a table with one."""
-    epochs = history.get("epochs") if isinstance(history, dict) else history
-    if not isinstance(epochs, list) or not epochs or not all(isinstance(epoch, dict) for epoch in epochs):
+def training(epochs: Sequence[Mapping[str, Any]]) -> str:
+    """Curves of what history.json holds."""
+    if not epochs:
         return ""
     numbers = [epoch.get("epoch", i) for i, epoch in enumerate(epochs, 1)]
     columns = []
