@@ -65,6 +65,7 @@ def compare(size: tuple[int, int], most: float) -> None:
     assert found.max() < 1e-2
 
 
+@pytest.mark.slow
 def test_the_simulated_gpu_gives_the_image_of_the_cpu():
     environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     run = subprocess.run([sys.executable, "-c", SIMULATED], env=environment, capture_output=True, text=True)
