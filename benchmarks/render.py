@@ -1,8 +1,9 @@
 """Speed of the fast renderer over whole recorded spans.
 
-python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...] [outputs]
+python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...] [outputs] [--device cpu|cuda]
 
-KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motion.
+KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motion. --device cuda: with the backdrop on
+a GPU, where there is one.
 """
 
 import sys
@@ -12,6 +13,8 @@ import numpy as np
 
 from evslip.config import load_config, parse_override
 from evslip.draws import draw
+from evslip.errors import MissingExtraError
+from evslip.gpu import require_cuda
 from evslip.rendering import OUTPUTS, render
 from evslip.simulation import simulate
 
@@ -19,7 +22,15 @@ from evslip.simulation import simulate
 def main(*words: str) -> None:
     outputs = OUTPUTS if "outputs" in words else ()
     words = tuple(word for word in words if word != "outputs")
+    if "--device" in words:
+        at = words.index("--device")
+        words = (*words[:at], f"render.device={words[at + 1]}", *words[at + 2 :])
     overrides = dict(parse_override(word) for word in words if "=" in word)
+    if overrides.get("render.device") == "cuda":
+        try:
+            require_cuda("--device")
+        except MissingExtraError as error:
+            sys.exit(str(error))
     preset, count, *size = [*(plain := [word for word in words if "=" not in word]), *("complex", "5")[len(plain) :]]
     shape = (int(size[0]), int(size[1])) if size else None
     config = load_config(preset, overrides)
@@ -30,12 +41,15 @@ def main(*words: str) -> None:
     milliseconds, frames = [], []
     for index in range(int(count)):
         traj = simulate(draw(config, index))
-        start = time.process_time()
+        start, begun = time.process_time(), time.perf_counter()
         number = sum(1 for _ in render(traj, size=shape, outputs=outputs))
-        spent = (time.process_time() - start) * 1e3
+        spent, waited = (time.process_time() - start) * 1e3, (time.perf_counter() - begun) * 1e3
         milliseconds.append(spent / number)
         frames.append(number)
-        print(f"sample {index}: {number} frames, {spent / number:.2f} CPU-ms a frame, {spent / 1e3:.2f} CPU-s in all")
+        print(
+            f"sample {index}: {number} frames, {spent / number:.2f} CPU-ms a frame, {spent / 1e3:.2f} CPU-s in all; "
+            f"{waited / number:.2f} ms a frame by the clock"
+        )
     print(f"mean: {np.mean(frames):.0f} frames a sample, {np.average(milliseconds, weights=frames):.2f} CPU-ms a frame")
 
 

@@ -18,6 +18,7 @@ from evslip.errors import ConfigError, GraspFailed, PlanRejected
 from evslip.events import camera_for
 from evslip.events.stream import empty_events
 from evslip.frame import Frame
+from evslip.gpu import require_cuda
 from evslip.journal import Entry
 from evslip.params import Params
 from evslip.progress import Progress
@@ -110,6 +111,8 @@ def _check(config: Config, count: int, split: str) -> None:
     the robot can do in none of a few samples."""
     if config.render.renderer == "pathtrace":
         variant.check_installed()
+    elif config.render.device == "cuda":
+        require_cuda("render.device")
     camera_for(draw(config, count - 1, split))
     rejected = []
     for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):

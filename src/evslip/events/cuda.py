@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numba import cuda as numba_cuda
 
-from evslip.errors import MissingExtraError
 from evslip.events import glance, pixel
 from evslip.events.accurate import AccuratePixels
 from evslip.events.darkroom import Exposure
@@ -17,6 +16,7 @@ from evslip.events.memory import LAG, REST, SEEN
 from evslip.events.optics import Intensity
 from evslip.events.pixel import Interval, next_noise
 from evslip.events.presets import PixelModel
+from evslip.gpu import require_cuda
 
 cuda: Any = numba_cuda
 _STATE, _TRAITS = (1, pixel.STATE), (1, pixel.TRAITS)
@@ -27,20 +27,11 @@ THREADS = 128
 _fire = cuda.jit(device=True)(pixel.fire.py_func)
 
 
-def _require_cuda() -> None:
-    """Raises MissingExtraError where there is no usable GPU."""
-    if not cuda.is_available():
-        raise MissingExtraError(
-            "camera device: 'cuda' needs an NVIDIA GPU with its driver, and pip install 'evslip[cuda]'; "
-            "neither may be missing. device='cpu' works everywhere"
-        )
-
-
 class CudaPixels:
     """A `Sensor` on the GPU. Equal to `AccuratePixels` but for the last bits of its arithmetic."""
 
     def __init__(self, model: PixelModel, shape: tuple[int, int], seed: int, intensity: Intensity):
-        _require_cuda()
+        require_cuda("camera device")
         self._host = AccuratePixels(model, shape, seed, intensity, 1)
         self.theta_on, self.theta_off = self._host.theta_on, self._host.theta_off
         self._columns = shape[1]

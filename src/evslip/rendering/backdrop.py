@@ -49,6 +49,22 @@ def backdrop(
     of the pixel there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
     height, width = out.shape
+    scene = compose(
+        S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
+        surface_cells, surface_levels, tile_m, surface_ambient, gloss,
+        sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
+    )  # fmt: skip
+    _draw_tiles(out, bodies, S, fetched, scene, seen, total, touched, full)
+
+
+@kernel
+def compose(
+    S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
+    surface_cells, surface_levels, tile_m, surface_ambient, gloss,
+    sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
+):  # fmt: skip
+    """What all pixels share: the view, the surface, the sphere, what casts shadows, and the openness of
+    `surface_nodes`."""
     # The plane's origin lies below the camera on a whole repetition of the texture, so that float32 suffices.
     origin = np.array([math.floor(camera[0] / tile_m) * tile_m, math.floor(camera[1] / tile_m) * tile_m, 0.0])
     axes = np.eye(3)
@@ -66,18 +82,15 @@ def backdrop(
     for i in range(LANES):
         S[PART + i] = f32(NO_PART)
     nodes = surface_nodes(S, width, height, camera, turn, focal, sphere_radius, origin, casters)
-    _draw_tiles(
-        out, bodies, S, fetched, (camera, turn, focal, sphere_radius, plane), surface, sphere,
-        (casters, receive(casters, axes, origin)), nodes, seen, total, touched, full,
-    )  # fmt: skip
+    view = (camera, turn, focal, sphere_radius, plane)
+    return view, surface, sphere, (casters, receive(casters, axes, origin)), nodes
 
 
 @kernel
-def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, seen, total, touched, full):
+def _draw_tiles(out, bodies, S, fetched, scene, seen, total, touched, full):
     out, bodies, S, fetched = borrowed(out), borrowed(bodies), borrowed(S), borrowed(fetched)
-    view, surface, sphere, shadows = borrowed(view), borrowed(surface), borrowed(sphere), borrowed(shadows)
-    nodes, seen, total = borrowed(nodes), borrowed(seen), borrowed(total)
-    touched, full = borrowed(touched), borrowed(full)
+    view, surface, sphere, shadows, nodes = borrowed(scene)
+    seen, total, touched, full = borrowed(seen), borrowed(total), borrowed(touched), borrowed(full)
     height, width = out.shape
     focal, towards, angle, reception = view[2], sphere[7], sphere[8], shadows[1]
     pixel = f32(1.0 / focal)
@@ -85,8 +98,8 @@ def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, 
         y1 = min(y0 + TILE_H, height)
         for x0 in range(0, width, TILE_W):
             x1 = min(x0 + TILE_W, width)
-            shaded = _choose_casters(x0, y0, x1, y1, height, width, view, shadows)
-            lamp_here = _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
+            shaded = choose_casters(x0, y0, x1, y1, height, width, view, shadows)
+            lamp_here = lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
             for row in range(y0, y1):
                 for run in range(seen.shape[1]):
                     if seen[row, run, 0] >= x1:
@@ -100,8 +113,9 @@ def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, 
                         if start >= past:
                             continue
                         n = past - start
-                        _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched)
-                        _shade(S, blocks(n), fetched, pixel, surface, sphere, reception, shaded, lamp_here)
+                        aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched)
+                        _fill_up(S, n)
+                        shade_rays(S, blocks(n), fetched, pixel, surface, sphere, reception, shaded, ZERO, lamp_here)
                         shades, marks = out[row, start:past], bodies[row, start:past]
                         for i in range(shades.size):
                             shades[i] = S[RESULT + i]
@@ -110,8 +124,8 @@ def _draw_tiles(out, bodies, S, fetched, view, surface, sphere, shadows, nodes, 
 
 
 @kernel
-def _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched):
-    """RAY, ROOM and OPEN of n pixels of a row; the last one's is repeated to fill up the block."""
+def aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched):
+    """RAY, ROOM and OPEN of n pixels of a row."""
     left, up = f32(start) + HALF - f32(width * 0.5), (f32(height * 0.5) - f32(row) - HALF) * pixel
     for i in range(n):
         S[RAY_X + i], S[RAY_Y + i], S[ROOM + i] = (f32(i) + left) * pixel, up, ONE
@@ -125,6 +139,11 @@ def _aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched):
             S[ROOM + i] = ONE - total[row, column] + LEAST_ROOM
             at_x = (f32(column) + HALF + shift_x) * f32(1 / PITCH)
             S[OPEN + i] = between(nodes[0], at_x, (f32(row) + HALF + shift_y) * f32(1 / PITCH))
+
+
+@formula
+def _fill_up(S, n):
+    """Repeat the last pixel to fill up the block."""
     repeat_last(S, RAY_X, n)
     repeat_last(S, RAY_Y, n)
     repeat_last(S, ROOM, n)
@@ -150,8 +169,9 @@ def uncovered_middle(total, row, column):
 
 
 @formula
-def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
-    """RESULT and GROUND for n rays."""
+def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, lamp_here):
+    """RESULT and GROUND for n rays. room: how far around the place that they see casters are looked for beyond what a
+    run of them needs."""
     sphere_cells, sphere_levels, repetitions, radius, luminance, camera, turn, towards, angle, lamp_luminance = sphere
     meet_sphere(S, n, turn, camera, radius, pixel)
     lowest, highest = ENDLESS, -ENDLESS
@@ -173,7 +193,7 @@ def _shade(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
         light_plane(S, n, plane, power, lamp_radius, gloss)
         if shaded:
             u, v, w, reach = around(S, n)
-            shade(S, n, u, v, w, reach, reception, False, True)
+            shade(S, n, u, v, w, reach + room, reception, False, True)
         unfold(S, n, per_m, ZERO, -per_m, ZERO, True)
         sample_along(S, n, cells, fetched, levels)
         if lowest >= ONE:
@@ -196,7 +216,7 @@ def _look_below_horizon(S, n, turn, pixel):
 
 
 @kernel
-def _choose_casters(x0, y0, x1, y1, height, width, view, shadows):
+def choose_casters(x0, y0, x1, y1, height, width, view, shadows):
     """Find the casters that can shadow the surface in a tile, and how a pixel there steps each one's shadow. Returns
     whether there are any."""
     camera, turn, focal, sphere_radius, plane = view
@@ -252,7 +272,7 @@ def _bearing(camera, turn, lamp, lamp_radius):
 
 
 @kernel
-def _lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal):
+def lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal):
     """Whether the lamp's disc may be seen in a tile."""
     ahead = -float(towards[2])
     if ahead < 0.3:

@@ -52,6 +52,11 @@ class Raycaster:
         camera = self._lens.pinhole
         height, width = camera.height, camera.width
         self.camera, self.setting = camera, prepare(params, channel)
+        self._backdrop = backdrop
+        if params.render.device == "cuda":
+            from evslip.rendering.cuda import CudaBackdrop
+
+            self._backdrop = CudaBackdrop(self.setting, height, width)
         self.params = params
         self._closing = camera.rotation.T @ (1e-3, 1.0, 0.0)
         self.albedo_row = RED + channel
@@ -75,7 +80,7 @@ class Raycaster:
         casters = self._casters(view, boxes, blockers, poses.links, index)
         bodies = np.zeros(out.shape, np.uint8)
         background, surface = self.params.background, self.params.surface
-        backdrop(
+        self._backdrop(
             out, bodies, *self._scratch, camera, turn, focal, *light,
             *self.setting.surface, surface.tile_m, ambient.surface, SURFACE_GLOSS,
             *self.setting.sphere, self.setting.repetitions, background.radius_m, background.luminance_cd_m2,
