@@ -12,7 +12,7 @@ from evslip import generate
 from evslip.config import load_config
 from evslip.draws import draw
 from evslip.errors import MissingExtraError
-from evslip.rendering import render
+from evslip.rendering import render, render_color
 from made_up import still
 
 SIMULATED = """
@@ -92,3 +92,11 @@ def test_a_missing_gpu_is_one_clear_line(tmp_path, monkeypatch):
     with pytest.raises(MissingExtraError, match=r"^render\.device: 'cuda' needs"):
         generate(config, tmp_path / "data", count=1)
     assert not (tmp_path / "data").exists()
+
+
+def test_a_record_made_on_a_gpu_is_looked_at_without_one(monkeypatch):
+    traj = still(draw(load_config("simple", {"render.device": "cuda", "object.height_m": 0.06}), 0))
+    monkeypatch.setattr(importlib.import_module("evslip.rendering"), "recorded_span", lambda _: (0, 1_000_000))
+    picture = render_color(traj, 0, size=(40, 30))
+    assert picture.shape == (30, 40, 3)
+    assert picture.std() > 0

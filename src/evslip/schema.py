@@ -340,7 +340,7 @@ class RenderSpec(Section, Generic[N, S]):
     the machine has LLVM or a GPU."""
     device: Literal["cpu", "cuda"] = "cpu"
     """Where raycast shades surface and background: cuda needs an NVIDIA GPU and the extra [cuda], and its frames differ
-    by rounding."""
+    by little more than rounding."""
     spp: Annotated[int, Strict(), Within(1, 65536)] = 64
     """Light paths a pixel of pathtrace: more of them, less noise."""
     key_motion_px: Annotated[float, Strict(), Within(0.0, 64.0)] = 4.0

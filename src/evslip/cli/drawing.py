@@ -17,7 +17,6 @@ def render(
     *,
     out: Path,
     renderer: Literal["raycast", "pathtrace"] | None = None,
-    device: Literal["cpu", "cuda"] | None = None,
     camera: Literal["wrist", "scene"] = "wrist",
     size: Annotated[str | None, arg(metavar="WxH")] = None,
     color: bool = False,
@@ -34,7 +33,6 @@ def render(
         record: The record, such as data/train/0000007.h5.
         out: Video (.mp4, .mkv, .mov, .avi; 30 pictures a second) or folder for PNG files.
         renderer: Raycast or pathtrace; default: the one that the record was made with.
-        device: Where raycast shades surface and background; default: where the record's frames were.
         camera: Wrist, as the record has it, or scene: the whole robot, for which pathtrace is needed.
         size: Width and height in pixels, such as 1730x1300; default: the record's.
         color: In colour instead of grey.
@@ -53,7 +51,7 @@ def render(
     check_target(out, names, camera)
     shape = _size(size)
     stored = records.read(record, events=False)
-    stored = redrawn(stored, renderer=renderer, device=device, spp=spp, key_motion_px=key_motion)
+    stored = redrawn(stored, renderer=renderer, spp=spp, key_motion_px=key_motion)
     times_us = instants(stored, every_ms=every, times_s=times, phase=phase)
     if stored.params is not None and stored.params.render.renderer == "pathtrace":
         from evslip.rendering.pathtrace.variant import describe

@@ -54,7 +54,8 @@ class Shadows(NamedTuple):
 
 
 class CudaBackdrop:
-    """`backdrop.backdrop` on the GPU, for one setting; equal to it but for rounding."""
+    """`backdrop.backdrop` on the GPU, for one setting; equal to it but for rounding, and for casters that the
+    CPU's fixed margins miss: see docs/rendering.md."""
 
     def __init__(self, setting: Setting, height: int, width: int):
         """Raises MissingExtraError."""
