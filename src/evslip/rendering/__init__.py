@@ -105,7 +105,7 @@ def pictures(
 
 
 def on_cpu(traj: Trajectory) -> Trajectory:
-    """The trajectory, to be drawn on the CPU: records made with a GPU are looked at without one, a few frames at a time."""
+    """The trajectory, to be drawn on the CPU: what a GPU made is looked at without one, a few frames at a time."""
     render = traj.params.render.model_copy(update={"device": "cpu"})
     return traj._replace(params=traj.params.model_copy(update={"render": render}))
 
