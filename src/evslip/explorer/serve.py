@@ -8,6 +8,7 @@ from pathlib import Path
 from evslip.errors import ConfigError, DataError, MissingExtraError
 from evslip.explorer.labels import Labels
 from evslip.explorer.shelf import Shelf
+from evslip.shipped import model_folder
 
 ADDRESS = "127.0.0.1"
 
@@ -33,7 +34,7 @@ def explore(
         raise MissingExtraError(f"the pages need the package {error.name}: pip install 'evslip[view]'") from None
     if not 0 <= port <= 65535:
         raise ConfigError(f"port: {port} is out of range, expected 0 to 65535")
-    if model is not None and not model.is_dir():
+    if model is not None and not model_folder(model).is_dir():
         raise DataError(f"{model}: no such folder; expected that of a trained model")
     with socket.socket() as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
