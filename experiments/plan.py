@@ -23,7 +23,9 @@ class Plan:
     complex_train: int = 1000
     complex_test: int = 200
     world: int = 60
-    """Samples of each shifted world."""
+    """Samples of each shifted world ..."""
+    traced: int = 10
+    """... but of the path-traced one, which takes a thousand times as long."""
     ablation_train: int = 200
     """Training samples of each step of the ablation."""
     ablation_test: int = 60
@@ -91,13 +93,20 @@ SMALL = Plan(
     complex_train=16,
     complex_test=8,
     world=4,
+    traced=2,
     ablation_train=8,
     ablation_test=4,
     networks=(*PAPERS, "voxelnet", "event_rate"),
     seeds=(0,),
     finals=("voxelnet",),
     ablated=("event_rate",),
-    keys=("camera.width=87", "camera.height=65", "render.max_motion_px=2.0", "motion.duration_s=6.0"),
+    keys=(
+        "camera.width=87",
+        "camera.height=65",
+        "render.max_motion_px=2.0",
+        "motion.duration_s=6.0",
+        "slip_fraction=0.5",
+    ),
     window_hop_s=0.04,
     training=("epochs=2",),
     trials=1,

@@ -29,15 +29,15 @@ def cut_windows(plan: Plan, runner: Runner) -> None:
 
 
 def train(plan: Plan, runner: Runner) -> None:
-    runner.run(stages.train(plan), plan.jobs)
+    runner.run(stages.train(plan), together=True)
 
 
 def sweep(plan: Plan, runner: Runner) -> None:
-    runner.run(stages.sweep(plan), plan.jobs)
+    runner.run(stages.sweep(plan), together=True)
 
 
 def test(plan: Plan, runner: Runner) -> None:
-    runner.run(stages.test(plan), plan.jobs)
+    runner.run(stages.test(plan), together=True)
 
 
 def shift_worlds(plan: Plan, runner: Runner) -> None:
@@ -45,14 +45,14 @@ def shift_worlds(plan: Plan, runner: Runner) -> None:
         write_mesh(stages.mesh_path(plan))
     makings, trials = stages.worlds(plan)
     runner.run(makings)
-    runner.run(trials, plan.jobs)
+    runner.run(trials, together=True)
 
 
 def ablate(plan: Plan, runner: Runner) -> None:
     makings, trainings, trials = stages.ablation(plan)
     runner.run(makings)
-    runner.run(trainings, plan.jobs)
-    runner.run(trials, plan.jobs)
+    runner.run(trainings, together=True)
+    runner.run(trials, together=True)
 
 
 def try_real(plan: Plan, runner: Runner) -> None:
@@ -100,7 +100,8 @@ NUMBERS = {
     "simple": "samples of the Simple Set",
     "complex-train": "training samples of the Complex Set",
     "complex-test": "test samples of the Complex Set",
-    "world": "samples of each shifted world",
+    "world": "samples of each shifted world ...",
+    "traced": "... but of the path-traced one, which takes a thousand times as long",
     "ablation-train": "training samples of each step of the ablation",
     "ablation-test": "test samples of the ablation",
     "trials": "of `evslip sweep` for each network; 0: no sweep",

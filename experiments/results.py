@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from string import Template
+from typing import Any
 
 import goals
 import machine
@@ -77,14 +78,17 @@ def size(plan: Plan) -> str:
 
 def changed_keys(found: Dataset, preset: str) -> list[str]:
     """Keys in which a data set's configuration differs from a preset, with their values."""
-    here, there = (config.model_dump(mode="json") for config in (found.config, load_config(preset)))
-    return [
-        f"{section}.{key} = {value}"
-        for section, values in here.items()
-        if isinstance(values, dict)
-        for key, value in values.items()
-        if value != there[section][key]
-    ]
+    here, there = (leaves(config.model_dump(mode="json")) for config in (found.config, load_config(preset)))
+    return [f"{key} = {value}" for key, value in here.items() if value != there[key]]
+
+
+def leaves(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Values by dotted key; a distribution is a value."""
+    found: dict[str, Any] = {}
+    for key, value in tree.items():
+        nested = isinstance(value, dict) and "min" not in value
+        found |= leaves(value, f"{prefix}{key}.") if nested else {prefix + key: value}
+    return found
 
 
 def training_options(plan: Plan) -> str:

@@ -18,7 +18,7 @@ SETS = {"simple": "simple", "complex": "complex", "simple-paper": "simple", "com
 
 def generated(plan: Plan, name: str, count: int, split: str, keys: dict[str, str] | None = None) -> Step:
     """Fill a split of a data set."""
-    changes = dict(text.split("=", 1) for text in plan.keys) | (keys or {})
+    changes = {key: value for key, _, value in (text.partition("=") for text in plan.keys)} | (keys or {})
     preset, folder = "simple" if name == "simple" else "complex", plan.data(name)
     texts = [f"{key}={str(mesh_path(plan)) if value == MESH else value}" for key, value in changes.items()]
     words = ["generate", preset, str(folder), "--count", str(count), "--split", split]
@@ -158,7 +158,8 @@ def worlds(plan: Plan) -> tuple[list[Step], list[Step]]:
     """Generate a small test set of each shifted world; try the finals in it."""
     file, makings, trials = windows(plan)["complex"], [], []
     for name in plan.worlds:
-        made = generated(plan, f"worlds/{name}", plan.world, "test", WORLDS[name].keys)
+        count = plan.traced if name == "pathtraced" else plan.world
+        made = generated(plan, f"worlds/{name}", count, "test", WORLDS[name].keys)
         makings.append(made)
         for network, seed in product(plan.finals, plan.seeds):
             model = trained(plan, "complex", network, seed, file)

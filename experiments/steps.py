@@ -60,17 +60,15 @@ class Runner:
         for name in ("done", "logs"):
             (out / name).mkdir(parents=True, exist_ok=True)
 
-    def run(self, steps: Sequence[Step], jobs: int = 1) -> None:
-        """Run what is not done yet, in order, or several at a time. Exits with one line where a step fails."""
-        if min(jobs, self._jobs) == 1:
-            for step in steps:
-                self._one(step, 1)
-            return
-        with ThreadPoolExecutor(self._jobs) as pool:
-            for done in [pool.submit(self._one, step, self._jobs) for step in steps]:
+    def run(self, steps: Sequence[Step], together: bool = False) -> None:
+        """Run what is not done yet: in order, or as many together as there are jobs. Exits with one line where a step
+        fails."""
+        jobs = self._jobs if together else 1
+        with ThreadPoolExecutor(jobs) as pool:
+            for running in [pool.submit(self._one, step, jobs) for step in steps]:
                 try:
-                    done.result()
-                except SystemExit:
+                    running.result()
+                except BaseException:
                     pool.shutdown(cancel_futures=True)
                     raise
 
@@ -107,13 +105,12 @@ class Runner:
         record = read_json(done_path(self._out, step))
         if record is None or not (step.output is None or record["refused"] or step.output.exists()):
             return False
-        if record["key"] != step.key:
-            where = step.output or done_path(self._out, step)
+        if record["key"] != step.key and step.output is not None:
             raise SystemExit(
-                f"{step.name}: {where} is from `{record['command']}`, or from inputs that have changed since; "
+                f"{step.name}: {step.output} is from `{record['command']}`, or from inputs that have changed since; "
                 f"now it would be `{step.command}`: remove it and {done_path(self._out, step)}, or choose another --out"
             )
-        return True
+        return record["key"] == step.key
 
 
 def done_path(out: Path, step: Step) -> Path:

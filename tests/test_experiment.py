@@ -1,6 +1,8 @@
 """experiments/reproduce.py at its smallest: every cell of its tables comes from what the product wrote."""
 
+import importlib
 import json
+import math
 import re
 import statistics
 import subprocess
@@ -12,13 +14,14 @@ import pytest
 SCRIPT = Path(__file__).resolve().parents[1] / "experiments" / "reproduce.py"
 KEYS = (
     "camera.width=16", "camera.height=16", "render.max_motion_px=16.0", "render.min_rate_hz=10.0",
-    "robot.kind=cartesian", "motion.kind=hold", "motion.duration_s=3.0", "motion.hold_s=0.1",
+    "robot.kind=cartesian", "motion.kind=hold", "motion.duration_s=3.0", "motion.hold_s=0.4",
+    'slip.kind=["hold", "rotation"]', "slip_fraction=0.5",
 )  # fmt: skip
 TINY = (
-    "--small", "--simple", 6, "--complex-train", 8, "--complex-test", 4, "--world", 3, "--ablation-train", 8,
+    "--small", "--simple", 12, "--complex-train", 8, "--complex-test", 4, "--world", 3, "--ablation-train", 8,
     "--ablation-test", 4, "--networks", "mlp", "event_rate", "--finals", "event_rate", "--ablated", "event_rate",
     "--seeds", 0, "--worlds", "front", "--ablations", "noise", "--trials", 0, "--resamples", 20, "--jobs", 2,
-    "--training", "epochs=1", "--keys", *KEYS,
+    "--window-hop-s", 0.01, "--training", "epochs=1", "--keys", *KEYS,
 )  # fmt: skip
 
 
@@ -43,6 +46,16 @@ def validation(folder: Path) -> str:
     """Accuracy of the epoch that was kept, %."""
     best = json.loads((folder / "model.json").read_text())["training"]["best_epoch"]
     return f"{100 * json.loads((folder / 'history.json').read_text())[best - 1]['val_accuracy']:.1f}"
+
+
+def test_a_cell_of_several_seeds_has_mean_and_range(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(SCRIPT.parent)
+    spread = importlib.import_module("figures").spread
+    assert spread([0.81, 0.9, 0.84], 1, 100) == "85.0 (81.0–90.0)"
+    assert spread([0.81], 1, 100) == "81.0"
+    assert spread([0.02, math.inf], 0, 1000) == "20, never"
+    assert spread([math.nan, 0.5]) == "–"
+    assert spread([]) == "not run"
 
 
 @pytest.mark.slow
@@ -73,7 +86,7 @@ def test_every_cell_is_what_the_product_measured(tmp_path: Path) -> None:
         json.loads(line) for path in out.glob("data/simple/journal/*/*") for line in path.read_text().splitlines()
     ]
     simple = rows(text, "million events a sample")["Simple Set"]
-    assert simple[0] == str(len(entries)) == "6"
+    assert simple[0] == str(len(entries)) == "12"
     assert simple[-1] == f"{statistics.mean(entry['events'] for entry in entries) / 1e6:.2f}"
     assert "This run is smaller than the paper's experiment" in text
     assert (out / "default" / "README.md").is_file() and (out / "default" / "model.safetensors").is_file()
