@@ -91,11 +91,25 @@ def main() -> int:
             stage(plan, runner)
     if "tables" not in chosen:
         return 0
-    gaps = results.write(plan, ["python", "experiments/reproduce.py", *sys.argv[1:]])
+    gaps = results.write(plan, ["python", "experiments/reproduce.py", *told(sys.argv[1:])])
     print(f"{plan.out / 'results.md'}: " + (f"not whole: {'; '.join(gaps)}" if gaps else "every table is whole"))
     return 1 if gaps else 0
 
 
+def told(words: list[str]) -> list[str]:
+    """The command line without what the results do not depend on, and without paths of this machine."""
+    kept, option = [], ""
+    for word in words:
+        if word.startswith("--"):
+            option = word.partition("=")[0]
+        if option not in HIDDEN:
+            kept.append("--real=RECORDINGS" if word.startswith("--real=") else word)
+        if option == "--real" and not word.startswith("--"):
+            kept[-1] = "RECORDINGS"
+    return kept
+
+
+HIDDEN = ("--stages", "--out", "--workers", "--jobs", "--ship-model", "--ship-to")
 NUMBERS = {
     "simple": "samples of the Simple Set",
     "complex-train": "training samples of the Complex Set",

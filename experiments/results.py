@@ -33,7 +33,8 @@ FULL = Plan(Path())
 
 
 def write(plan: Plan, command: Sequence[str]) -> list[str]:
-    """Write results.md and results.png. Returns what is not there, a line each: tables with a gap, missing results."""
+    """Write results.md, which says that `command` made all of it, and results.png. Returns what is not there, a line
+    each: tables with a gap, missing results."""
     parts = {name: make(plan) for name, make in TABLES.items()}
     text = Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         parts,
