@@ -73,7 +73,7 @@ def verdict(plan: Plan) -> str:
         cells[f"`{network}`, Complex test"] = accuracy, test
     known = {name: (100 * mean(ours), paper) for name, (ours, paper) in cells.items() if ours}
     missed = [f"{name} ({ours:.1f} against {paper:g})" for name, (ours, paper) in known.items() if ours <= paper]
-    above = f"Above the paper's in {len(known) - len(missed)} of {len(known)} cells"
+    above = f"By trajectory, above the paper's in {len(known) - len(missed)} of {len(known)} cells"
     lines = [above + (f"; not above in: {', '.join(missed)}." if missed else ".")] if known else []
     best = max(plan.networks, key=lambda name: _accuracy(plan, name))
     if math.isfinite(_accuracy(plan, best)):

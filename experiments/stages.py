@@ -20,7 +20,7 @@ def generated(plan: Plan, name: str, count: int, split: str, keys: dict[str, str
     """Fill a split of a data set."""
     changes = {key: value for key, _, value in (text.partition("=") for text in plan.keys)} | (keys or {})
     preset, folder = "simple" if name == "simple" else "complex", plan.data(name)
-    texts = [f"{key}={str(mesh_path(plan)) if value == MESH else value}" for key, value in changes.items()]
+    texts = [f"{key}={mesh_path(plan) if value == MESH else value}" for key, value in changes.items()]
     words = ["generate", preset, str(folder), "--count", str(count), "--split", split]
     return Step(
         name=f"generate {name} {split}",
@@ -36,10 +36,8 @@ def mesh_path(plan: Plan) -> Path:
 
 
 def _has_samples(folder: Path, preset: str, texts: list[str], split: str, count: int) -> bool:
-    path = folder / CONFIG
-    if not path.is_file() or path.read_text(encoding="utf-8") != dump_config(
-        load_config(preset, dict(map(parse_override, texts)))
-    ):
+    path, wanted = folder / CONFIG, load_config(preset, dict(map(parse_override, texts)))
+    if not path.is_file() or path.read_text(encoding="utf-8") != dump_config(wanted):
         return False  # `evslip generate` says what differs
     return len(finished(folder, split, range(count))) == count
 
@@ -69,11 +67,10 @@ def result(step: Step) -> Path:
     return step.output
 
 
-def cut(plan: Plan, name: str, made: Step, folder: Path, *more: str, hop_s: float | None = None) -> Step:
-    """Cut a split's windows."""
+def cut(plan: Plan, name: str, made: Step, folder: Path, *more: str) -> Step:
+    """Cut a training split's windows."""
     path = plan.windows(name)
-    hop = f"{plan.window_hop_s if hop_s is None else hop_s:g}"
-    words = ("windows", str(folder), str(path), "--split", "train", "--hop-s", hop, *more)
+    words = ("windows", str(folder), str(path), "--split", "train", "--hop-s", f"{plan.window_hop_s:g}", *more)
     return Step(f"windows {name}", words, path, (made,))
 
 
@@ -89,18 +86,9 @@ def windows(plan: Plan) -> dict[str, Step]:
 def trained(plan: Plan, group: str, network: str, seed: int, cut_step: Step, *more: str) -> Step:
     """Train one network with one seed."""
     folder = plan.model(group, network, seed)
-    words = (
-        "train",
-        str(result(cut_step)),
-        str(folder),
-        "--model",
-        network,
-        "--seed",
-        str(seed),
-        *plan.options(network),
-        *more,
-    )
-    return Step(f"train {group}/{network}-{seed}", words, folder / "model.json", (cut_step,))
+    words = ("train", str(result(cut_step)), str(folder), "--model", network, "--seed", str(seed))
+    options = (*plan.options(network), *more)
+    return Step(f"train {group}/{network}-{seed}", (*words, *options), folder / "model.json", (cut_step,))
 
 
 def train(plan: Plan) -> list[Step]:

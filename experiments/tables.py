@@ -39,7 +39,7 @@ def data(plan: Plan) -> str:
         counts = f"{known['slip']}, {known['hold']}, {known['rejected']}"
         size, events = f"{known['bytes'] / done / 1e6:.1f}", f"{known['events'] / done / 1e6:.2f}"
         lines.append([title, str(done), counts, each, size, events])
-    paper = ["the paper's", "192; 1000; 200", "", "162 on average, 8 at a time", "about 1000", "about 1"]
+    paper = ["the paper's", "192; 1000; 200", "", "162, 8 at a time", "883; 87 without frames and videos", "about 1"]
     return table(head, [*lines, paper])
 
 
@@ -135,8 +135,8 @@ def real(plan: Plan) -> str:
     """What the finals say of real recordings."""
     if plan.real is None:
         return "No recordings were given (`--real FOLDER`)."
-    says = (f"`{name}`: share said slip; median p" for name in plan.finals)
-    head = ("recording", "sensor", "s", "million events/s", *says)
+    titles = (f"`{name}`: share said slip; median p" for name in plan.finals)
+    head = ("recording", "sensor", "s", "million events/s", *titles)
     lines = []
     for path, about, says in stages.real(plan):
         record = read_json(done_path(plan.out, about))
