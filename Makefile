@@ -1,9 +1,9 @@
-# Both commands set up .venv when it is missing. Without make: see README.md.
+# These commands set up .venv when it is missing. Without make: see README.md.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test check clean
+.PHONY: demo test reproduce reproduce-small clean
 
 demo: $(VENV)/ready
 	$(BIN)/evslip demo demo
@@ -14,6 +14,13 @@ test: $(VENV)/ready
 	$(BIN)/pyright
 	$(BIN)/python -m pytest
 
+# The paper's experiment, whole (many hours; run it again to go on), and every stage of it once in about ten minutes.
+reproduce: $(VENV)/ready
+	$(BIN)/python experiments/reproduce.py
+
+reproduce-small: $(VENV)/ready
+	$(BIN)/python experiments/reproduce.py --small
+
 $(VENV)/ready: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "evslip needs Python 3.11 or newer; say make PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
@@ -22,4 +29,4 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo build dist
+	rm -rf $(VENV) demo build dist reproduced-small

@@ -154,9 +154,10 @@ def evaluate(
     printed, and written as JSON, as a page and as pictures, those of the worst windows too.
 
     Args:
-        models_and_data: Folders of models, then what to examine them on: a data set, a record, a folder of records, or
-            a file of `evslip windows` (scores alone: alarms and circumstances need records).
-        out: Folder for the files; default: the model's folder, of several models the folder `evaluation`.
+        models_and_data: Folders of models, or `default`, the one of the package; then what to examine them on: a data
+            set, a record, a folder of records, or a file of `evslip windows` (scores alone: alarms and circumstances
+            need records).
+        out: Folder for the files; default: the model's folder; of several models, or of `default`, `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
         resamples: Resamples of the trajectories that the confidence intervals come from.
@@ -165,6 +166,7 @@ def evaluate(
     from evslip.learn.checkpoint import load_model
     from evslip.learn.comparison import compare
     from evslip.learn.exam import open_exam
+    from evslip.shipped import is_shipped
     from evslip.view.evaluation import alarm_table, comparison_table, short_names, write_evaluation
 
     *models, data = models_and_data
@@ -177,7 +179,8 @@ def evaluate(
     for model in models:
         with progress_bar(f"evaluate {model.name}", exam.steps) as advance:
             found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, progress=advance))
-    folder = out or (models[0] if len(models) == 1 else Path("evaluation"))
+    own = len(models) == 1 and not is_shipped(models[0])
+    folder = out or (models[0] if own else Path("evaluation"))
     write_evaluation(folder, found, exam)
     scores = found[0].scores
     console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {exam.name}")
@@ -247,17 +250,18 @@ def report(
 
 
 def detect(
-    model: Positional[Path],
-    recording: Positional[Path],
+    model_and_recording: Annotated[Positional[tuple[Path, ...]], arg(metavar="[MODEL] RECORDING")],
     *,
+    model: Path | None = None,
     out: Path | None = None,
     hop_s: float = 0.02,
 ) -> None:
     """Run a detector over a recording: slip probability over time as CSV and PNG, beside the labels if it has any.
 
     Args:
-        model: Folder of the model.
-        recording: HDF5 file of a record, a recording or plain events.
+        model_and_recording: Folder of a model, unless --model names it; then a record, a recording or plain events, a
+            file of any known format.
+        model: Folder of the model, or `default`, the one of the package.
         out: Name of the two files without suffix; default: beside the recording.
         hop_s: Time between two answers.
     """
@@ -265,8 +269,15 @@ def detect(
     from evslip.learn import detect as run
     from evslip.view.detection import write_csv, write_png
 
+    given = [*([] if model is None else [model]), *model_and_recording]
+    if len(given) != 2:
+        told = " ".join(map(str, given)) or "nothing"
+        raise ConfigError(
+            f"detect: {told} given; expected a model and a recording, such as: detect --model default REC"
+        )
+    which, recording = given
     record = read_recording(recording)
-    detection = run(model, record.events, record.size, hop_s=hop_s)
+    detection = run(which, record.events, record.size, hop_s=hop_s)
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
     write_csv(detection, csv)

@@ -13,7 +13,7 @@ def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 88
 
     Args:
         dataset: Folder of a data set, or a file of events of any known format.
-        model: Folder of a detector, whose slip probability is drawn over time.
+        model: Folder of a detector, or `default`, the one of the package, whose slip probability is drawn over time.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """

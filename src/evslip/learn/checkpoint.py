@@ -14,6 +14,7 @@ from evslip.errors import DataError, EvslipError
 from evslip.learn.documents import Format, read_document
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
+from evslip.shipped import model_folder
 from evslip.window_set import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
@@ -52,8 +53,9 @@ def save_model(folder: Path, network: Network, description: Description) -> None
 
 
 def load_model(folder: str | Path) -> tuple[Network, Description]:
-    """The network, ready to evaluate on the CPU, and its description. Raises DataError naming the file."""
-    folder = Path(folder)
+    """The network, ready to evaluate on the CPU, and its description; of a folder, or by the name of a detector of the
+    package ("default"). Raises DataError naming the file."""
+    folder = model_folder(folder)
     description = read_description(folder)
     path = folder / WEIGHTS
     network = build_model(description.model, description.geometry)

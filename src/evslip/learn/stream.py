@@ -43,6 +43,7 @@ class Detection:
 class Detector:
     """Answers every `hop_s` seconds with the slip probability of the last window's events.
 
+    `model` is the folder of a detector, or "default", the one of the package.
     `size` is the sensor's (width, height); another one than the detector was trained for is aligned at its centre:
     pixels beyond the crop are ignored, pixels that the sensor lacks stay silent. Memory is bounded by the events of one
     window and one push. Where the network has a form that computes only what a hop brings anew it is used, unless

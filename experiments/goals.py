@@ -1,0 +1,109 @@
+"""What detectors reach on the Complex test set, against the paper's figures and against what is wanted."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from figures import MISSING, PAPER, detected, latency, mean, spread, tested, validated
+from plan import Plan
+from tables import table
+
+from evslip.learn.assessment import Assessment
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Something that one detector shall reach."""
+
+    title: str
+    wanted: float
+    of: Callable[[Assessment], float]
+    lower: bool
+    """Whether less is better."""
+    factor: float
+    """From the figure to the unit in the title."""
+    digits: int
+
+    def reached(self, values: list[float]) -> bool:
+        """Whether the mean over the seeds is good enough."""
+        value = mean(values)
+        return math.isfinite(value) and (value <= self.wanted if self.lower else value >= self.wanted)
+
+    def tell(self, values: list[float]) -> str:
+        """Mean and range over the seeds."""
+        return spread(values, self.digits, self.factor)
+
+    @property
+    def wish(self) -> str:
+        return f"{self.title} {'≤' if self.lower else '≥'} {self.factor * self.wanted:g}"
+
+
+GOALS = (
+    Goal("balanced accuracy, %,", 0.98, lambda one: one.scores.balanced_accuracy, False, 100, 1),
+    Goal("AUROC", 0.998, lambda one: one.scores.auroc, False, 1, 4),
+    Goal("median latency, ms,", 0.020, lambda one: latency(one, 0.5), True, 1000, 0),
+    Goal("p95 latency, ms,", 0.060, lambda one: latency(one, 0.95), True, 1000, 0),
+    Goal("slips detected, %,", 0.98, detected, False, 100, 1),
+)
+
+
+def goals(plan: Plan) -> str:
+    """Every network against what one detector shall reach."""
+    lines = []
+    for network in plan.networks:
+        found = tested(plan, "test", network)
+        values = [(goal, [goal.of(one) for one in found]) for goal in GOALS]
+        number = sum(goal.reached(each) for goal, each in values)
+        cells = [goal.tell(each) for goal, each in values]
+        lines.append([f"`{network}`", *cells, f"{number} of {len(GOALS)}" if found else MISSING])
+    return table(("network", *(goal.wish for goal in GOALS), "reached"), lines)
+
+
+def verdict(plan: Plan) -> str:
+    """In words: which of the paper's figures are beaten, and what the best detector does not reach."""
+    cells: dict[str, tuple[list[float], float]] = {}
+    for network in (name for name in PAPER if name in plan.networks):
+        simple, complex_, test = PAPER[network]
+        for title, group, paper in (
+            ("Simple validation", "simple", simple),
+            ("Complex validation", "complex", complex_),
+        ):
+            cells[f"`{network}`, {title}"] = [one.accuracy for one in validated(plan, group, network)], paper
+        accuracy = [one.scores.balanced_accuracy for one in tested(plan, "test", network)]
+        cells[f"`{network}`, Complex test"] = accuracy, test
+    known = {name: (100 * mean(ours), paper) for name, (ours, paper) in cells.items() if ours}
+    missed = [f"{name} ({ours:.1f} against {paper:g})" for name, (ours, paper) in known.items() if ours <= paper]
+    above = f"By trajectory, above the paper's in {len(known) - len(missed)} of {len(known)} cells"
+    lines = [above + (f"; not above in: {', '.join(missed)}." if missed else ".")] if known else []
+    best = max(plan.networks, key=lambda name: _accuracy(plan, name))
+    if math.isfinite(_accuracy(plan, best)):
+        found = tested(plan, "test", best)
+        failed = [goal.wish for goal in GOALS if not goal.reached([goal.of(one) for one in found])]
+        said = f"misses: {'; '.join(failed)}" if failed else "reaches every goal"
+        lines.append(f"The best by balanced accuracy on the test set, `{best}`, {said}.")
+    return " ".join(lines) or MISSING
+
+
+def _accuracy(plan: Plan, network: str) -> float:
+    values = [one.scores.balanced_accuracy for one in tested(plan, "test", network)]
+    return mean(values) if values else -math.inf
+
+
+def everything(plan: Plan) -> str:
+    """What else the evaluation measures on the test set."""
+    columns: dict[str, Callable[[Assessment], float]] = {
+        "accuracy": lambda one: one.scores.accuracy,
+        "F1": lambda one: one.scores.f1,
+        "AUPRC": lambda one: one.scores.auprc,
+        "ECE": lambda one: one.scores.ece,
+        "Brier": lambda one: one.scores.brier,
+        "without windows just after a slip": lambda one: one.scores.without_recent,
+        "false alarms a minute, own threshold": lambda one: math.nan if one.own is None else one.own.false_per_min,
+        "detected, own threshold": lambda one: math.nan if one.own is None else one.own.detection_rate,
+        "ms a window": lambda one: one.cost.median_ms,
+    }
+    lines = []
+    for network in plan.networks:
+        found = tested(plan, "test", network)
+        lines.append([f"`{network}`", *(spread([of(one) for one in found], 3) for of in columns.values())])
+    return table(("network", *columns), lines)

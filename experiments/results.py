@@ -1,0 +1,121 @@
+"""The page of results: a template's text, and tables of what has been measured."""
+
+import json
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import goals
+import machine
+import stages
+import tables
+from figures import MISSING, samples, tested
+from plan import Plan
+
+from evslip.config import load_config
+from evslip.dataset import Dataset
+
+TEMPLATE = Path(__file__).with_name("results_template.md")
+TABLES: dict[str, Callable[[Plan], str]] = {
+    "data": tables.data,
+    "windows": tables.windows,
+    "table2": tables.table2,
+    "goals": goals.goals,
+    "everything": goals.everything,
+    "worlds": tables.worlds,
+    "ablation": tables.ablation,
+    "sweeps": tables.sweeps,
+    "real": tables.real,
+}
+FULL = Plan(Path())
+
+
+def write(plan: Plan, command: Sequence[str]) -> list[str]:
+    """Write results.md, which says that `command` made all of it, and results.png. Returns what is not there, a line
+    each: tables with a gap, missing results."""
+    parts = {name: make(plan) for name, make in TABLES.items()}
+    text = Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
+        parts,
+        verdict=goals.verdict(plan),
+        size=size(plan),
+        command=shlex.join(command),
+        machines="\n".join(f"* {machine.describe(known)}" for known in machines(plan)),
+        seeds=", ".join(map(str, plan.seeds)),
+        hop_ms=f"{1000 * plan.hop_s:g}",
+        finals=", ".join(f"`{name}`" for name in plan.finals),
+        training=training_options(plan),
+        window_hop_s=f"{plan.window_hop_s:g}",
+        picture=picture(plan),
+    )
+    (plan.out / "results.md").write_text(text, encoding="utf-8")
+    gaps = [f"the table of {name}" for name, text in parts.items() if MISSING in text]
+    absent = [step.name for step in stages.results(plan) if not stages.result(step).exists()]
+    return gaps + ([f"{len(absent)} results, such as `{absent[0]}`"] if absent else [])
+
+
+def size(plan: Plan) -> str:
+    """What was run, and by how much it is smaller than the paper's."""
+    sets = (
+        ("Simple Set", "simple", "train", FULL.simple),
+        ("Complex Set, training", "complex", "train", FULL.complex_train),
+        ("Complex Set, test", "complex", "test", FULL.complex_test),
+    )
+    made = {title: samples(plan, name, split) for title, name, split, _ in sets}
+    counts = {title: 0 if found is None else found.status()["done"] for title, found in made.items()}
+    told = f"{'; '.join(f'{title}: {count}' for title, count in counts.items())} samples"
+    smaller = [f"{title} {counts[title]} of {full}" for title, _, _, full in sets if counts[title] < full]
+    changed = dict.fromkeys(
+        key for title, name, _, _ in sets if (found := made[title]) is not None for key in changed_keys(found, name)
+    )
+    if not smaller and not changed:
+        return f"{told}: as many as the paper's."
+    parts = [f"**This run is smaller than the paper's experiment**: {', '.join(smaller)} samples."] if smaller else []
+    if changed:
+        parts.append(f"**Its samples differ from the presets'** in {', '.join(f'`{key}`' for key in changed)}.")
+    return f"{told}. {' '.join(parts)} Its figures are not those of the whole experiment."
+
+
+def changed_keys(found: Dataset, preset: str) -> list[str]:
+    """Keys in which a data set's configuration differs from a preset, with their values."""
+    here, there = (leaves(config.model_dump(mode="json")) for config in (found.config, load_config(preset)))
+    return [f"{key} = {value}" for key, value in here.items() if value != there[key]]
+
+
+def leaves(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Values by dotted key; a distribution is a value."""
+    found: dict[str, Any] = {}
+    for key, value in tree.items():
+        nested = isinstance(value, dict) and "min" not in value
+        found |= leaves(value, f"{prefix}{key}.") if nested else {prefix + key: value}
+    return found
+
+
+def training_options(plan: Plan) -> str:
+    """What `evslip train` was told beyond the network and the seed."""
+    return f"`{'`, `'.join(plan.training)}`" if plan.training else "the defaults of each network"
+
+
+def note_machine(plan: Plan) -> None:
+    """Remember what this run is on; once, however often it is resumed there."""
+    known, here = machines(plan), machine.facts()
+    if not any({**one, "date": None} == {**here, "date": None} for one in known):
+        (plan.out / "machines.json").write_text(json.dumps([*known, here], indent=1) + "\n")
+
+
+def machines(plan: Plan) -> list[dict]:
+    """All that the experiment has run on."""
+    path = plan.out / "machines.json"
+    return json.loads(path.read_text()) if path.exists() else []
+
+
+def picture(plan: Plan) -> str:
+    """Curves of the finals' first seeds on the test set, as results.png; a line that shows it."""
+    from evslip.view.evaluation_plots import write_scores_png
+
+    firsts = {name: found[0] for name in plan.finals if (found := tested(plan, "test", name))}
+    if not firsts:
+        return MISSING
+    write_scores_png(plan.out / "results.png", list(firsts.values()), list(firsts))
+    return "![ROC, precision and recall, calibration, alarms of the finals, first seed](results.png)"

@@ -1,0 +1,161 @@
+"""The tables of the results: every cell is read from what the product wrote."""
+
+import csv
+import json
+from collections.abc import Sequence
+
+import stages
+from figures import MISSING, PAPER, percent, samples, spread, tested, validated
+from plan import PAPERS, Plan
+from steps import done_path, log_path, read_json, seconds_of
+from worlds import FIXED, WORLDS
+
+from evslip.learn.assessment import Assessment
+
+
+def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """In Markdown."""
+    return "\n".join(f"| {' | '.join(line)} |" for line in (head, ["---"] * len(head), *lines))
+
+
+def data(plan: Plan) -> str:
+    """The data sets beside the paper's."""
+    head = ("", "samples", "of them slip, hold, rejected", "seconds a sample", "MB a sample", "million events a sample")
+    made = stages.main_sets(plan)
+    rows = [
+        ("Simple Set", "simple", "train", made["simple"]),
+        ("Complex Set, training", "complex", "train", made["complex"]),
+        ("Complex Set, test", "complex", "test", made["complex-test"]),
+    ]
+    lines = []
+    for title, name, split, step in rows:
+        found, seconds = samples(plan, name, split), seconds_of(plan.out, step)
+        if found is None:
+            lines.append([title, *[MISSING] * 5])
+            continue
+        known = found.status()
+        done = known["done"]
+        each = "–" if seconds is None else f"{seconds / done:.1f}"
+        counts = f"{known['slip']}, {known['hold']}, {known['rejected']}"
+        size, events = f"{known['bytes'] / done / 1e6:.1f}", f"{known['events'] / done / 1e6:.2f}"
+        lines.append([title, str(done), counts, each, size, events])
+    paper = ["the paper's", "192; 1000; 200", "", "162, 8 at a time", "883; 87 without frames and videos", "about 1"]
+    return table(head, [*lines, paper])
+
+
+def windows(plan: Plan) -> str:
+    """How many windows there are, beside the paper's."""
+    head = ("windows", "training + validation", "test", "the paper's")
+    lines = []
+    sets = (("Simple Set", "simple", "918 + 230"), ("Complex Set", "complex", "11554 + 2888, test 2682"))
+    for title, group, paper in sets:
+        counts = sorted({found.windows for network in plan.networks for found in validated(plan, group, network)})
+        told = "; ".join(f"{a} + {b}" for a, b in counts[:3]) + (" ..." if len(counts) > 3 else "")
+        tests = [one.scores for network in plan.networks for one in tested(plan, "test", network)]
+        shown = f"{tests[0].windows} of {tests[0].trajectories} trajectories" if tests else MISSING
+        lines.append([title, told or MISSING, shown if group == "complex" else "–", paper])
+    return table(head, lines)
+
+
+def table2(plan: Plan) -> str:
+    """The paper's Table 2 beside ours."""
+    head = (
+        "network", "Simple val, paper", "ours, paper's protocol", "ours, by trajectory", "Complex val, paper",
+        "ours, paper's protocol", "ours, by trajectory", "Complex test, paper", "ours",
+    )  # fmt: skip
+    lines = []
+    for network in plan.networks:
+        quoted = [f"{value:g}" for value in PAPER.get(network, ())] or ["–"] * 3
+        cells = [
+            validation(plan, group, network)
+            for group in ("simple-paper", "simple", "complex-paper", "complex")
+        ]  # fmt: skip
+        ours = [percent(found) if network in PAPERS or not group.endswith("paper") else "–" for group, found in cells]
+        test = percent([one.scores.balanced_accuracy for one in tested(plan, "test", network)])
+        lines.append([f"`{network}`", quoted[0], *ours[:2], quoted[1], *ours[2:], quoted[2], test])
+    return table(head, lines)
+
+
+def validation(plan: Plan, group: str, network: str) -> tuple[str, list[float]]:
+    """The group, and the validation accuracy of each seed."""
+    return group, [found.accuracy for found in validated(plan, group, network)]
+
+
+def worlds(plan: Plan) -> str:
+    """The finals in worlds that they were not trained on."""
+    head = ("world", "windows, trajectories", *(f"`{name}`: balanced accuracy, %; AUROC" for name in plan.finals))
+    rows = {"the Complex test set itself": "test"} | {WORLDS[name].title: f"worlds/{name}" for name in plan.worlds}
+    lines = []
+    for title, exam in rows.items():
+        found = {network: tested(plan, exam, network) for network in plan.finals}
+        first = next((each[0] for each in found.values() if each), None)
+        counts = MISSING if first is None else f"{first.scores.windows}, {first.scores.trajectories}"
+        lines.append([title, counts, *(_two_scores(each) for each in found.values())])
+    return table(head, lines)
+
+
+def ablation(plan: Plan) -> str:
+    """Training without a part of the randomisation, tested with all of it."""
+    head = ("fixed in training", "samples", *(f"`{name}`: balanced accuracy, %; AUROC" for name in plan.ablated))
+    rows = {"nothing": "nothing"} | {FIXED[name].title: name for name in plan.ablations}
+    lines = []
+    for title, name in rows.items():
+        made = samples(plan, f"ablation/{name}", "train")
+        cells = [_two_scores(tested(plan, f"ablation/{name}", network)) for network in plan.ablated]
+        lines.append([title, MISSING if made is None else str(made.status()["done"]), *cells])
+    return table(head, lines)
+
+
+def _two_scores(found: Sequence[Assessment]) -> str:
+    if not found:
+        return MISSING
+    accuracy, area = ([getattr(one.scores, name) for one in found] for name in ("balanced_accuracy", "auroc"))
+    return f"{percent(accuracy)}; {spread(area, 3)}"
+
+
+def sweeps(plan: Plan) -> str:
+    """How many runs, and the best of each network."""
+    if not plan.trials:
+        return "No sweep was run (`--trials N`)."
+    lines = []
+    for step in stages.sweep(plan):
+        path = plan.out / "sweeps" / step.name.removeprefix("sweep ") / "sweep.csv"
+        rows = list(csv.DictReader(path.read_text().splitlines())) if path.exists() else []
+        ended = [row for row in rows if row.get("val_accuracy")]
+        best = max(ended, key=lambda row: float(row["val_accuracy"]), default=None)
+        columns = list(rows[0]) if rows else []
+        drawn = columns[3 : columns.index("val_accuracy")] if rows else []
+        told = MISSING if best is None else ", ".join(f"{name} {best[name]}" for name in drawn)
+        score = MISSING if best is None else f"{100 * float(best['val_accuracy']):.1f}"
+        lines.append([step.name.removeprefix("sweep "), str(len(rows)) if rows else MISSING, score, told])
+    return table(("set, network", "runs", "best balanced validation accuracy, %", "its settings"), lines)
+
+
+def real(plan: Plan) -> str:
+    """What the finals say of real recordings."""
+    if plan.real is None:
+        return "No recordings were given (`--real FOLDER`)."
+    titles = (f"`{name}`: share said slip; median p" for name in plan.finals)
+    head = ("recording", "sensor", "s", "million events/s", *titles)
+    lines = []
+    for path, about, says in stages.real(plan):
+        record = read_json(done_path(plan.out, about))
+        if record is None or record["refused"]:
+            lines.append([path.name, MISSING if record is None else record["refused"], *[""] * (len(head) - 2)])
+            continue
+        known = json.loads(log_path(plan.out, about).read_text())
+        facts = [f"{known['size'][0]} x {known['size'][1]}", f"{known['seconds']:.2f}"]
+        rate = f"{known['count'] / known['seconds'] / 1e6:.2f}" if known["seconds"] else "–"
+        cells = []
+        for step in says.values():
+            record = read_json(done_path(plan.out, step))
+            cells.append(MISSING if record is None else record["refused"] or _said(stages.result(step).read_text()))
+        lines.append([path.name, *facts, rate, *cells])
+    return table(head, lines)
+
+
+def _said(text: str) -> str:
+    rows = list(csv.DictReader(text.splitlines()))
+    chances = sorted(float(row["p_slip"]) for row in rows)
+    slips = sum(row["slip"] == "1" for row in rows)
+    return f"{100 * slips / len(rows):.0f} % of {len(rows)} answers; {chances[len(rows) // 2]:.2f}"

@@ -1,0 +1,124 @@
+"""experiments/reproduce.py at its smallest: every cell of its tables comes from what the product wrote."""
+
+import importlib
+import json
+import math
+import re
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).resolve().parents[1] / "experiments" / "reproduce.py"
+KEYS = (
+    "camera.width=16", "camera.height=16", "render.max_motion_px=16.0", "render.min_rate_hz=10.0",
+    "robot.kind=cartesian", "motion.kind=hold", "motion.duration_s=3.0", "motion.hold_s=0.4",
+    'slip.kind=["hold", "rotation"]', "slip_fraction=0.5",
+)  # fmt: skip
+TINY = (
+    "--small", "--simple", 12, "--complex-train", 8, "--complex-test", 4, "--world", 3, "--ablation-train", 8,
+    "--ablation-test", 4, "--networks", "mlp", "event_rate", "--finals", "event_rate", "--ablated", "event_rate",
+    "--seeds", 0, "--worlds", "front", "--ablations", "noise", "--trials", 0, "--resamples", 20, "--jobs", 2,
+    "--window-hop-s", 0.01, "--training", "epochs=1", "--keys", *KEYS,
+)  # fmt: skip
+
+
+def reproduce(out: Path, *more: object) -> subprocess.CompletedProcess:
+    command = [sys.executable, str(SCRIPT), "--out", str(out), *map(str, TINY), *map(str, more)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def rows(text: str, under: str) -> dict[str, list[str]]:
+    """The lines of the first table whose head contains a word, by their first cell."""
+    tables = [block for block in re.split(r"\n\n+", text) if block.startswith("|")]
+    block = next(block for block in tables if under in block.splitlines()[0])
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in block.splitlines()[2:]]
+    return {line[0]: line[1:] for line in cells}
+
+
+def scores(folder: Path) -> dict:
+    return json.loads((folder / "evaluation.json").read_text())["models"][0]
+
+
+def validation(folder: Path) -> str:
+    """Accuracy of the epoch that was kept, %."""
+    best = json.loads((folder / "model.json").read_text())["training"]["best_epoch"]
+    return f"{100 * json.loads((folder / 'history.json').read_text())[best - 1]['val_accuracy']:.1f}"
+
+
+def test_a_cell_of_several_seeds_has_mean_and_range(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(SCRIPT.parent)
+    spread = importlib.import_module("figures").spread
+    assert spread([0.81, 0.9, 0.84], 1, 100) == "85.0 (81.0–90.0)"
+    assert spread([0.81], 1, 100) == "81.0"
+    assert spread([0.02, math.inf], 0, 1000) == "20, never"
+    assert spread([math.nan, 0.5]) == "–"
+    assert spread([]) == "not run"
+
+
+@pytest.mark.slow
+def test_every_cell_is_what_the_product_measured(tmp_path: Path) -> None:
+    out = tmp_path / "all"
+    done = reproduce(out)
+    assert done.returncode == 0, done.stdout + done.stderr
+    text = (out / "results.md").read_text()
+    table2 = rows(text, "Simple val, paper")
+    for network, paper in (("mlp", ["98", "72", "69"]), ("event_rate", ["–", "–", "–"])):
+        test = scores(out / f"evaluations/test/{network}-0")
+        cells = table2[f"`{network}`"]
+        assert [cells[0], cells[3], cells[6]] == paper
+        assert cells[2] == validation(out / f"models/simple/{network}-0")
+        assert cells[5] == validation(out / f"models/complex/{network}-0")
+        assert cells[7] == f"{100 * test['scores']['balanced_accuracy']:.1f}"
+        assert rows(text, "AUROC ≥")[f"`{network}`"][1] == f"{test['scores']['auroc']:.4f}"
+        assert rows(text, "AUPRC")[f"`{network}`"][1] == f"{test['scores']['f1']:.3f}"
+    assert table2["`mlp`"][1] == validation(out / "models/simple-paper/mlp-0")
+    assert table2["`mlp`"][4] == validation(out / "models/complex-paper/mlp-0")
+    for head, line, exam in (
+        ("world", "camera in front of the hand", "worlds/front"),
+        ("fixed", "noise", "ablation/noise"),
+    ):
+        found = scores(out / f"evaluations/{exam}/event_rate-0")["scores"]
+        assert rows(text, head)[line][-1] == f"{100 * found['balanced_accuracy']:.1f}; {found['auroc']:.3f}"
+    entries = [
+        json.loads(line) for path in out.glob("data/simple/journal/*/*") for line in path.read_text().splitlines()
+    ]
+    simple = rows(text, "million events a sample")["Simple Set"]
+    assert simple[0] == str(len(entries)) == "12"
+    assert simple[-1] == f"{statistics.mean(entry['events'] for entry in entries) / 1e6:.2f}"
+    assert "This run is smaller than the paper's experiment" in text
+    assert (out / "default" / "README.md").is_file() and (out / "default" / "model.safetensors").is_file()
+    resumes_and_notices(out)
+
+
+def resumes_and_notices(out: Path) -> None:
+    """Nothing is done twice; a gap and a changed command are told."""
+    again = reproduce(out)
+    assert again.returncode == 0
+    assert "$ evslip" not in again.stdout
+    changed = reproduce(out, "--training", "epochs=2", "--stages", "train")
+    assert changed.returncode == 1
+    assert "now it would be `evslip train" in changed.stderr and "Traceback" not in changed.stderr
+    (out / "evaluations/test/mlp-0/evaluation.json").unlink()
+    gap = reproduce(out, "--stages", "tables")
+    assert gap.returncode == 1
+    assert "evaluate test/mlp-0" in gap.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--keys", "camera.width"), "expected KEY=VALUE"),
+        (("--real", "nowhere"), "nowhere is no folder"),
+        (("--stages", "ship"), "run the stage"),
+        (("--stages", "ship", "--ship-model", "mlp"), "expected NETWORK-SEED"),
+        (("--stages", "train", "--training", "epochs"), "expected OPTION=VALUE"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    done = reproduce(tmp_path / "none", *arguments)
+    assert done.returncode == 1
+    assert words in done.stderr
+    assert len(done.stderr.splitlines()) == 1

@@ -1,0 +1,87 @@
+"""The detector that comes with the package, by name, wherever a model is named."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+import evslip
+from evslip import record, shipped
+from evslip.cli import detecting
+from evslip.errors import ConfigError, DataError
+from evslip.learn import Detector, build_model, load_model
+from evslip.learn.checkpoint import Description, save_model
+from evslip.window_set import WindowSettings
+from slip_records import slip_record, turning
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package that ships an untrained network."""
+    monkeypatch.setattr(shipped, "FOLDER", tmp_path / "models")
+    monkeypatch.chdir(tmp_path)
+    model = tmp_path / "models/default"
+    model.mkdir(parents=True)
+    torch.manual_seed(0)
+    save_model(model, build_model("event_rate"), Description("event_rate", 0.4, WindowSettings(), {"seed": 3}))
+    return model
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path, sample = tmp_path / "rec.h5", slip_record("a", turning(500, 1500, 12.0))
+    path.write_bytes(record.encode(replace(sample, kind="recording", split=None)))
+    return path
+
+
+def test_a_name_and_a_path_are_the_same_model(folder: Path) -> None:
+    assert load_model("default")[1] == load_model(folder)[1]
+    assert Detector("default").description == Detector(folder).description
+
+
+def test_both_forms_of_detect_answer_alike(folder: Path, recording: Path) -> None:
+    detecting.detect((recording,), model=Path("default"), out=Path("by-name"))
+    detecting.detect((folder, recording), out=Path("by-folder"))
+    by_name, by_folder = (np.genfromtxt(name, delimiter=",") for name in ("by-name.csv", "by-folder.csv"))
+    np.testing.assert_array_equal(by_name, by_folder)
+    assert len(by_name) > 50
+
+
+@pytest.mark.parametrize(
+    ("positional", "model"),
+    [((), None), (("rec.h5",), None), (("a", "rec.h5"), "default"), (("a", "b", "rec.h5"), None), ((), "default")],
+)
+def test_detect_wants_one_model_and_one_recording(positional: tuple[str, ...], model: str | None) -> None:
+    with pytest.raises(ConfigError, match="expected a model and a recording"):
+        detecting.detect(tuple(map(Path, positional)), model=None if model is None else Path(model))
+
+
+def test_an_evaluation_leaves_the_package_alone(folder: Path, recording: Path) -> None:
+    before = sorted(path.name for path in folder.iterdir())
+    detecting.evaluate((Path("default"), recording), resamples=20)
+    assert (Path("evaluation") / "evaluation.json").is_file()
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_a_package_without_a_model_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shipped, "FOLDER", tmp_path)
+    with pytest.raises(DataError, match=r"default: no model is shipped .* expected the folder of a model") as caught:
+        Detector("default")
+    assert "\n" not in str(caught.value)
+
+
+def test_view_and_detect_say_so_before_they_begin(tmp_path: Path, recording: Path) -> None:
+    if (shipped.FOLDER / "default").is_dir():
+        pytest.skip("this package ships a model")
+    environment = os.environ | {"PYTHONPATH": str(Path(evslip.__file__).parents[1])}
+    for verb in ("detect", "view"):
+        line = [sys.executable, "-c", "from evslip.cli import main; main()", verb, "--model", "default", str(recording)]
+        done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+        assert done.returncode == 2
+        assert done.stderr.startswith("evslip: default: no model is shipped")
+        assert len(done.stderr.splitlines()) == 1
