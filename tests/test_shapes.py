@@ -229,7 +229,10 @@ def test_a_mesh_that_cannot_be_used_is_named_with_the_reason(tmp_path, kind, suf
         ({"object__mass_kg": -1.0}, r"object\.mass_kg: -1 is out of range"),
         ({"object__depth_m": 0.09}, r"object\.depth_m: 0\.09 is out of range.*the hand opens to 0\.08 m"),
         ({"object__density_kg_m3": 25000.0}, r"object\.density_kg_m3: gives object\.mass_kg 5, expected 0\.001 to 2"),
-        ({"object__com_x_m": 0.026}, r"object\.com_x_m.*\(26\.0, 0\.0, 0\.0\) mm.*outside the object"),
+        (
+            {"object__com_x_m": 0.026, "object__com_z_m": 0.0},
+            r"object\.com_x_m.*\(26\.0, 0\.0, 0\.0\) mm.*outside the object",
+        ),
         ({"object__com_x_m": 0.02, "object__com_y_m": 0.02, "object__shape": "cylinder"}, "outside the object"),
     ],
 )
