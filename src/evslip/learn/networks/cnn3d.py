@@ -17,8 +17,8 @@ BINS = 350
 
 class CNN3d(Network):
     """Conv3d 2->2 k(10,5,5) s(5,2,2), 2->4 and 4->8 k(5,3,3) s(3,2,2), ReLU after each, one linear layer: 5,696
-    parameters (Reinold et al. 2025, after VT-SNN). With `batch_norm` each convolution is normalised, which lets it
-    learn within a few epochs; without, it may stay at chance for long."""
+    parameters (Reinold et al. 2025, after VT-SNN), begun as He et al. (ICCV 2015) do. With `batch_norm` each
+    convolution is normalised."""
 
     def __init__(self, geometry: Geometry | None = None, *, batch_norm: bool = False, dropout: float = 0.0):
         super().__init__(geometry)
@@ -27,6 +27,11 @@ class CNN3d(Network):
         self.conv1 = nn.Conv3d(2, 2, (10, 5, 5), (5, 2, 2))
         self.conv2 = nn.Conv3d(2, 4, (5, 3, 3), (3, 2, 2))
         self.conv3 = nn.Conv3d(4, 8, (5, 3, 3), (3, 2, 2))
+        if not batch_norm:
+            for layer in (self.conv1, self.conv2, self.conv3):
+                # Few cells hold events: torch's random biases would outweigh these, and ReLU let nothing through.
+                nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
+                nn.init.zeros_(layer.bias)
         self.norm1, self.norm2, self.norm3 = (nn.BatchNorm3d(n) if batch_norm else nn.Identity() for n in (2, 4, 8))
         shape = output_shape(self.grid, (10, 5, 5), (5, 2, 2))
         for _ in range(2):
