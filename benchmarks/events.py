@@ -127,13 +127,16 @@ def measure_wall(clip: np.ndarray, repeat: int) -> tuple[float, float, float]:
     shortest = [np.inf] * len(turns)
     with ThreadPoolExecutor(2) as pool:
         # The first round warms up.
-        for round_ in range(10 * repeat + 1):
+        for round_ in range(15 * repeat + 1):
             for number, turn in enumerate(turns):
                 for camera in turn:
                     camera.reset()
                     camera.step(*frames[0])
                 start = time.perf_counter()
-                list(pool.map(lambda camera: camera.run(frames[1:]), turn))
+                if len(turn) == 1:
+                    turn[0].run(frames[1:])
+                else:
+                    list(pool.map(lambda camera: camera.run(frames[1:]), turn))
                 if round_ > 0:
                     shortest[number] = min(shortest[number], time.perf_counter() - start)
     pixels = clip[0].size * (len(frames) - 1)
