@@ -288,6 +288,7 @@ def test_a_browser_draws_the_page(
         software_gl = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
         browser = playwright.chromium.launch(executable_path=chromium, args=software_gl)
         page = browser.new_page(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+        page.set_default_timeout(120_000)  # drawing in software waits for the processors
         page.on("console", lambda m: messages.append(m.text) if m.type == "error" else None)
         page.on("pageerror", lambda error: messages.append(str(error)))
         page.on("request", lambda request: requests.append(request.url))
