@@ -52,7 +52,10 @@ def plot(out: Path, milliseconds: list[float], rates: dict[int, float]) -> None:
     left.loglog(megapixels, milliseconds[1] / megapixels[1] * megapixels, "--", color="#9a9a9a", label="as the pixels")
     for (width, height), x, y in zip(SIZES, megapixels, milliseconds, strict=True):
         left.annotate(f"{width} x {height}", (x, y), textcoords="offset points", xytext=(6, -12))
-    left.set(xlabel="pixels, millions", ylabel="processor time a frame, ms", xlim=(0.015, 3))
+    left.set(xlabel="pixels, millions", ylabel="processor time a frame, ms", xlim=(0.015, 3), ylim=(1.5, 100))
+    left.set_xticks([0.02, 0.1, 0.5, 2], ["0.02", "0.1", "0.5", "2"])
+    left.set_yticks([2, 5, 10, 20, 50, 100], ["2", "5", "10", "20", "50", "100"])
+    left.minorticks_off()
     left.legend(frameon=False)
     right.bar([str(threads) for threads in rates], list(rates.values()), color="#1f4e79", width=0.6)
     right.set(xlabel="threads", ylabel="frames a second, 346 x 260")
