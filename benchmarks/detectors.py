@@ -34,8 +34,9 @@ def main() -> None:
         rows = [one(name, seed, windows, test, options) for seed in options.seeds]
         accuracy, area, minutes = np.array(rows).T
         number = sum(p.numel() for p in build_model(name).parameters())
+        parameters = f"{number:,}" if number else "-"  # the others are found without gradients
         spread = f"{100 * accuracy.mean():.1f} ({100 * accuracy.min():.1f}-{100 * accuracy.max():.1f})"
-        print(f"| `{name}` | {number:,} | {spread} | {area.mean():.3f} | {minutes.mean():.1f} |", flush=True)
+        print(f"| `{name}` | {parameters} | {spread} | {area.mean():.3f} | {minutes.mean():.1f} |", flush=True)
 
 
 def one(

@@ -31,7 +31,7 @@ class CNN3d(Network):
             for layer in (self.conv1, self.conv2, self.conv3):
                 # Few cells hold events: torch's random biases would outweigh these, and ReLU let nothing through.
                 nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
-                nn.init.zeros_(layer.bias)
+                nn.init.zeros_(layer.get_parameter("bias"))
         self.norm1, self.norm2, self.norm3 = (nn.BatchNorm3d(n) if batch_norm else nn.Identity() for n in (2, 4, 8))
         shape = output_shape(self.grid, (10, 5, 5), (5, 2, 2))
         for _ in range(2):
