@@ -76,6 +76,14 @@ def served(root: Path) -> Iterator[str]:
         thread.join()
 
 
+def find_chromium() -> str:
+    """The browser on the path; ends the program where there is none."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        sys.exit("needs a Chromium browser on the path")
+    return chromium
+
+
 def first_paint(page: Page, address: str) -> tuple[float, float]:
     """Milliseconds from the request to the first paint, and to the last row of the list."""
     page.goto(address)
@@ -111,9 +119,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=1200)
     parser.add_argument("--scrubs", type=int, default=50)
     options = parser.parse_args()
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if chromium is None:
-        sys.exit("needs a Chromium browser on the path")
+    chromium = find_chromium()
     first = real_sample()
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder) / "data"

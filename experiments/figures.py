@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from plan import Plan
-from steps import read_json
 
 from evslip.dataset import CONFIG, Dataset, open_dataset
 from evslip.learn.alarms import quantile
 from evslip.learn.assessment import Assessment
 from evslip.learn.stored import FILE, read_evaluation
+from evslip.view.detector_files import DESCRIPTION, HISTORY, read_detector
 
 MISSING = "not run"
 """A cell whose figure is not there."""
@@ -37,11 +37,12 @@ class Training:
 
 def training(folder: Path) -> Training | None:
     """From model.json and history.json; None if they are not there."""
-    model, history = read_json(folder / "model.json"), read_json(folder / "history.json")
-    if model is None or history is None:
+    if not all((folder / name).exists() for name in (DESCRIPTION, HISTORY)):
         return None
-    known = model["training"]
-    best = next(row for row in history if row["epoch"] == known["best_epoch"])
+    told = read_detector(folder)
+    assert told.description is not None
+    known = told.description.training
+    best = next(row for row in told.history if row["epoch"] == known["best_epoch"])
     counts = known["windows"]["training"], known["windows"]["validation"]
     return Training(best["val_accuracy"], known["val_auroc"], counts, len(known["validation_trajectories"]))
 

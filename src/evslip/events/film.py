@@ -48,7 +48,7 @@ class Film:
         self._pixels = shape[0] * shape[1]
         groups = -(-self._pixels // GROUP)
         self._images = np.zeros((length + 1, groups * GROUP), dtype)
-        # Made once: slicing costs more than comparing a small image.
+        # Made once: slicing costs more than copying a small image.
         self._pictures = [image[: self._pixels].reshape(shape) for image in self._images]
         self._words = self._images.view(np.uint64)
         self._times_us = np.zeros(length + 1)
