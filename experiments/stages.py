@@ -190,6 +190,7 @@ def real(plan: Plan) -> Iterator[tuple[Path, Step, dict[str, Step]]]:
         for network in plan.finals:
             model, stem = trained(plan, "complex", network, seed, file), plan.out / "real" / path.name / network
             words = ("detect", "--model", str(result(model).parent), str(path), "--out", str(stem), "--hop-s", "0.02")
+            words += ("--align", "centre")
             says[network] = Step(
                 f"detect {path.name}/{network}", words, stem.with_suffix(".csv"), (model,), may_refuse=True
             )

@@ -180,8 +180,25 @@ def test_windows_leave_and_enter_the_layout_of_vt_snn(tmp_path: Path, labels: Pa
     assert sorted(back.labels()) == ["hold"] * 7 + ["slip"] * 3
     again = back.windows(WindowSettings(balance=False, left=0, top=0, sensor_width=200, sensor_height=250))
     assert len(again) == 10
+    reach = {record.size for record in back}
+    assert len(reach) == 1  # a sensor's, not each file's own
+    sized = import_vt_snn(tmp_path / "vt", tmp_path / "sized", size=(640, 480))
+    assert {sample.size for sample in open_samples(sized[0].parent)} == {(640, 480)}
     with pytest.raises(DataError, match="a new folder"):
         export_windows(windows, tmp_path / "vt")
+
+
+def test_a_person_states_the_size_where_the_file_does_not(tmp_path: Path):
+    events = long_events()
+    write_events(tmp_path / "a.csv", events, SIZE)
+    width, height = int(events.x.max()) + 1, int(events.y.max()) + 1
+    assert import_recording(tmp_path / "a.csv", tmp_path / "a.h5").size == (width, height)
+    assert import_recording(tmp_path / "a.csv", tmp_path / "b.h5", Importing(size=(400, 300))).size == (400, 300)
+    with pytest.raises(ConfigError, match=f"size: .*a.csv has events on {width} x {height} pixels"):
+        import_recording(tmp_path / "a.csv", tmp_path / "c.h5", Importing(size=(width - 1, height)))
+    with pytest.raises(ConfigError, match=f"size: .*a.h5 states {width} x {height} pixels"):
+        import_recording(tmp_path / "a.h5", tmp_path / "c.h5", Importing(size=(400, 300)))
+    assert not (tmp_path / "c.h5").exists()
 
 
 def test_times_of_the_papers_mat_files_are_seconds(tmp_path: Path):

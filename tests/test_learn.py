@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -210,7 +211,7 @@ def test_another_sensor_is_aligned_at_its_centre(model):
     inside = events.select((events.x >= 13) & (events.x < 333) & (events.y >= 10) & (events.y < 250))
     small = inside._replace(x=inside.x - np.uint16(13), y=inside.y - np.uint16(10))
     same = detect(model, inside, (346, 260), hop_s=0.1)
-    assert np.allclose(detect(model, small, (320, 240), hop_s=0.1).p_slip, same.p_slip, atol=1e-5)
+    assert np.allclose(detect(model, small, (320, 240), align="centre", hop_s=0.1).p_slip, same.p_slip, atol=1e-5)
 
 
 def test_too_short_a_recording_is_refused(model):
@@ -277,3 +278,15 @@ def test_push_gives_the_newest_probability(model):
     rest = events.between(100_000, 3_000_000)
     assert detector.push(rest) == pytest.approx(follower.follow(rest).p_slip[-1])
     assert detector.push(rest.select(slice(0, 0))) == detector.push(rest.select(slice(0, 0)))
+
+
+def test_another_sensor_is_refused_unless_somebody_says_how_it_lies(model):
+    events = slip_record("a", turning(800, 1500, 10.0)).events
+    with pytest.raises(DataError, match=r"sensor of 640x480 pixels.* trained on 346x260"):
+        detect(model, events, (640, 480))
+    same = detect(model, events, (346, 260), hop_s=0.1)
+    assert np.array_equal(detect(model, events, (500, 300), align="corner", hop_s=0.1).p_slip, same.p_slip)
+    other = windows_of([replace(record, size=(640, 480)) for record in slip_records(2)])
+    with pytest.raises(DataError, match="the windows: from a sensor of 640x480"):
+        evaluate(model, other)
+    assert evaluate(model, other, align="centre").windows == len(other)

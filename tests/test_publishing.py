@@ -119,6 +119,15 @@ def test_croissant_agrees_with_the_files(made: Path, tmp_path: Path):
         assert columns == list(rows(out, record_set["@id"])[0])
 
 
+def test_date_and_citation_are_told_as_given(made: Path, tmp_path: Path):
+    publish(made, tmp_path / "out", Publication(date_published="2026-11-21", cite_as="A. Person, Slips, 2026"))
+    data = json.loads((tmp_path / "out" / "croissant.json").read_text())
+    assert (data["datePublished"], data["citeAs"]) == ("2026-11-21", "A. Person, Slips, 2026")
+    for wrong in ("20261121", "2026-02-30", "", "soon"):
+        with pytest.raises(ConfigError, match=r"date_published: .* expected YYYY-MM-DD"):
+            Publication(date_published=wrong)
+
+
 def test_croissant_is_valid(made: Path, tmp_path: Path):
     library = pytest.importorskip("mlcroissant")
     publish(made, tmp_path / "out")

@@ -104,7 +104,7 @@ def samples(tmp_path: Path) -> Dataset:
 
 @pytest.fixture
 def cut(samples: Dataset) -> Windows:
-    return windows_of(samples, WindowSettings(left=0, top=0, width=40, height=30))
+    return windows_of(samples, WindowSettings(left=0, top=0, width=40, height=30, sensor_width=40, sensor_height=30))
 
 
 @pytest.fixture

@@ -292,7 +292,8 @@ def test_unwritable_place(windows: Windows, tmp_path) -> None:
         {"hold_mm": 3.0},
         {"width": 257},
         {"height": 0},
-        {"left": -1},
+        {"left": 346},
+        {"top": -250},
     ],
 )
 def test_wrong_settings(wrong: dict) -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from evslip import record as records
-from evslip.codecs import FORMATS, codec, open_events, read_recording
+from evslip.codecs import FORMATS, codec, is_record, open_events, read_recording
+from evslip.codecs.source import extent_of
 from evslip.codecs.translate import Flip, Part, Selection
 from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events, concatenate
@@ -40,8 +41,9 @@ class Importing:
     sensor: str = ""
     mount: str = ""
     """What a person notes of the sensor and of how it was mounted."""
-    size: tuple[int, int] = (346, 260)
-    """Of the sensor (width, height) that looks at a simulator's frames."""
+    size: tuple[int, int] | None = None
+    """Width and height of the sensor where a file does not state them; None: its events' extent, and (346, 260) for a
+    simulator, whose frames are brought to that size."""
     camera: str = "davis346"
     """Event camera of a simulator's frames that come without events."""
     seed: int = 0
@@ -53,6 +55,11 @@ class Importing:
     def part(self) -> Part:
         """What of the picture is kept, and how it is turned."""
         return Part(self.crop, rotate=self.rotate, flip=self.flip)
+
+    @property
+    def simulated_size(self) -> tuple[int, int]:
+        """Width and height of the sensor that looks at a simulator's frames."""
+        return self.size or (346, 260)
 
 
 def import_recording(source: str | Path, out: str | Path, how: Importing | None = None) -> Record:
@@ -79,6 +86,7 @@ def recorded(source: Path, how: Importing, from_zero: bool = True) -> Record:
         if how.labels is not None or how.part != Part():
             raise DataError(f"{source}: is a {known.kind} record; only recordings are labelled, cropped and turned")
         return known
+    known = replace(known, size=_size_of(source, known, how.size))
     selection = Selection(how.part, known.size)
     zero_us = int(known.events.t_us[0]) if known.events.count and from_zero else 0
     events = selection.events(known.events, zero_us)
@@ -137,10 +145,10 @@ def simulated_elsewhere(folder: Path, how: Importing) -> Record:
         hangs = np.ones(len(poses.t_us), bool)
     else:
         hangs = held[np.searchsorted(given.t_us, poses.t_us, "right") - 1]
-    pictures = _pictures(home / FRAMES, given.t_us, how.size)
+    pictures = _pictures(home / FRAMES, given.t_us, how.simulated_size)
     footage = footage_of(pictures, home / FRAMES)
     events, made_of = _events_of(home, zero_us, footage, how)
-    size = how.size
+    size = how.simulated_size
     if events.count and (int(events.x.max()) >= size[0] or int(events.y.max()) >= size[1]):
         raise ConfigError(f"{home}: events beyond {size[0]} x {size[1]} pixels; expected --size of their sensor")
     selection = Selection(how.part, size)
@@ -159,22 +167,27 @@ def simulated_elsewhere(folder: Path, how: Importing) -> Record:
     return labelled(made, how.labels)
 
 
-def import_vt_snn(folder: str | Path, out: str | Path, length_s: float = 0.15) -> list[Path]:
+def import_vt_snn(
+    folder: str | Path, out: str | Path, length_s: float = 0.15, size: tuple[int, int] | None = None
+) -> list[Path]:
     """Bring the files rotate_*.mat and stable_*.mat of VT-SNN's layout into a folder of records, labelled throughout.
     Their times stay: 0 is the start of the window.
 
-    length_s: how long a file lasts, since it does not say; longer, if its last event is later. Raises DataError,
-    StorageError.
+    length_s: how long a file lasts, since it does not say; longer, if its last event is later. size: width and height
+    of the sensor; default: the extent of all files' events. Raises DataError, StorageError.
     """
     folder, out = Path(folder), Path(out)
     home = folder / VT_SNN if (folder / VT_SNN).is_dir() else folder
     files = sorted(home.glob("*.mat"))
     if not files:
         raise DataError(f"{home}: holds no .mat files, expected such as rotate_01_td.mat and stable_01_td.mat")
+    if size is None:
+        width, height = zip(*(_extent(file) for file in files), strict=True)
+        size = max(width), max(height)
     written = []
     for file in files:
         label = VT_SNN_LABELS.get(file.name.split("_")[0].lower())
-        made = recorded(file, Importing(frames=False), from_zero=False)
+        made = recorded(file, Importing(frames=False, size=size), from_zero=False)
         if label is not None:
             last_us = int(made.events.t_us[-1]) if made.events.count else 0
             interval = Interval(0, max(round(length_s * 1e6), last_us + 1), label)
@@ -187,6 +200,24 @@ def import_vt_snn(folder: str | Path, out: str | Path, length_s: float = 0.15) -
 def is_vt_snn(folder: Path) -> bool:
     """Whether a folder has VT-SNN's layout."""
     return (folder / VT_SNN).is_dir() or (folder.name == VT_SNN and folder.is_dir())
+
+
+def _size_of(source: Path, known: Record, size: tuple[int, int] | None) -> tuple[int, int]:
+    """The size of a recording's sensor: as its file states it, or else as a person does, or else its events' extent."""
+    if size is None:
+        return known.size
+    stated = known.size if is_record(source) else open_events(source).size
+    if stated is not None and stated != size:
+        raise ConfigError(f"size: {source} states {stated[0]} x {stated[1]} pixels; expected no other size")
+    if known.size[0] > size[0] or known.size[1] > size[1]:
+        reach = f"{known.size[0]} x {known.size[1]}"
+        raise ConfigError(f"size: {source} has events on {reach} pixels; expected a sensor of at least as many")
+    return size
+
+
+def _extent(file: Path) -> tuple[int, int]:
+    source = open_events(file)
+    return source.size or extent_of(source.parts)
 
 
 def _poses_file(folder: Path) -> Path | None:
@@ -233,7 +264,7 @@ def _events_of(folder: Path, zero_us: int, footage: Footage | None, how: Importi
         source = open_events(files[0])
         stated = source.size
         events = concatenate(list(source.parts))
-        if stated is not None and stated != how.size:
+        if stated is not None and stated != how.simulated_size:
             raise ConfigError(f"{files[0]}: from a sensor of {stated[0]} x {stated[1]} pixels; expected --size of it")
         return events._replace(t_us=events.t_us - zero_us), files[0].name
     if footage is None:
@@ -241,6 +272,6 @@ def _events_of(folder: Path, zero_us: int, footage: Footage | None, how: Importi
     from evslip.clips.grey import to_grey
     from evslip.events.camera import EventCamera
 
-    camera = EventCamera(how.camera, size=how.size, seed=how.seed, intensity="uint8")
+    camera = EventCamera(how.camera, size=how.simulated_size, seed=how.seed, intensity="uint8")
     images = (to_grey(image, "uint8") for image in footage.images)
     return camera.run(zip(footage.t_us.tolist(), images, strict=True)), f"made by evslip, camera {how.camera}"

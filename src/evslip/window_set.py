@@ -44,7 +44,7 @@ class WindowSettings:
     hold_mm: float = 0.1
     """... and, by motion, this slide. Between hold and slip it is dropped; equal thresholds leave nothing between."""
     left: int = 73
-    """First column of the crop."""
+    """First column of the crop; below 0 where it reaches beyond the sensor, as on its right."""
     top: int = 10
     """First row of the crop."""
     width: int = 200
@@ -52,7 +52,7 @@ class WindowSettings:
     height: int = 250
     """Rows of the crop, at most 256."""
     sensor_width: int = 346
-    """Columns of the sensor that the crop is meant for; sensors of another size are aligned at their centre."""
+    """Columns of the sensor that the windows are from."""
     sensor_height: int = 260
     """Rows of that sensor."""
     balance: bool = True
@@ -72,12 +72,17 @@ class WindowSettings:
                 f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}, hold_mm {self.hold_mm:g}, slip_mm "
                 f"{self.slip_mm:g}: expected 0 <= hold <= slip"
             )
-        inside = self.left + self.width <= self.sensor_width and self.top + self.height <= self.sensor_height
-        if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and min(self.left, self.top) >= 0 and inside):
+        across = -self.width < self.left < self.sensor_width and -self.height < self.top < self.sensor_height
+        if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and across):
             raise ConfigError(
                 f"crop of {self.width}x{self.height} from ({self.left}, {self.top}): expected 1 to 256 columns and "
-                f"rows inside the sensor of {self.sensor_width}x{self.sensor_height}"
+                f"rows on the sensor of {self.sensor_width}x{self.sensor_height}"
             )
+
+    @property
+    def sensor(self) -> tuple[int, int]:
+        """Width and height of the sensor."""
+        return self.sensor_width, self.sensor_height
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from evslip.alignment import laid_on
 from evslip.errors import DataError
 from evslip.events.stream import Events
 from evslip.frame import BODIES, OBJECT
@@ -28,12 +29,21 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     """Cut records into labelled windows that lie wholly in the held time, or in one of a person's intervals, which go
     before. A window without events is one, too.
 
-    Raises DataError if there is not one window.
+    On records of another sensor than that of the settings the crop lies as far from the centre. Raises DataError if
+    there is not one window, and for records of different sensors.
     """
     settings = settings or WindowSettings()
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
-    dropped = 0
+    dropped, first = 0, ""
     for record in records:
+        if not first:
+            settings, first = laid_on(settings, record.size), record.name
+        elif record.size != settings.sensor:
+            sizes = [f"{width}x{height}" for width, height in (record.size, settings.sensor)]
+            raise DataError(
+                f"{record.name}: from a sensor of {sizes[0]} pixels, and {first} from one of {sizes[1]}; expected "
+                "windows of one sensor"
+            )
         for movement, label in labelled(record, settings):
             if label == UNCERTAIN:
                 dropped += 1
@@ -107,14 +117,9 @@ def label_of(movement: Movement, settings: WindowSettings) -> int:
     return HOLD if lies else UNCERTAIN
 
 
-def crop(events: Events, size: tuple[int, int], settings: WindowSettings) -> Events:
-    """The events in the crop, columns and rows (uint8) counted from its corner.
-
-    `size` is the sensor's (width, height); another sensor than the one the crop is meant for is aligned at its centre.
-    """
-    left = settings.left - (settings.sensor_width - size[0]) // 2
-    top = settings.top - (settings.sensor_height - size[1]) // 2
-    x, y = events.x.astype(np.int32) - left, events.y.astype(np.int32) - top
+def crop(events: Events, settings: WindowSettings) -> Events:
+    """The events in the crop, columns and rows (uint8) counted from its corner."""
+    x, y = events.x.astype(np.int32) - settings.left, events.y.astype(np.int32) - settings.top
     inside = np.flatnonzero((x >= 0) & (x < settings.width) & (y >= 0) & (y < settings.height))
     return events.select(inside)._replace(x=x[inside].astype(np.uint8), y=y[inside].astype(np.uint8))
 
@@ -128,7 +133,7 @@ def _append(
 ) -> None:
     start_us = movement.start_us
     events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
-    inside = crop(events, record.size, settings)
+    inside = crop(events, settings)
     bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
     packed = pack(WindowEvents((inside.t_us - start_us).astype(np.uint32), inside.x, inside.y, inside.p))
     row = {

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import Split
+from evslip.cli.options import Align, Split
 from evslip.console import console, print_table, progress_bar
 from evslip.errors import ConfigError
 
@@ -147,6 +147,7 @@ def evaluate(
     split: Split | None = None,
     hop_s: float = 0.02,
     resamples: int = 1000,
+    align: Align | None = None,
 ) -> None:
     """Examine detectors on data that they have not been trained on, and compare them.
 
@@ -161,6 +162,8 @@ def evaluate(
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
         resamples: Resamples of the trajectories that the confidence intervals come from.
+        align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
+            or from its corner. Without it such data are refused.
     """
     from evslip.learn.assessment import assess
     from evslip.learn.checkpoint import load_model
@@ -178,7 +181,7 @@ def evaluate(
     found = []
     for model in models:
         with progress_bar(f"evaluate {model.name}", exam.steps) as advance:
-            found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, progress=advance))
+            found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, align=align, progress=advance))
     own = len(models) == 1 and not is_shipped(models[0])
     folder = out or (models[0] if own else Path("evaluation"))
     write_evaluation(folder, found, exam)
@@ -255,6 +258,7 @@ def detect(
     model: Path | None = None,
     out: Path | None = None,
     hop_s: float = 0.02,
+    align: Align | None = None,
 ) -> None:
     """Run a detector over a recording: slip probability over time as CSV and PNG, beside the labels if it has any.
 
@@ -264,6 +268,8 @@ def detect(
         model: Folder of the model, or `default`, the one of the package.
         out: Name of the two files without suffix; default: beside the recording.
         hop_s: Time between two answers.
+        align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
+            or from its corner (for a file that does not state the sensor's size). Without it such data are refused.
     """
     from evslip.codecs import read_recording
     from evslip.learn import detect as run
@@ -277,7 +283,7 @@ def detect(
         )
     which, recording = given
     record = read_recording(recording)
-    detection = run(which, record.events, record.size, hop_s=hop_s)
+    detection = run(which, record.events, record.size, align=align, hop_s=hop_s)
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
     write_csv(detection, csv)

@@ -82,6 +82,8 @@ def publish(
     webdataset: bool = False,
     huggingface: bool = False,
     shard_mb: float = 500.0,
+    date_published: str | None = None,
+    cite_as: str | None = None,
 ) -> None:
     """Write a data set as others want it: a card, Croissant metadata, a table, the records. Needs no network.
 
@@ -93,12 +95,15 @@ def publish(
         webdataset: Records in tar shards of WebDataset instead of single files.
         huggingface: Say in the card's header what `datasets.load_dataset` loads.
         shard_mb: A shard is closed once it holds this much, MB.
+        date_published: For the metadata, YYYY-MM-DD.
+        cite_as: For the metadata, how to cite it: BibTeX or a sentence.
     """
     from evslip.publishing import Publication
     from evslip.publishing import publish as run
 
     how = Publication(
-        name=name, license=license, webdataset=webdataset, huggingface=huggingface, shard_mb=shard_mb
+        name=name, license=license, webdataset=webdataset, huggingface=huggingface, shard_mb=shard_mb,
+        date_published=date_published, cite_as=cite_as,
     )  # fmt: skip
     with progress_bar("publish", None) as advance:
         count = run(dataset, out, how, advance)

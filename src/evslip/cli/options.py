@@ -6,6 +6,7 @@ from tyro.conf import UseAppendAction, arg
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
+Align = Literal["centre", "corner"]
 
 
 def overrides(texts: tuple[str, ...]) -> dict[str, Any]:

@@ -176,7 +176,7 @@ def import_(
     frames: bool = True,
     sensor: str = "",
     mount: str = "",
-    size: Annotated[tuple[int, int], arg(metavar="WIDTH HEIGHT")] = (346, 260),
+    size: Annotated[tuple[int, int] | None, arg(metavar="WIDTH HEIGHT")] = None,
     camera: str = "davis346",
     seed: int = 0,
     centre_m: Annotated[tuple[float, float, float], arg(metavar="X Y Z")] = (0.0, 0.0, 0.0),
@@ -195,7 +195,8 @@ def import_(
         frames: Keep the frames, if there are any.
         sensor: Note of the sensor.
         mount: Note of how it was mounted.
-        size: Of a simulator's sensor; its frames are brought to this size.
+        size: Of the sensor, where the file does not state it: by default the extent of its events; of a simulator,
+            whose frames are brought to this size, 346 260.
         camera: Event camera that looks at a simulator's frames where there are no events.
         seed: Seed of that camera.
         centre_m: The point between the fingers in the frame of a simulator's gripper, m.
@@ -204,7 +205,7 @@ def import_(
     from evslip.importing import Importing, import_recording, import_vt_snn, is_vt_snn
 
     if is_vt_snn(recording):
-        made = import_vt_snn(recording, out, length_s)
+        made = import_vt_snn(recording, out, length_s, size)
         console.print(f"{out}: {len(made)} records")
         return
     how = Importing(

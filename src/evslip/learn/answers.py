@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from evslip.alignment import Align, require_sensor
 from evslip.circumstances import Circumstances, circumstances
 from evslip.errors import DataError
 from evslip.events.stream import Events
@@ -115,15 +116,19 @@ def on_windows(network: Network, windows: Windows, progress: Callable[[int], Non
     )
 
 
-def on_records(network: Network, settings: WindowSettings, records: Iterable[Record], hop_s: float) -> Answers:
+def on_records(
+    network: Network, settings: WindowSettings, records: Iterable[Record], hop_s: float, align: Align | None = None
+) -> Answers:
     """Answers at every hop of the held time of records, or of a person's intervals, cut and labelled as the settings
     say; none is left out.
 
-    Records without either say nothing and are passed over. Raises DataError if nothing is left.
+    Records without either say nothing and are passed over. Raises DataError if nothing is left, and for a record of
+    another sensor unless `align` says how the crop lies on it.
     """
     parts: list[Answers] = []
     for record in records:
-        part = _on_record(network, replace(settings, hop_s=hop_s), record)
+        own = require_sensor(settings, record.size, align, record.name)
+        part = _on_record(network, replace(own, hop_s=hop_s), record)
         if part is not None:
             parts.append(part)
     if not parts:
@@ -138,7 +143,7 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> An
     moved = [movement for movement, _ in found]
     length_us = round(settings.length_s * 1e6)
     start_us = np.array([movement.start_us for movement in moved], np.int64)
-    inside = crop(record.events, record.size, settings)
+    inside = crop(record.events, settings)
     bounds = np.searchsorted(inside.t_us, np.stack([start_us, start_us + length_us]))
     on_object = None if inside.body is None else np.concatenate([[0], np.cumsum(inside.body == OBJECT)])
     p_slip = [np.empty(0, np.float32)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from evslip.alignment import Align, require_sensor
 from evslip.errors import ConfigError
 from evslip.learn import alarms, answers, bootstrap, tally
 from evslip.learn.alarms import Alarms
@@ -70,6 +71,8 @@ class Assessment:
     cost: Cost
     hop_s: float
     """Time between two answers, to which latencies are exact."""
+    align: Align | None
+    """How the crop lies on sensors of another size than it was trained on; None: there may be none."""
     notes: list[str]
     """What could not be measured, and what a reader should know."""
 
@@ -80,20 +83,23 @@ def assess(
     *,
     hop_s: float = HOP_S,
     resamples: int = bootstrap.RESAMPLES,
+    align: Align | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Assessment:
     """Examine a saved detector. `progress` is called with how many more records, or windows, are done with. Raises
-    DataError, ConfigError."""
+    DataError, ConfigError; DataError for another sensor than it was trained on, too, unless `align` says how the crop
+    lies on that one."""
     if not 0.001 <= hop_s <= 10 or resamples < 0:
         raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
     network, description = load_model(model)
     if exam.windows is not None:
         check_geometry(network, exam.windows)
+        require_sensor(description.windows, exam.windows.settings.sensor, align, "the windows")
         found, settings = answers.on_windows(network, exam.windows, progress), exam.windows.settings
     else:
         settings = description.windows
         hop_s = min(hop_s, settings.length_s)
-        found = answers.on_records(network, settings, _told(exam, progress), hop_s)
+        found = answers.on_records(network, settings, _told(exam, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (HOLD, SLIP)))
     scores = measured(
         clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip, description.threshold, resamples
@@ -118,6 +124,7 @@ def assess(
         groupings=groupings(found, settings, description.threshold, draws),
         cost=measure_cost(network, exam.some_windows(replace(settings, balance=False))),
         hop_s=found.hop_us / 1e6,
+        align=align,
         notes=[*exam.notes, *_notes(found, own, len(exam), description)],
     )
 

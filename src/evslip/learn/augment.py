@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from evslip.alignment import laid_on
 from evslip.errors import DataError
 from evslip.events.stream import Events
 from evslip.learn.networks.network import Geometry
@@ -75,7 +76,7 @@ def _noise(path: str, windows: WindowSettings) -> Events:
     from evslip.codecs import read_recording
 
     record = read_recording(path)
-    noise = crop(record.events, record.size, windows)
+    noise = crop(record.events, laid_on(windows, record.size))
     if not noise.count or noise.t_us[-1] - noise.t_us[0] < windows.length_s * 1e6:
         raise DataError(
             f"{path}: shorter than a window of {windows.length_s:g} s; expected a longer recording of noise"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from evslip.alignment import Align, require_sensor
 from evslip.errors import DataError
 from evslip.learn.checkpoint import geometry_of, load_model
 from evslip.learn.metrics import Metrics, measure
@@ -39,10 +40,12 @@ def probabilities(network: Network, windows: Windows, progress: Callable[[int], 
     return np.concatenate(parts)
 
 
-def evaluate(model: str | Path, windows: Windows) -> Metrics:
-    """Scores of a saved detector. Raises DataError when the windows are not what it was trained for."""
+def evaluate(model: str | Path, windows: Windows, *, align: Align | None = None) -> Metrics:
+    """Scores of a saved detector. Raises DataError when the windows are not what it was trained for; `align` lets those
+    of another sensor pass."""
     network, description = load_model(model)
     check_geometry(network, windows)
+    require_sensor(description.windows, windows.settings.sensor, align, "the windows")
     if not len(windows):
         raise DataError("there is no window to evaluate on")
     return measure(windows, probabilities(network, windows), description.threshold)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from evslip.alignment import Align, require_sensor
 from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
@@ -44,20 +45,27 @@ class Detector:
     """Answers every `hop_s` seconds with the slip probability of the last window's events.
 
     `model` is the folder of a detector, or "default", the one of the package.
-    `size` is the sensor's (width, height); another one than the detector was trained for is aligned at its centre:
-    pixels beyond the crop are ignored, pixels that the sensor lacks stay silent. Memory is bounded by the events of one
-    window and one push. Where the network has a form that computes only what a hop brings anew it is used, unless
-    `incremental` is False; the answers agree within 1e-5. Raises DataError for a model that cannot be read.
+    `size` is the sensor's (width, height), by default that which the detector was trained on. Of another one, `align`
+    says which pixels are looked at: as many around the "centre", or from the "corner"; those that it lacks stay
+    silent. Memory is bounded by the events of one window and one push. Where the network has a form that computes only
+    what a hop brings anew it is used, unless `incremental` is False; the answers agree within 1e-5. Raises DataError
+    for a model that cannot be read, and for another size without `align`.
     """
 
     def __init__(
-        self, model: str | Path, *, size: tuple[int, int] | None = None, hop_s: float = 0.005, incremental: bool = True
+        self,
+        model: str | Path,
+        *,
+        size: tuple[int, int] | None = None,
+        align: Align | None = None,
+        hop_s: float = 0.005,
+        incremental: bool = True,
     ):
         if not 0.001 <= hop_s <= 1000:
             raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected 0.001 to 1000")
         self._network, self.description = load_model(model)
-        self._settings = self.description.windows
-        self._size = size or (self._settings.sensor_width, self._settings.sensor_height)
+        settings = self.description.windows
+        self._crop = require_sensor(settings, size or settings.sensor, align)
         self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
         self._rolling = rolling_form(self._network, self._hop_us) if incremental else None
         self._kept = Recent()
@@ -84,7 +92,7 @@ class Detector:
         DataError for events that lie before those pushed earlier or more than an hour after them.
         """
         now = self._advance(events, until_us)
-        self._kept.add(crop(Events(*events[:4]), self._size, self._settings))
+        self._kept.add(crop(Events(*events[:4]), self._crop))
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
         bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
         counts = bounds[1] - bounds[0]
@@ -126,9 +134,12 @@ class Detector:
         return WindowEvents((t_us - start_us).astype(np.uint32), x, y, p)
 
 
-def detect(model: str | Path, events: Events, size: tuple[int, int], *, hop_s: float = 0.02) -> Detection:
-    """Run a detector over a whole stream from a sensor of `size` (width, height). Raises DataError, ConfigError."""
-    detector = Detector(model, size=size, hop_s=hop_s)
+def detect(
+    model: str | Path, events: Events, size: tuple[int, int], *, align: Align | None = None, hop_s: float = 0.02
+) -> Detection:
+    """Run a detector over a whole stream from a sensor of `size` (width, height); `align` as for Detector. Raises
+    DataError, ConfigError."""
+    detector = Detector(model, size=size, align=align, hop_s=hop_s)
     span = (int(events.t_us[-1]) - int(events.t_us[0])) / 1e6 if events.count else 0.0
     if span < detector.description.windows.length_s:
         needed = detector.description.windows.length_s

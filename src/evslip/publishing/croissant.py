@@ -47,9 +47,15 @@ CONTEXT = {
 
 
 def croissant(
-    name: str, description: str, license_url: str, tables: dict[str, str], data: list[tuple[str, str, str]]
+    name: str,
+    description: str,
+    license_url: str,
+    tables: dict[str, str],
+    data: list[tuple[str, str, str]],
+    more: dict[str, str],
 ) -> str:
-    """The metadata. tables: sha256 of each split's table; data: name, media type and pattern of each set of files."""
+    """The metadata. tables: sha256 of each split's table; data: name, media type and pattern of each set of files;
+    more: other properties of the data set that are known."""
     distribution: list[dict[str, Any]] = [
         {
             "@type": "cr:FileObject",
@@ -101,6 +107,7 @@ def croissant(
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "license": license_url,
         "version": "1.0.0",
+        **more,
         "distribution": distribution,
         "recordSet": records,
     }

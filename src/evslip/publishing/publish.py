@@ -6,6 +6,7 @@ import shutil
 import uuid
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,29 @@ class Publication:
     """Let `datasets.load_dataset(FOLDER)` of Hugging Face find the splits."""
     shard_mb: float = 500.0
     """A shard is closed once it holds this much, in MB."""
+    date_published: str | None = None
+    """YYYY-MM-DD."""
+    cite_as: str | None = None
+    """How to cite it, as BibTeX or a sentence."""
+
+    def __post_init__(self) -> None:
+        if not 0.001 <= self.shard_mb <= 1e6:
+            raise ConfigError(f"shard_mb: {self.shard_mb:g} is out of range, expected 0.001 to 1000000")
+        if self.date_published is not None and not _is_day(self.date_published):
+            raise ConfigError(f"date_published: {self.date_published!r} is no day, expected YYYY-MM-DD")
+
+    @property
+    def told(self) -> dict[str, str]:
+        """What is known of date and citation, by their names in schema.org and Croissant."""
+        known = {"datePublished": self.date_published, "citeAs": self.cite_as}
+        return {name: value for name, value in known.items() if value}
+
+
+def _is_day(text: str) -> bool:
+    try:
+        return date.fromisoformat(text).isoformat() == text
+    except ValueError:
+        return False
 
 
 def publish(
@@ -44,8 +68,6 @@ def publish(
     changed since it was written, ConfigError, StorageError.
     """
     how, out = how or Publication(), Path(out)
-    if not 0.001 <= how.shard_mb <= 1e6:
-        raise ConfigError(f"shard_mb: {how.shard_mb:g} is out of range, expected 0.001 to 1000000")
     samples = open_samples(source)
     chosen = items(samples)
     if not chosen:
@@ -70,7 +92,7 @@ def publish(
             ]
             about = text.split("\n\n")[1]
             licence = f"https://spdx.org/licenses/{how.license}"
-            _write(temporary / "croissant.json", [croissant(name, about, licence, tables, data).encode()])
+            _write(temporary / "croissant.json", [croissant(name, about, licence, tables, data, how.told).encode()])
             if config:
                 _write(temporary / "config.toml", [config.encode()])
             if out.exists():

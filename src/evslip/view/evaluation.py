@@ -30,7 +30,7 @@ def write_evaluation(folder: Path, found: Sequence[Assessment], exam: Exam | Non
     if exam is not None:
         worst = [failure for one in found for failure in failures.worst(vars(one.scores))]
         settings = WindowSettings() if exam.windows is not None else load_model(found[0].model)[1].windows
-        failures.save_pictures(folder / failures.FOLDER, pictures(exam, worst, settings))
+        failures.save_pictures(folder / failures.FOLDER, pictures(exam, worst, settings, found[0].align or "centre"))
     write_evaluation_page(folder / "evaluation.html", found, failures.from_folder(folder / failures.FOLDER))
     write_scores_png(folder / "scores.png", found, names)
     write_circumstances_png(folder / "circumstances.png", found, names)

@@ -4,14 +4,18 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from evslip.alignment import Align
 from evslip.events.stream import Events
 from evslip.learn.exam import Exam
 from evslip.view.failures import Failure, of_events, of_record
 from evslip.window_set import WindowSettings
 
 
-def pictures(exam: Exam, found: Iterable[Failure], settings: WindowSettings) -> Iterator[tuple[Failure, np.ndarray]]:
-    """Each window once, with its picture; `settings` are those of the windows. Raises DataError."""
+def pictures(
+    exam: Exam, found: Iterable[Failure], settings: WindowSettings, align: Align = "centre"
+) -> Iterator[tuple[Failure, np.ndarray]]:
+    """Each window once, with its picture; `settings` are those of the windows, `align` says how they lie on another
+    sensor. Raises DataError."""
     wanted: dict[str, list[Failure]] = {}
     for failure in dict.fromkeys(failure._replace(p_slip=0.0) for failure in found):
         wanted.setdefault(failure.name, []).append(failure)
@@ -20,7 +24,7 @@ def pictures(exam: Exam, found: Iterable[Failure], settings: WindowSettings) -> 
         return
     for record in exam.named(wanted):
         for failure in wanted.pop(record.name, ()):
-            yield failure, of_record(record, failure.start_us, settings)
+            yield failure, of_record(record, failure.start_us, settings, align)
 
 
 def _of_windows(exam: Exam, wanted: dict[str, list[Failure]]) -> Iterator[tuple[Failure, np.ndarray]]:

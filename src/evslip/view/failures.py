@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evslip import atomic
+from evslip.alignment import Align, laid_on
 from evslip.events.stream import Events
 from evslip.record import Record
 from evslip.view import page
@@ -115,13 +116,13 @@ def save_pictures(folder: Path, pictures: Iterable[tuple[Failure, np.ndarray]]) 
         atomic.write_bytes(folder / failure.file, jpeg(picture))
 
 
-def of_record(record: Record, start_us: int, settings: WindowSettings) -> np.ndarray:
+def of_record(record: Record, start_us: int, settings: WindowSettings, align: Align = "centre") -> np.ndarray:
     """A window's pictures side by side, cropped as the detector sees them; uint8 (height, width, 3)."""
     sight, (width, height) = Sight(record), record.size
     length_us = round(settings.length_s * 1e6)
-    left = max(0, settings.left - (settings.sensor_width - width) // 2)
-    top = max(0, settings.top - (settings.sensor_height - height) // 2)
-    crop = slice(top, top + settings.height), slice(left, left + settings.width)
+    lies = laid_on(settings, record.size, align)
+    rows, columns = (max(0, lies.top), lies.top + lies.height), (max(0, lies.left), lies.left + lies.width)
+    crop = slice(*rows), slice(*columns)
     parts = []
     for t_us in _moments(start_us, length_us):
         frame = sight.at(t_us) if sight.is_there else _blank(height, width)
