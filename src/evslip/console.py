@@ -4,17 +4,13 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime, timedelta
-from typing import TYPE_CHECKING
 
 from rich import box
 from rich import progress as rich
 from rich.console import Console
 from rich.table import Table
 
-from evslip.progress import Progress
-
-if TYPE_CHECKING:
-    from evslip.generation import Made
+from evslip.progress import Made, Progress
 
 console = Console(highlight=False, soft_wrap=True, markup=False)
 """File names may hold brackets: text is printed as it is."""
@@ -49,7 +45,7 @@ class _Bar(Progress):
     def begin(self, count: int, skipped: int) -> None:
         self._task = self._bar.add_task(self._title, total=count, completed=skipped, rejected="")
 
-    def made(self, made: "Made") -> None:
+    def made(self, made: Made) -> None:
         self._rejected += made.entry["kind"] == "rejected"
         self._bar.update(self._task, advance=1, rejected=f"{self._rejected} rejected" if self._rejected else "")
 
@@ -65,7 +61,7 @@ class _Lines(Progress):
         self._count, self._skipped = count, skipped
         self._start = self._said = time.monotonic()
 
-    def made(self, made: "Made") -> None:
+    def made(self, made: Made) -> None:
         self._made += 1
         self._rejected += made.entry["kind"] == "rejected"
         now, done = time.monotonic(), self._skipped + self._made

@@ -19,9 +19,8 @@ from evslip.events import camera_for
 from evslip.events.stream import empty_events
 from evslip.frame import Frame
 from evslip.gpu import require_cuda
-from evslip.journal import Entry
 from evslip.params import Params
-from evslip.progress import Progress
+from evslip.progress import Made, Progress
 from evslip.record import Record, encode, provenance
 from evslip.rendering import render
 from evslip.rendering.pathtrace import variant
@@ -64,15 +63,6 @@ class Job:
 
     def __str__(self) -> str:
         return f"sample {self.split}/{self.index}"
-
-
-class Made(NamedTuple):
-    """What became of a job."""
-
-    entry: Entry
-    """The journal's line."""
-    seconds: dict[str, float]
-    """Processor seconds by stage."""
 
 
 class Summary(NamedTuple):

@@ -4,8 +4,8 @@ from typing import Literal
 
 from pydantic import ValidationError
 
-from evslip.config import explain
 from evslip.errors import DataError
+from evslip.explanation import explain
 from evslip.schema import SampleSpec
 from evslip.values import Constant
 

@@ -1,9 +1,17 @@
 """What a run of `generate` tells while it goes on."""
 
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from evslip.generation import Made
+from evslip.journal import Entry
+
+
+class Made(NamedTuple):
+    """What became of a job."""
+
+    entry: Entry
+    """The journal's line."""
+    seconds: dict[str, float]
+    """Processor seconds by stage."""
 
 
 class Progress:
@@ -12,7 +20,7 @@ class Progress:
     def begin(self, count: int, skipped: int) -> None:
         """Once, at first: `count` samples are wanted, of which an earlier run had finished `skipped`."""
 
-    def made(self, made: "Made") -> None:
+    def made(self, made: Made) -> None:
         """After every sample."""
 
     def notice(self, text: str) -> None:

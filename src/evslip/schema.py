@@ -34,7 +34,7 @@ class Within:
 
 
 def _wrong(key: str, expected: str) -> PydanticCustomError:
-    """An error of one field of a section, as `evslip.config.explain` tells it."""
+    """An error of one field of a section, as `evslip.explanation.explain` tells it."""
     return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
 
 

@@ -2,10 +2,9 @@
 
 from functools import lru_cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from evslip.params import Params
     from evslip.shapes.shape import Shape
     from evslip.shapes.surface import Surface
 
@@ -17,13 +16,20 @@ SHAPES = {
 """Name -> module:class. A shape is made from the object's section of the parameters."""
 
 
-def shape_of(params: "Params") -> "Shape":
+class HasObject(Protocol):
+    """A sample's parameters, as far as shapes know of them."""
+
+    @property
+    def object(self) -> Any:
+        """The section of the object."""
+
+
+def shape_of(params: HasObject) -> "Shape":
     """The object's shape. Raises ConfigError for a mesh that cannot be used."""
-    spec: Any = params.object
-    return shape_of_spec(spec)
+    return shape_of_spec(params.object)
 
 
-def surface_of(params: "Params") -> "Surface":
+def surface_of(params: HasObject) -> "Surface":
     """What the object looks like, as triangles in its frame. Raises ConfigError for a mesh that cannot be used."""
     return shape_of(params).surface()
 

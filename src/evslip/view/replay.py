@@ -12,8 +12,8 @@ from PIL import Image
 from pydantic import ValidationError
 
 from evslip import atomic
-from evslip.config import explain
 from evslip.errors import ConfigError, DataError
+from evslip.explanation import explain
 from evslip.phases import phase_times
 from evslip.record import Record
 from evslip.rendering import pictures, view_camera
