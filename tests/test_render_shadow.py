@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid, seen_share
+from evslip.rendering.lamplight import risen
 from evslip.rendering.lanes import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
 from evslip.rendering.shadow import (
     BOX,
@@ -15,7 +16,6 @@ from evslip.rendering.shadow import (
     hide,
     may_shadow,
     pixel_steps,
-    risen,
 )
 
 

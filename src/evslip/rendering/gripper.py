@@ -9,10 +9,11 @@ from evslip.rendering import lanes, layers
 from evslip.rendering.ambient import irradiance, turned
 from evslip.rendering.casters import receive, shade, spread
 from evslip.rendering.extremes import larger, smaller
+from evslip.rendering.lamplight import highlight, matt
 from evslip.rendering.lanes import LANES, LIT, ONE, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, ZERO, U, V, W, f32, kernel
 from evslip.rendering.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
 from evslip.rendering.occlusion import block, describe_blockers, faces_any
-from evslip.rendering.shadow import BOX, describe_box, risen
+from evslip.rendering.shadow import BOX, describe_box
 
 TOUCHING_M = 0.0015
 """A fragment this far behind the object's near face still counts as in front: pads sink into a soft contact."""
@@ -199,17 +200,10 @@ def _light(S, n, own, albedo, lamp, lamp_radius, power, gloss, matrix):
         S[U + i], S[V + i], S[W + i], S[SEEN + i], S[ROOM + i] = x, y, z, ONE, ONE
         d0, d1, d2 = l0 - x, l1 - y, l2 - z
         near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-        size = lamp_radius * near
-        cosine = (n0 * d0 + n1 * d1 + n2 * d2) * near
-        rise = min(max(cosine / size, -ONE), ONE)
-        lit = power * near * near * (size * risen(rise) + max(cosine - size, ZERO))
+        lit = matt(power, near, (n0 * d0 + n1 * d1 + n2 * d2) * near, lamp_radius)
         h0, h1, h2 = d0 * near + own[VIEW_X, i], d1 * near + own[VIEW_Y, i], d2 * near + own[VIEW_Z, i]
         shine = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
-        shine = shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9))
-        shine *= shine
-        shine *= shine
-        shine *= shine
-        shine *= shine
+        shine = highlight(shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9)))
         S[LIT + i] = lit * (own[albedo, i] + gloss * shine)
         S[RESULT + i] = own[albedo, i] * irradiance(matrix, n0, n1, n2) * S[OPEN + i]
 

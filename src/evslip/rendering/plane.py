@@ -2,6 +2,7 @@
 
 import math
 
+from evslip.rendering.lamplight import highlight, matt
 from evslip.rendering.lanes import (
     GLOSS,
     GROUND,
@@ -26,7 +27,6 @@ from evslip.rendering.lanes import (
     f32,
     kernel,
 )  # fmt: skip
-from evslip.rendering.shadow import risen
 
 PLANE = 15
 """Floats that describe a plane to the passes; see `describe`."""
@@ -119,20 +119,14 @@ def light_plane(S, n, plane, power, lamp_radius, gloss):
         u, v = S[U + i], S[V + i]
         to_u, to_v = lamp_u - u, lamp_v - v
         near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
-        size = lamp_radius * near
         cosine = lamp_n * near
-        rise = min(max(cosine / size, -ONE), ONE)
-        lit = power * near * near * (size * risen(rise) + max(cosine - size, ZERO))
+        lit = matt(power, near, cosine, lamp_radius)
         back_u, back_v = camera_u - u, camera_v - v
         inverse = ONE / math.sqrt(back_u * back_u + back_v * back_v + height * height)
         half_way_u, half_way_v = to_u * near + back_u * inverse, to_v * near + back_v * inverse
         half_way_n = cosine - height * inverse
         shine = half_way_u * half_way_u + half_way_v * half_way_v + half_way_n * half_way_n + f32(1e-9)
-        shine = half_way_n * half_way_n / shine
-        shine *= shine
-        shine *= shine
-        shine *= shine
-        shine *= shine
+        shine = highlight(half_way_n * half_way_n / shine)
         S[LIT + i], S[SEEN + i] = lit, ONE
         S[GLOSS + i] = gloss * shine * lit
 

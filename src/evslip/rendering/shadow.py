@@ -42,15 +42,6 @@ def disc_share(x):
 
 
 @formula
-def risen(height):
-    """Mean of max(0, height + y) over a unit disc in y, for height in [-1, 1]: the cosine of a lamp that is cut by the
-    receiver's horizon, in units of its angular radius. Fit to the integral within 0.002; 0 at -1 and `height` at 1.
-    """
-    y = height * height
-    return HALF * height + f32(0.2122066) + y * (f32(0.3255868) - y * f32(0.0377934))
-
-
-@formula
 def past_corner(ay, az, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room):
     """How far the lamp at (dy, dz) stands past the line to a corner at (ay, az), in units of the penumbra's half width.
 

@@ -7,6 +7,7 @@ import numpy as np
 from evslip.rendering.ambient import irradiance, turned
 from evslip.rendering.casters import OBJECT_PART, around, receive, shade, spread
 from evslip.rendering.extremes import larger
+from evslip.rendering.lamplight import highlight, matt
 from evslip.rendering.lanes import (
     AMBIENT,
     GLOSS,
@@ -35,7 +36,6 @@ from evslip.rendering.lanes import (
     kernel,
 )  # fmt: skip
 from evslip.rendering.occlusion import block, describe_blockers, faces_any
-from evslip.rendering.shadow import risen
 from evslip.rendering.texels import SQUARE, sample_around
 
 COARSEST = 0.25
@@ -123,18 +123,11 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
         S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i], S[SEEN + i], S[ROOM + i] = n0, n1, n2, ONE, ONE
         d0, d1, d2 = l0 - x, l1 - y, l2 - z
         near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-        size = lamp_radius * near
-        cosine = (n0 * d0 + n1 * d1 + n2 * d2) * near
-        rise = min(max(cosine / size, -ONE), ONE)
-        lit = power * near * near * (size * risen(rise) + max(cosine - size, ZERO))
+        lit = matt(power, near, (n0 * d0 + n1 * d1 + n2 * d2) * near, lamp_radius)
         view = ONE / math.sqrt(x * x + y * y + z * z)
         h0, h1, h2 = d0 * near - x * view, d1 * near - y * view, d2 * near - z * view
         shine = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
-        shine = shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9))
-        shine *= shine
-        shine *= shine
-        shine *= shine
-        shine *= shine
+        shine = highlight(shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9)))
         S[LIT + i] = lit
         S[GLOSS + i] = gloss * shine * lit
 
