@@ -25,7 +25,7 @@ def make_data(plan: Plan, runner: Runner) -> None:
 
 
 def cut_windows(plan: Plan, runner: Runner) -> None:
-    runner.run(list(stages.windows(plan).values()))
+    runner.run(list(stages.windows(plan).values()), together=True)
 
 
 def train(plan: Plan, runner: Runner) -> None:

@@ -30,17 +30,21 @@ TABLES: dict[str, Callable[[Plan], str]] = {
     "real": tables.real,
 }
 FULL = Plan(Path())
+WHOLE = "ran all of it and wrote this page"
+PARTLY = f"wrote this page before all of it was run (cells that say *{MISSING}* wait for it)"
 
 
 def write(plan: Plan, command: Sequence[str]) -> list[str]:
     """Write results.md, which says that `command` made all of it, and results.png. Returns what is not there, a line
     each: tables with a gap, missing results."""
     parts = {name: make(plan) for name, make in TABLES.items()}
+    gaps = [f"the table of {name}" for name, text in parts.items() if MISSING in text]
     text = Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         parts,
         verdict=goals.verdict(plan),
         size=size(plan),
         command=shlex.join(command),
+        ran=WHOLE if not gaps else PARTLY,
         machines="\n".join(f"* {machine.describe(known)}" for known in machines(plan)),
         seeds=", ".join(map(str, plan.seeds)),
         hop_ms=f"{1000 * plan.hop_s:g}",
@@ -50,7 +54,6 @@ def write(plan: Plan, command: Sequence[str]) -> list[str]:
         picture=picture(plan),
     )
     (plan.out / "results.md").write_text(text, encoding="utf-8")
-    gaps = [f"the table of {name}" for name, text in parts.items() if MISSING in text]
     absent = [step.name for step in stages.results(plan) if not stages.result(step).exists()]
     return gaps + ([f"{len(absent)} results, such as `{absent[0]}`"] if absent else [])
 

@@ -9,6 +9,7 @@ import pytest
 
 from evslip.errors import ConfigError, DataError
 from evslip.learn import build_model, evaluate
+from evslip.learn.answers import on_records
 from evslip.learn.assessment import assess, plain
 from evslip.learn.checkpoint import Description, load_model, save_model
 from evslip.learn.comparison import compare
@@ -165,3 +166,17 @@ def test_the_command_line_evaluates_a_file_of_windows(model, tmp_path) -> None:
     assert alone.returncode == 2 and "expected one or more models" in alone.stderr
     missing = subprocess.run([*run, str(model), "nothing", str(tmp_path / "w.h5")], capture_output=True, text=True)
     assert missing.returncode == 2 and "nothing" in missing.stderr and not missing.stdout
+
+
+def test_answers_begin_with_the_hold_though_their_windows_begin_before(model) -> None:
+    record = slip_record("early", turning(100, 1500, 42.0))
+    assert record.truth is not None
+    held_us = int(record.truth.t_us[np.flatnonzero(record.truth.held)[0]])
+    found = on_records(load_model(model)[0], WindowSettings(), [record], 0.02)
+    since_ms = (found.end_us - held_us) / 1e3
+    # Held from 100 ms on: windows of 160 ms that begin at 0, 20, 40, 60 and 80 ms.
+    assert since_ms[0] == 60 and np.allclose(np.diff(since_ms), 20)
+    entering = found.start_us < held_us
+    assert entering.sum() == 5 and found.start_us[0] == 0
+    assert np.allclose(found.rotation_deg[entering], 0.03 * since_ms[entering], atol=1e-3)
+    assert not found.counted[entering].any() and found.counted[~entering].any()

@@ -58,6 +58,13 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     return windows.balanced(settings.seed) if settings.balance else windows
 
 
+def entering(record: Record, settings: WindowSettings) -> "list[tuple[Movement, int]]":
+    """The windows that end in the held time of a record but begin before it, each with what the object does from when
+    on it is held. A detector on a robot answers for them, too; none of a recording with a person's intervals."""
+    moved = [] if record.truth is None or record.intervals else movements(record.truth, settings, entering=True)
+    return [(movement, label_of(movement, settings)) for movement in moved]
+
+
 def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, int]]":
     """The windows of a record, each with HOLD, SLIP or UNCERTAIN: by a person's intervals if there are any, else by the
     ground truth; none without either."""
@@ -83,20 +90,27 @@ class Movement(NamedTuple):
     """How much greater the paper's theta is at the window's end than at its start; 0 if it is not."""
 
 
-def movements(truth: Truth, settings: WindowSettings) -> list[Movement]:
-    """The movement in every window of the held time."""
+def movements(truth: Truth, settings: WindowSettings, entering: bool = False) -> list[Movement]:
+    """The movement in every window of the held time; or, `entering`, in those that end in it but begin before, from
+    when on the object is held."""
     held = np.flatnonzero(truth.held)
     if not len(held):
         return []
     step_us = int(truth.t_us[1] - truth.t_us[0])
-    length, hop = (round(seconds * 1e6 / step_us) for seconds in (settings.length_s, settings.hop_s))
+    length, hop = (max(1, round(seconds * 1e6 / step_us)) for seconds in (settings.length_s, settings.hop_s))
+    begin, end = int(held[0]), int(held[-1]) + 1 - length
+    starts = range(begin, end, hop)
+    if entering:
+        before = range(begin - hop, max(begin - length, -1), -hop)
+        starts = [first for first in reversed(before) if first < end]
     orientation = Rotation.from_quat(truth.rotation, scalar_first=True)
     found = []
-    for first in range(held[0], held[-1] + 1 - length, max(1, hop)):
-        part = slice(first, first + length + 1)
-        turned = np.degrees((orientation[first].inv() * orientation[part]).magnitude()).max()
-        slid = 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[first], axis=1).max()
-        rise = max(0.0, float(truth.theta_deg[first + length]) - float(truth.theta_deg[first]))
+    for first in starts:
+        since = max(first, begin)
+        part = slice(since, first + length + 1)
+        turned = np.degrees((orientation[since].inv() * orientation[part]).magnitude()).max()
+        slid = 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[since], axis=1).max()
+        rise = max(0.0, float(truth.theta_deg[first + length]) - float(truth.theta_deg[since]))
         found.append(Movement(int(truth.t_us[first]), float(turned), float(slid), rise))
     return found
 

@@ -14,7 +14,7 @@ from evslip.learn.evaluate import BATCH, answer, check_geometry, probabilities
 from evslip.learn.networks import Network
 from evslip.record import Record
 from evslip.window_set import WindowEvents, Windows, WindowSettings
-from evslip.windows import crop, labelled, moved_before
+from evslip.windows import crop, entering, labelled, moved_before
 
 UNKNOWN = -1
 """Count of events on the object where nobody knows the bodies."""
@@ -41,7 +41,7 @@ class Answers:
     label: np.ndarray
     """HOLD, SLIP or, between the two, evslip.windows.UNCERTAIN."""
     counted: np.ndarray
-    """Which windows are scored one by one: those that do not overlap, a window's length apart; bool."""
+    """Which windows are scored one by one: those wholly in the held time that do not overlap; bool."""
     track: np.ndarray
     """Position in `tracks`."""
     start_us: np.ndarray
@@ -119,8 +119,8 @@ def on_windows(network: Network, windows: Windows, progress: Callable[[int], Non
 def on_records(
     network: Network, settings: WindowSettings, records: Iterable[Record], hop_s: float, align: Align | None = None
 ) -> Answers:
-    """Answers at every hop of the held time of records, or of a person's intervals, cut and labelled as the settings
-    say; none is left out.
+    """Answers at every hop of the held time of records, from its first moment on, or of windows in a person's
+    intervals, cut and labelled as the settings say; none is left out.
 
     Records without either say nothing and are passed over. Raises DataError if nothing is left, and for a record of
     another sensor unless `align` says how the crop lies on it.
@@ -137,9 +137,11 @@ def on_records(
 
 
 def _on_record(network: Network, settings: WindowSettings, record: Record) -> Answers | None:
-    found = labelled(record, settings)
-    if not found:
+    inside_held = labelled(record, settings)
+    if not inside_held:
         return None
+    before = entering(record, settings)
+    found = before + inside_held
     moved = [movement for movement, _ in found]
     length_us = round(settings.length_s * 1e6)
     start_us = np.array([movement.start_us for movement in moved], np.int64)
@@ -154,7 +156,7 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> An
     return Answers(
         p_slip=np.concatenate(p_slip).astype(float),
         label=np.array([label for _, label in found], np.uint8),
-        counted=_apart(start_us, length_us),
+        counted=np.concatenate([np.zeros(len(before), bool), _apart(start_us[len(before) :], length_us)]),
         track=np.zeros(len(moved), np.int64),
         start_us=start_us,
         rotation_deg=np.array([movement.rotation_deg for movement in moved]),
