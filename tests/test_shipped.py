@@ -1,8 +1,5 @@
 """The detector that comes with the package, by name, wherever a model is named."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +7,13 @@ import numpy as np
 import pytest
 import torch
 
-import evslip
 from evslip import record, shipped
 from evslip.cli import detecting
+from evslip.config import config_from_text
+from evslip.draws import draw
 from evslip.errors import ConfigError, DataError
-from evslip.learn import Detector, build_model, load_model
+from evslip.generation import make_record
+from evslip.learn import Detector, build_model, detect, load_model
 from evslip.learn.checkpoint import Description, save_model
 from evslip.window_set import WindowSettings
 from slip_records import slip_record, turning
@@ -75,13 +74,25 @@ def test_a_package_without_a_model_says_so(tmp_path: Path, monkeypatch: pytest.M
     assert "\n" not in str(caught.value)
 
 
-def test_view_and_detect_say_so_before_they_begin(tmp_path: Path, recording: Path) -> None:
-    if (shipped.FOLDER / "default").is_dir():
-        pytest.skip("this package ships a model")
-    environment = os.environ | {"PYTHONPATH": str(Path(evslip.__file__).parents[1])}
-    for verb in ("detect", "view"):
-        line = [sys.executable, "-c", "from evslip.cli import main; main()", verb, "--model", "default", str(recording)]
-        done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
-        assert done.returncode == 2
-        assert done.stderr.startswith("evslip: default: no model is shipped")
-        assert len(done.stderr.splitlines()) == 1
+def test_the_package_ships_a_detector_with_its_card() -> None:
+    folder = shipped.FOLDER / "default"
+    _, description = load_model("default")
+    card = (folder / "README.md").read_text()
+    assert f"`{description.model}`" in card and "## For what, and for what not" in card
+    config = config_from_text((folder / "config.toml").read_text())
+    assert (config.camera.width, config.camera.height) == description.windows.sensor
+
+
+@pytest.mark.slow
+def test_the_shipped_detector_tells_a_slip_from_a_hold_that_it_has_not_seen() -> None:
+    config = config_from_text((shipped.FOLDER / "default" / "config.toml").read_text())
+    slips, holds = (make_record(draw(config, index, "test")) for index in (12, 4))
+    assert (slips.label, holds.label) == ("slip", "hold")
+    found = detect("default", slips.events, slips.size)
+    assert slips.onset_us is not None
+    soon = (found.t_us > slips.onset_us) & (found.t_us < slips.onset_us + 100_000)
+    assert found.p_slip[soon].max() > 0.9
+    still = detect("default", holds.events, holds.size)
+    assert holds.truth is not None
+    held = np.interp(still.t_us, holds.truth.t_us, holds.truth.held) == 1
+    assert held.sum() > 100 and still.p_slip[held].max() < 0.5
