@@ -49,7 +49,7 @@ class Plan:
     """Trials of `evslip sweep` for each network; 0: no sweep."""
     space: str = "short"
     """What a sweep tries."""
-    hop_s: float = 0.02
+    hop_s: float = 0.01
     """Time between two answers in evaluations; latencies are exact to it."""
     resamples: int = 1000
     """Of the trajectories, for confidence intervals."""
