@@ -3,6 +3,7 @@
 import os
 import platform
 import subprocess
+from collections.abc import Sequence
 from datetime import date
 from importlib import metadata
 from pathlib import Path
@@ -25,13 +26,17 @@ def facts() -> dict[str, Any]:
     }
 
 
-def describe(known: dict[str, Any]) -> str:
-    """One line for a person."""
-    versions = ", ".join(f"{name} {version}" for name, version in known["versions"].items())
-    return (
-        f"{known['date']}: {known['processor']}, {known['cores']} cores, {known['memory_gib']} GiB, {known['system']}; "
-        f"Python {known['python']}, {versions}; commit {known['commit']}"
-    )
+def describe(runs: Sequence[dict[str, Any]]) -> list[str]:
+    """A line for each machine with its software, and when which commits ran on it."""
+    commits: dict[str, list[str]] = {}
+    for known in runs:
+        versions = ", ".join(f"{name} {version}" for name, version in known["versions"].items())
+        machine = (
+            f"{known['processor']}, {known['cores']} cores, {known['memory_gib']} GiB, {known['system']}; "
+            f"Python {known['python']}, {versions}"
+        )
+        commits.setdefault(machine, []).append(f"{known['commit']} ({known['date']})")
+    return [f"{machine}; commit {', '.join(when)}" for machine, when in commits.items()]
 
 
 def _processor() -> str:

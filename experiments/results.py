@@ -45,7 +45,7 @@ def write(plan: Plan, command: Sequence[str]) -> list[str]:
         size=size(plan),
         command=shlex.join(command),
         ran=WHOLE if not gaps else PARTLY,
-        machines="\n".join(f"* {machine.describe(known)}" for known in machines(plan)),
+        machines="\n".join(f"* {line}" for line in machine.describe(machines(plan))),
         seeds=", ".join(map(str, plan.seeds)),
         hop_ms=f"{1000 * plan.hop_s:g}",
         finals=", ".join(f"`{name}`" for name in plan.finals),
