@@ -14,7 +14,7 @@ test: $(VENV)/ready
 	$(BIN)/pyright
 	$(BIN)/python -m pytest
 
-# The paper's experiment, whole (many hours; run it again to go on), and every stage of it once in about ten minutes.
+# The paper's experiment, whole (many hours; run it again to go on), and every stage of it once in less than ten minutes.
 reproduce: $(VENV)/ready
 	$(BIN)/python experiments/reproduce.py
 

@@ -130,7 +130,7 @@ def read_plan() -> tuple[Plan, tuple[str, ...]]:
     """What the command line asks for: the plan, and the stages."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    add("--small", action="store_true", help="every stage once in about ten minutes on two cores")
+    add("--small", action="store_true", help="every stage once, in less than ten minutes on two cores")
     add("--out", type=Path, help="folder of everything; default: reproduced, or reproduced-small")
     add("--stages", nargs="+", choices=[*STAGES, "tables"], default=(*STAGES, "tables"))
     for name, text in NUMBERS.items():
