@@ -180,3 +180,14 @@ def test_answers_begin_with_the_hold_though_their_windows_begin_before(model) ->
     assert entering.sum() == 5 and found.start_us[0] == 0
     assert np.allclose(found.rotation_deg[entering], 0.03 * since_ms[entering], atol=1e-3)
     assert not found.counted[entering].any() and found.counted[~entering].any()
+
+
+def test_records_of_two_sensors_are_examined_once_they_are_aligned(model) -> None:
+    from dataclasses import replace
+
+    small, wide = slip_records(2)
+    mixed = Records([small, replace(wide, size=(500, 300))])
+    with pytest.raises(DataError, match="from a sensor of 500x300 pixels"):
+        assess(model, mixed, resamples=0)
+    found = assess(model, mixed, resamples=0, align="corner")
+    assert found.scores.confusion == assess(model, Records([small, wide]), resamples=0).scores.confusion

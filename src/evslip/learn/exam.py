@@ -55,7 +55,10 @@ class Exam:
 
     def some_windows(self, settings: WindowSettings, most: int = 48) -> list[WindowEvents]:
         """A few windows evenly from the first records, to time a detector on. Raises DataError."""
-        cut = self.windows if self.windows is not None else windows_of(islice(self, 3), settings)
+        cut = self.windows
+        if cut is None:
+            first = list(islice(self, 3))
+            cut = windows_of((record for record in first if record.size == first[0].size), settings)
         chosen = np.unique(np.linspace(0, len(cut) - 1, min(most, len(cut))).astype(int))
         return [cut[int(i)] for i in chosen]
 
