@@ -1,5 +1,8 @@
 """The detector that comes with the package, by name, wherever a model is named."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 
+import evslip
 from evslip import record, shipped
 from evslip.cli import detecting
 from evslip.config import config_from_text
@@ -72,6 +76,18 @@ def test_a_package_without_a_model_says_so(tmp_path: Path, monkeypatch: pytest.M
     with pytest.raises(DataError, match=r"default: no model is shipped .* expected the folder of a model") as caught:
         Detector("default")
     assert "\n" not in str(caught.value)
+
+
+def test_view_and_detect_say_so_before_they_begin(tmp_path: Path, recording: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(Path(evslip.__file__).parents[1])}
+    bare = "from pathlib import Path; from evslip import shipped; shipped.FOLDER = Path('absent')"
+    for verb in ("detect", "view"):
+        program = f"{bare}; from evslip.cli import main; main()"
+        line = [sys.executable, "-c", program, verb, "--model", "default", str(recording)]
+        done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+        assert done.returncode == 2
+        assert done.stderr.startswith("evslip: default: no model is shipped")
+        assert len(done.stderr.splitlines()) == 1
 
 
 def test_the_package_ships_a_detector_with_its_card() -> None:
