@@ -39,6 +39,9 @@ def write(plan: Plan, command: Sequence[str]) -> list[str]:
     each: tables with a gap, missing results."""
     parts = {name: make(plan) for name, make in TABLES.items()}
     gaps = [f"the table of {name}" for name, text in parts.items() if MISSING in text]
+    absent = [step.name for step in stages.results(plan) if not stages.result(step).exists()]
+    if absent:
+        gaps.append(f"{len(absent)} results, such as `{absent[0]}`")
     text = Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         parts,
         verdict=goals.verdict(plan),
@@ -54,8 +57,7 @@ def write(plan: Plan, command: Sequence[str]) -> list[str]:
         picture=picture(plan),
     )
     (plan.out / "results.md").write_text(text, encoding="utf-8")
-    absent = [step.name for step in stages.results(plan) if not stages.result(step).exists()]
-    return gaps + ([f"{len(absent)} results, such as `{absent[0]}`"] if absent else [])
+    return gaps
 
 
 def size(plan: Plan) -> str:
