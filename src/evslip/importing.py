@@ -181,13 +181,14 @@ def import_vt_snn(
     files = sorted(home.glob("*.mat"))
     if not files:
         raise DataError(f"{home}: holds no .mat files, expected such as rotate_01_td.mat and stable_01_td.mat")
-    if size is None:
+    common = size
+    if common is None:
         width, height = zip(*(_extent(file) for file in files), strict=True)
-        size = max(width), max(height)
+        common = max(width), max(height)
     written = []
     for file in files:
         label = VT_SNN_LABELS.get(file.name.split("_")[0].lower())
-        made = recorded(file, Importing(frames=False, size=size), from_zero=False)
+        made = replace(recorded(file, Importing(frames=False, size=size), from_zero=False), size=common)
         if label is not None:
             last_us = int(made.events.t_us[-1]) if made.events.count else 0
             interval = Interval(0, max(round(length_s * 1e6), last_us + 1), label)

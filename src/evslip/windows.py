@@ -100,9 +100,8 @@ def movements(truth: Truth, settings: WindowSettings, entering: bool = False) ->
     length, hop = (max(1, round(seconds * 1e6 / step_us)) for seconds in (settings.length_s, settings.hop_s))
     begin, end = int(held[0]), int(held[-1]) + 1 - length
     starts = range(begin, end, hop)
-    if entering:
-        before = range(begin - hop, max(begin - length, -1), -hop)
-        starts = [first for first in reversed(before) if first < end]
+    if entering:  # as many hops before as leave a part of the window in the held time, and the whole in the record
+        starts = range(begin - min(length - 1, begin) // hop * hop, min(begin, end), hop)
     orientation = Rotation.from_quat(truth.rotation, scalar_first=True)
     found = []
     for first in starts:

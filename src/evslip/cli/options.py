@@ -7,6 +7,7 @@ from tyro.conf import UseAppendAction, arg
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
 Align = Literal["centre", "corner"]
+"""As evslip.alignment.Align, without the libraries that come with it: `evslip --help` shall be quick."""
 
 
 def overrides(texts: tuple[str, ...]) -> dict[str, Any]:

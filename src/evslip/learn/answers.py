@@ -10,7 +10,7 @@ from evslip.circumstances import Circumstances, circumstances
 from evslip.errors import DataError
 from evslip.events.stream import Events
 from evslip.frame import OBJECT
-from evslip.learn.evaluate import BATCH, answer, check_geometry, probabilities
+from evslip.learn.evaluate import BATCH, answer, probabilities
 from evslip.learn.networks import Network
 from evslip.record import Record
 from evslip.window_set import WindowEvents, Windows, WindowSettings
@@ -91,9 +91,7 @@ _ARRAYS = (
 
 
 def on_windows(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Answers:
-    """Answers on windows that were cut before. `progress` is called with numbers of windows. Raises DataError when they
-    are not of the network's size."""
-    check_geometry(network, windows)
+    """Answers on windows that were cut before, of the network's size. `progress` is called with numbers of windows."""
     names, track = np.unique(windows.name, return_inverse=True)
     bodies = windows.by_body.sum(1) > 0
     settings = windows.settings

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from evslip.alignment import Align, require_sensor
+from evslip.alignment import Align
 from evslip.errors import ConfigError
 from evslip.learn import alarms, answers, bootstrap, tally
 from evslip.learn.alarms import Alarms
 from evslip.learn.answers import UNKNOWN, Answers
 from evslip.learn.checkpoint import Description, load_model
 from evslip.learn.cost import Cost, measure_cost
-from evslip.learn.evaluate import check_geometry
+from evslip.learn.evaluate import check_windows
 from evslip.learn.exam import Exam
 from evslip.learn.groups import Grouping, groupings
 from evslip.learn.metrics import Metrics, measured
@@ -93,8 +93,7 @@ def assess(
         raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
     network, description = load_model(model)
     if exam.windows is not None:
-        check_geometry(network, exam.windows)
-        require_sensor(description.windows, exam.windows.settings.sensor, align, "the windows")
+        check_windows(exam.windows, description.windows, align)
         found, settings = answers.on_windows(network, exam.windows, progress), exam.windows.settings
     else:
         settings = description.windows

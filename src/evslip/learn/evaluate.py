@@ -12,7 +12,7 @@ from evslip.errors import DataError
 from evslip.learn.checkpoint import geometry_of, load_model
 from evslip.learn.metrics import Metrics, measure
 from evslip.learn.networks.network import Network
-from evslip.window_set import Windows
+from evslip.window_set import Windows, WindowSettings
 
 BATCH = 32
 
@@ -44,18 +44,19 @@ def evaluate(model: str | Path, windows: Windows, *, align: Align | None = None)
     """Scores of a saved detector. Raises DataError when the windows are not what it was trained for; `align` lets those
     of another sensor pass."""
     network, description = load_model(model)
-    check_geometry(network, windows)
-    require_sensor(description.windows, windows.settings.sensor, align, "the windows")
+    check_windows(windows, description.windows, align)
     if not len(windows):
         raise DataError("there is no window to evaluate on")
     return measure(windows, probabilities(network, windows), description.threshold)
 
 
-def check_geometry(network: Network, windows: Windows) -> None:
-    """Raise DataError unless the windows have the size and length that the network was made for."""
-    have, want = geometry_of(windows.settings), network.geometry
+def check_windows(windows: Windows, trained: WindowSettings, align: Align | None) -> None:
+    """Raise DataError unless the windows have the size and length of those that a detector was trained on, and are from
+    a sensor of the same size, or `align` lets another one pass."""
+    have, want = geometry_of(windows.settings), geometry_of(trained)
     if have != want:
         raise DataError(
             f"the windows are {have.width}x{have.height} pixels and {have.length_us / 1e6:g} s long, "
             f"the model takes {want.width}x{want.height} and {want.length_us / 1e6:g} s"
         )
+    require_sensor(trained, windows.settings.sensor, align, "the windows")

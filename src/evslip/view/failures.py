@@ -121,8 +121,7 @@ def of_record(record: Record, start_us: int, settings: WindowSettings, align: Al
     sight, (width, height) = Sight(record), record.size
     length_us = round(settings.length_s * 1e6)
     lies = laid_on(settings, record.size, align)
-    rows, columns = (max(0, lies.top), lies.top + lies.height), (max(0, lies.left), lies.left + lies.width)
-    crop = slice(*rows), slice(*columns)
+    crop = slice(max(0, lies.top), lies.top + lies.height), slice(max(0, lies.left), lies.left + lies.width)
     parts = []
     for t_us in _moments(start_us, length_us):
         frame = sight.at(t_us) if sight.is_there else _blank(height, width)
