@@ -22,7 +22,7 @@ RENDERERS = {
     "pathtrace": "evslip.rendering.pathtrace.tracer:Pathtracer",
 }
 """Name -> module:class. A renderer is made from (params, camera, held finger travel) and draws poses: `draw` gives
-luminance and body indices, `color` linear RGB."""
+luminance and body indices of one, `film` of all in turn, `color` linear RGB."""
 VIEWS = ("wrist", "scene")
 """The camera on the hand, and one beside the table that sees the whole robot."""
 MIDDLE_GREY = 0.25
@@ -49,6 +49,7 @@ def render(
     check_outputs(outputs)
     camera = hand_camera(traj.params, size)
     span = recorded_span(traj)
+    flows = times_us is None
     if times_us is None:
         start, end = span[0] if start_us is None else start_us, span[1] if end_us is None else end_us
         times_us = frame_times(traj, start, end, camera=camera)
@@ -56,7 +57,9 @@ def render(
     check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
     artist = make_artist(renderer, traj, camera, span)
     scale = exposure_scale(artist, traj, camera, span[0])
-    return _draw(artist, traj, camera, times_us, scale, Outputs(traj, camera, outputs) if outputs else None)
+    poses = Poses(traj, camera, times_us)
+    drawn = artist.film(poses, scale) if flows else (artist.draw(poses, k, scale) for k in range(len(times_us)))
+    return _frames(drawn, times_us, Outputs(traj, camera, outputs) if outputs else None)
 
 
 def render_color(
@@ -152,10 +155,8 @@ def make_artist(name: str | None, traj: Trajectory, camera: Camera, span: tuple[
     return kind(traj.params, camera, float(np.median(traj.joints[inside, 7:9].mean(1))))
 
 
-def _draw(
-    artist: Any, traj: Trajectory, camera: Camera, times_us: np.ndarray, scale: float, outputs: Outputs | None
+def _frames(
+    drawn: Iterator[tuple[np.ndarray, np.ndarray]], times_us: np.ndarray, outputs: Outputs | None
 ) -> Iterator[Frame]:
-    poses = Poses(traj, camera, times_us)
-    for index, t_us in enumerate(times_us):
-        luminance, bodies = artist.draw(poses, index, scale)
-        yield Frame(int(t_us), luminance, bodies, **(outputs.at(int(t_us)) if outputs else {}))
+    for t_us, (luminance, bodies) in zip(times_us.tolist(), drawn, strict=True):
+        yield Frame(t_us, luminance, bodies, **(outputs.at(t_us) if outputs else {}))

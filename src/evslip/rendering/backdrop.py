@@ -39,22 +39,26 @@ ENDLESS = f32(1e30)
 
 @kernel
 def backdrop(
-    out, bodies, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
+    backdrops, grounds, slots, cell_height, cell_width, S, fetched,
+    camera, turn, focal, lamp, lamp_radius, lamp_luminance,
     surface_cells, surface_levels, tile_m, surface_ambient, gloss,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
     casters, seen, total, touched, full,
 ):  # fmt: skip
-    """Shade every pixel that gripper (seen: `Layers.seen`) and object (total, touched, full of `cover_box`) leave
-    visible. Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle
-    of the pixel there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
+    """Shade what gripper (seen: `Layers.seen`) and object (total, touched, full of `cover_box`) leave visible in the
+    cells that `slots` (rows, columns) does not leave out with -1: into that place of `backdrops` (n, height, width);
+    and note in `grounds` whether it is the surface, 1, or the background, 0.
+
+    Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle of the pixel
+    there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
-    height, width = out.shape
+    height, width = backdrops.shape[1:]
     scene = compose(
         S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
         surface_cells, surface_levels, tile_m, surface_ambient, gloss,
         sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
     )  # fmt: skip
-    _draw_tiles(out, bodies, S, fetched, scene, seen, total, touched, full)
+    _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, seen, total, touched, full)
 
 
 @kernel
@@ -87,17 +91,23 @@ def compose(
 
 
 @kernel
-def _draw_tiles(out, bodies, S, fetched, scene, seen, total, touched, full):
-    out, bodies, S, fetched = borrowed(out), borrowed(bodies), borrowed(S), borrowed(fetched)
+def _draw_tiles(
+    backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, seen, total, touched, full
+):  # fmt: skip
+    backdrops, grounds, S, fetched = borrowed(backdrops), borrowed(grounds), borrowed(S), borrowed(fetched)
     view, surface, sphere, shadows, nodes = borrowed(scene)
     seen, total, touched, full = borrowed(seen), borrowed(total), borrowed(touched), borrowed(full)
-    height, width = out.shape
+    height, width = backdrops.shape[1:]
     focal, towards, angle, reception = view[2], sphere[7], sphere[8], shadows[1]
     pixel = f32(1.0 / focal)
     for y0 in range(0, height, TILE_H):
         y1 = min(y0 + TILE_H, height)
         for x0 in range(0, width, TILE_W):
             x1 = min(x0 + TILE_W, width)
+            slot = slots[y0 // cell_height, x0 // cell_width]
+            if slot < 0:
+                continue
+            out, bodies = backdrops[slot], grounds[slot]
             shaded = choose_casters(x0, y0, x1, y1, height, width, view, shadows)
             lamp_here = lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
             for row in range(y0, y1):
@@ -105,7 +115,8 @@ def _draw_tiles(out, bodies, S, fetched, scene, seen, total, touched, full):
                     if seen[row, run, 0] >= x1:
                         break
                     first, last = max(seen[row, run, 0], x0), min(seen[row, run, 1], x1)
-                    left, right = min(last, full[row, 0]), max(first, full[row, 1])
+                    # A pixel that is covered wholly now may be less so in a frame that this one is blended into.
+                    left, right = min(last, full[row, 0] + 1), max(first, full[row, 1] - 1)
                     if right - left < BLOCK:  # what is shaded in vain costs less than another run
                         left = right = last
                     for part in range(2):

@@ -65,17 +65,21 @@ class CudaBackdrop:
         self._marks = cuda.device_array((height, width), np.uint8)
         self._chunks, self._lists = height * -(-width // TILE_W), np.empty((0, 2, 0))
 
-    def __call__(self, out: np.ndarray, bodies: np.ndarray, S: np.ndarray, _fetched: np.ndarray, *scene: Any) -> None:
-        """The arguments are those of `backdrop.backdrop`."""
+    def __call__(
+        self, backdrops: np.ndarray, grounds: np.ndarray, slots: np.ndarray, cell_height: int, cell_width: int,
+        S: np.ndarray, fetched: np.ndarray, *scene: Any,
+    ) -> None:  # fmt: skip
+        """The arguments are those of `backdrop.backdrop`; all cells are drawn, into the first place."""
+        del slots, cell_height, cell_width, fetched
         visible = Visible(*scene[-4:])
-        pixel, surface, sphere, tiles, shadows, nodes, longest = plan(S, *out.shape, *scene[:-4])
+        pixel, surface, sphere, tiles, shadows, nodes, longest = plan(S, *backdrops.shape[1:], *scene[:-4])
         self._make_lists(longest)
         _shade_pixels[self._lists.shape[0] // LANES, LANES](
             self._image, self._marks, f32(pixel), _upload(visible), (*self._surface, *_upload(surface)),
             (*self._sphere, *_upload(sphere)), _upload(tiles), _upload(shadows), _upload(nodes), self._lists,
         )  # fmt: skip
-        self._image.copy_to_host(out)
-        self._marks.copy_to_host(bodies)
+        self._image.copy_to_host(backdrops[0])
+        self._marks.copy_to_host(grounds[0])
 
     def _make_lists(self, longest: int) -> None:
         if longest > self._lists.shape[2]:

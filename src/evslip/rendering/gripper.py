@@ -146,10 +146,11 @@ def order_by_depth(front, fragments, pixels, starts, near):
 
 
 @kernel
-def merge_gripper(out, keep, over, values, front, fragments, pixels, starts):
-    """Put the fragments behind the object into `out` (which holds the backdrop). keep (height, width): share of each
-    pixel without fragments in front; over (m,): the light of those in front, per pixel of `pixels`."""
-    flat, kept = out.reshape(-1), keep.reshape(-1)
+def merge_gripper(light, clear, keep, over, values, front, fragments, pixels, starts):
+    """Put the fragments behind the object before what `light` and `clear` hold (see `plate.Plate`). keep (height,
+    width): share of each pixel without fragments in front; over (m,): the light of those in front, per pixel of
+    `pixels`."""
+    flat, free, kept = light.reshape(-1), clear.reshape(-1), keep.reshape(-1)
     for m in range(pixels.size):
         behind, ahead, share, share_ahead = ZERO, ZERO, ZERO, ZERO
         for k in range(starts[m], starts[m + 1]):
@@ -158,24 +159,28 @@ def merge_gripper(out, keep, over, values, front, fragments, pixels, starts):
             share_ahead += part * front[k]
             ahead += part * front[k] * values[k]
             behind += part * (ONE - front[k]) * values[k]
-        flat[pixels[m]] = flat[pixels[m]] * max(ZERO, ONE - share) + behind
+        rest = max(ZERO, ONE - share)
+        flat[pixels[m]] = flat[pixels[m]] * rest + behind
+        free[pixels[m]] *= rest
         kept[pixels[m]] = max(ZERO, ONE - share_ahead)
         over[m] = ahead
 
 
 @kernel
-def make_room(out, total, touched):
-    """Dim `out` by the object's coverage, which `draw_solid` then adds."""
-    for row in range(out.shape[0]):
+def make_room(light, clear, total, touched):
+    """Dim what stands behind a body by its coverage."""
+    for row in range(light.shape[0]):
         for column in range(touched[row, 0], touched[row, 1]):
-            out[row, column] = out[row, column] * (ONE - total[row, column]) if total[row, column] < ONE else ZERO
+            rest = max(ZERO, ONE - total[row, column])
+            light[row, column] *= rest
+            clear[row, column] *= rest
 
 
 @kernel
-def put_over(out, bodies, keep, total, touched, over, front, fragments, pixels, starts):
+def put_over(light, bodies, keep, total, touched, over, front, fragments, pixels, starts):
     """Add the fragments in front of the object, and mark in `bodies` what covers most of each pixel."""
-    flat, marks, kept, covered = out.reshape(-1), bodies.reshape(-1), keep.reshape(-1), total.reshape(-1)
-    for row in range(out.shape[0]):
+    flat, marks, kept, covered = light.reshape(-1), bodies.reshape(-1), keep.reshape(-1), total.reshape(-1)
+    for row in range(light.shape[0]):
         for column in range(touched[row, 0], touched[row, 1]):
             if total[row, column] >= f32(0.5):
                 bodies[row, column] = 2

@@ -70,10 +70,12 @@ def _reaches_image(image: np.ndarray, camera: Camera) -> np.ndarray:
 
 
 def _bounds(points: np.ndarray) -> np.ndarray:
-    chunks = [points[:, k : k + LANES] for k in range(0, points.shape[1], LANES)]
-    middles = [(chunk.min(1) + chunk.max(1)) / 2 for chunk in chunks]
-    radii = [np.linalg.norm(chunk - m[:, None], axis=0).max() for chunk, m in zip(chunks, middles, strict=True)]
-    return np.array([[*m, r] for m, r in zip(middles, radii, strict=True)]).reshape(-1, 4)
+    if points.shape[1] == 0:
+        return np.zeros((0, 4), points.dtype)
+    chunks = np.pad(points, ((0, 0), (0, -points.shape[1] % LANES)), mode="edge").reshape(3, -1, LANES)
+    middles = (chunks.min(2) + chunks.max(2)) / 2
+    radii = np.linalg.norm(chunks - middles[..., None], axis=0).max(1)
+    return np.column_stack([*middles, radii])
 
 
 @kernel
@@ -108,21 +110,16 @@ def _rasterise(image, normals, albedo, parts, width, height, focal):
     count = 0
     for top in range(0, height, BAND):
         rows = min(BAND, height - top)
-        found = False
-        for t in range(image.shape[0]):
-            low = min(image[t, 0, 1], image[t, 1, 1], image[t, 2, 1])
-            high = max(image[t, 0, 1], image[t, 1, 1], image[t, 2, 1])
-            if high <= top * GRID or low >= (top + rows) * GRID:
-                continue
-            if not found:
-                near[:] = 0
-                owner[:] = -1
-                found = True
-            _fill(image[t], t, top * GRID, rows * GRID, near, owner)
-        if not found:
+        left, right = _columns_of(image, top * GRID, (top + rows) * GRID, width)
+        if left >= right:
             continue
+        near[:, left * GRID : right * GRID] = 0
+        owner[:, left * GRID : right * GRID] = -1
+        for t in range(image.shape[0]):
+            if _reaches_rows(image[t], top * GRID, (top + rows) * GRID):
+                _fill(image[t], t, top * GRID, rows * GRID, near, owner)
         for row in range(top, top + rows):
-            for column in range(width):
+            for column in range(left, right):
                 used = _merge(
                     row, column, top, width, height, focal, image, normals, albedo, parts, near, owner, cluster
                 )
@@ -134,11 +131,29 @@ def _rasterise(image, normals, albedo, parts, width, height, focal):
 
 
 @kernel
+def _reaches_rows(corner, top, bottom):
+    low = min(corner[0, 1], corner[1, 1], corner[2, 1])
+    high = max(corner[0, 1], corner[1, 1], corner[2, 1])
+    return high > top and low < bottom
+
+
+@kernel
+def _columns_of(image, top, bottom, width):
+    """Columns of pixels that triangles reach between two rows of samples: first and past the last."""
+    low, high = float(width * GRID), 0.0
+    for t in range(image.shape[0]):
+        if _reaches_rows(image[t], top, bottom):
+            low = min(low, image[t, 0, 0], image[t, 1, 0], image[t, 2, 0])
+            high = max(high, image[t, 0, 0], image[t, 1, 0], image[t, 2, 0])
+    return max(0, int(low) // GRID), min(width, int(high) // GRID + 1)
+
+
+@kernel
 def _fill(corner, t, top, rows, near, owner):
     """Depth-test the samples of one triangle within a band. near: 1 / depth of each sample, 0 where nothing is."""
     ax, ay, bx, by, cx, cy = corner[0, 0], corner[0, 1], corner[1, 0], corner[1, 1], corner[2, 0], corner[2, 1]
     twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    if abs(twice) < 1e-9:
+    if twice > -1e-9:  # seen from behind: the parts are closed, so something hides it
         return
     y0 = max(0, int(np.ceil(min(ay, by, cy) - 0.5)) - top)
     y1 = min(rows, int(np.floor(max(ay, by, cy) - 0.5)) - top + 1)

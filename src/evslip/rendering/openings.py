@@ -3,6 +3,8 @@
 from collections import OrderedDict
 from typing import NamedTuple
 
+import numpy as np
+
 from evslip.camera import Camera
 from evslip.rendering.gripper import open_layers
 from evslip.rendering.hand import BLOCK_PARTS, Boxes, blocking_boxes, shadow_boxes
@@ -34,9 +36,7 @@ class Openings:
 
     def at(self, travel_m: float) -> Opening:
         """The gripper at a mean travel of the two fingers, which mirror each other."""
-        away = travel_m - self._held_m
-        step = FINE_M if abs(away) < HELD_M else COARSE_M
-        rounded = self._held_m + round(away / step) * step
+        rounded = float(self.rounded(np.array(travel_m)))
         if rounded in self._kept:
             self._kept.move_to_end(rounded)
             return self._kept[rounded]
@@ -45,6 +45,12 @@ class Openings:
         while len(self._kept) > most:
             self._kept.popitem(last=False)
         return opening
+
+    def rounded(self, travel_m: np.ndarray) -> np.ndarray:
+        """The travels at which the gripper is resolved."""
+        away = travel_m - self._held_m
+        step = np.where(np.abs(away) < HELD_M, FINE_M, COARSE_M)
+        return self._held_m + np.round(away / step) * step
 
     def _resolve(self, travel_m: float) -> Opening:
         boxes, blockers = self._turned(shadow_boxes(travel_m)), self._turned(blocking_boxes(travel_m))

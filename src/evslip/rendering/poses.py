@@ -44,7 +44,7 @@ class Poses:
     """Camera, object, hand, fingers and arm at chosen times, in the world frame."""
 
     def __init__(self, traj: Trajectory, camera: Camera, at_us: np.ndarray):
-        self._traj, self._at_us = traj, at_us
+        self._traj, self._camera, self._at_us = traj, camera, at_us
         hand = interpolate(traj.t_us, traj.gripper_pose, at_us)
         body = interpolate(traj.t_us, traj.object_pose, at_us)
         turn = matrices(hand[:, 3:])
@@ -62,6 +62,10 @@ class Poses:
         self.object_rotation = np.ascontiguousarray(matrices(body[:, 3:]))
         self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
         """Mean of the two fingers, which mirror each other; of shape (m,)."""
+
+    def some(self, indices: np.ndarray) -> "Poses":
+        """A choice of them."""
+        return Poses(self._traj, self._camera, self._at_us[indices])
 
     @cached_property
     def links(self) -> LinkPoses | None:

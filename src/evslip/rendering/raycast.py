@@ -1,5 +1,7 @@
 """The fast renderer: every surface is a formula, so that a frame is a few passes of plain arithmetic."""
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 
 from evslip.camera import Camera
@@ -15,9 +17,11 @@ from evslip.rendering.hand import BOX_PARTS, Boxes
 from evslip.rendering.lanes import LANES, SCRATCH
 from evslip.rendering.layers import RED
 from evslip.rendering.lens import SPREAD, Lens
-from evslip.rendering.links import CASTERS, LinkPoses
+from evslip.rendering.links import CASTERS
 from evslip.rendering.openings import Opening, Openings
 from evslip.rendering.outline import Outline
+from evslip.rendering.pace import LAG, Plan, cell_motion, divide, plan_cells, plan_still
+from evslip.rendering.plate import Plate, Reel, spans_of
 from evslip.rendering.poses import Poses
 from evslip.rendering.setting import LUMA, prepare
 
@@ -52,7 +56,7 @@ class Raycaster:
         camera = self._lens.pinhole
         height, width = camera.height, camera.width
         self.camera, self.setting = camera, prepare(params, channel)
-        self._backdrop = backdrop
+        self._backdrop: Callable[..., None] = backdrop
         if params.render.device == "cuda":
             from evslip.rendering.cuda import CudaBackdrop
 
@@ -67,40 +71,88 @@ class Raycaster:
         self._channels: list[Raycaster] = []
         self._scratch = (np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64))
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
+        self._cells = divide(height, width)
+        self._stills, self._whole = Reel(1, height, width), plan_still(self._cells)
 
     def draw(self, poses: Poses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Luminance in cd/m2 times `scale`, float32, and body indices, uint8, both new arrays (height, width)."""
-        layers, boxes, blockers = self._opening(poses.travel_m[index])
-        camera, turn = poses.camera_position[index], poses.camera_rotation[index]
-        lamp, ambient = self.setting.lamp, self.setting.ambient
-        out, body, focal = self._image, self._body, self.camera.focal_px
-        light = (lamp.position, lamp.radius_m, lamp.luminance)
-        view = View(camera, turn, focal, poses.object_position[index], poses.object_rotation[index])
-        body.cover(view)
-        casters = self._casters(view, boxes, blockers, poses.links, index)
-        bodies = np.zeros(out.shape, np.uint8)
+        self._prepare(poses, index)
+        self._draw_backdrop(self._stills, self._whole.slots[0])
+        self._draw_plate(self._stills.plate(0))
+        return self._develop(self._stills, self._whole, 0, scale)
+
+    def film(self, poses: Poses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """As `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
+
+        Each cell of the backdrop is drawn as often as it moves by as much as a frame may, see `pace`; so a frame is
+        ready LAG frames after it was begun.
+        """
+        count = len(poses.travel_m)
+        if self.params.render.device == "cuda":  # all cells are drawn at once
+            yield from (self.draw(poses, index, scale) for index in range(count))
+            return
+        motion = self._sensor.stretch() * cell_motion(poses, self.camera, self.params, self.setting.lamp)
+        changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
+        plan = plan_cells(motion, changes, self.params.render.max_motion_px)
+        reel = Reel(LAG + 2, *self._image.shape)
+        for index in range(count + LAG):
+            if index < count:
+                self._prepare(poses, index)
+                self._draw_backdrop(reel, plan.slots[index])
+                self._draw_plate(reel.plate(index))
+            if index >= LAG:
+                yield self._develop(reel, plan, index - LAG, scale)
+
+    def _prepare(self, poses: Poses, index: int) -> None:
+        """Put everything where it is."""
+        opening = self._opening(poses.travel_m[index])
+        self._layers = opening.layers
+        self._view = View(
+            poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px,
+            poses.object_position[index], poses.object_rotation[index],
+        )  # fmt: skip
+        self._body.cover(self._view)
+        self._links = None if poses.links is None else (poses.links, index)
+        self._casters = self._cast(opening.boxes, opening.blockers)
+
+    def _draw_backdrop(self, reel: Reel, slots: np.ndarray) -> None:
+        """Draw the cells that are due into their slots."""
+        lamp, ambient, view, body = self.setting.lamp, self.setting.ambient, self._view, self._body
         background, surface = self.params.background, self.params.surface
         self._backdrop(
-            out, bodies, *self._scratch, camera, turn, focal, *light,
+            reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, *self._scratch,
+            view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance,
             *self.setting.surface, surface.tile_m, ambient.surface, SURFACE_GLOSS,
             *self.setting.sphere, self.setting.repetitions, background.radius_m, background.luminance_cd_m2,
-            casters, layers.seen, body.total, body.touched, body.full,
+            self._casters, self._layers.seen, body.total, body.touched, body.full,
         )  # fmt: skip
-        if poses.links is not None and self._arm.cover(poses.links, index, view):
-            self._arm.mark(bodies, ARM)
-            make_room(out, self._arm.total, self._arm.touched)
-            self._arm.draw(out, self._scratch, view, self.setting, casters)
+
+    def _draw_plate(self, plate: Plate) -> None:
+        """Draw what stands before the backdrop."""
+        lamp, ambient, layers = self.setting.lamp, self.setting.ambient, self._layers
+        view, casters, body, arm = self._view, self._casters, self._body, self._arm
+        if self._links is not None and arm.cover(*self._links, view):
+            plate.wipe(self._span, body.touched, arm.touched)
+            arm.mark(plate.marks, ARM)
+            make_room(plate.light, plate.clear, arm.total, arm.touched)
+            arm.draw(plate.light, self._scratch, view, self.setting, casters)
+        else:
+            plate.wipe(self._span, body.touched)
         shade_gripper(
-            self._values, self._scratch[0], layers.fragments, self.albedo_row, layers.bounds,
-            camera, turn, focal, lamp.luminance, lamp.share, ambient.matrix, GRIPPER_GLOSS, casters,
+            self._values, self._scratch[0], layers.fragments, self.albedo_row, layers.bounds, view.camera, view.turn,
+            view.focal, lamp.luminance, lamp.share, ambient.matrix, GRIPPER_GLOSS, casters,
         )  # fmt: skip
         body.order(self._front, layers)
         fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
-        merge_gripper(out, self._keep, self._over, self._values, *fragments)
-        make_room(out, body.total, body.touched)
-        body.draw(out, self._keep, self._scratch, view, self.setting, casters)
-        put_over(out, bodies, self._keep, body.total, body.touched, self._over, *fragments)
-        return self._lens.form(out, scale, SPREAD), self._lens.bend_mask(bodies)
+        merge_gripper(plate.light, plate.clear, self._keep, self._over, self._values, *fragments)
+        make_room(plate.light, plate.clear, body.total, body.touched)
+        body.draw(plate.light, self._keep, self._scratch, view, self.setting, casters)
+        put_over(plate.light, plate.marks, self._keep, body.total, body.touched, self._over, *fragments)
+
+    def _develop(self, reel: Reel, plan: Plan, index: int, scale: float) -> tuple[np.ndarray, np.ndarray]:
+        """The frame of this number in the plan."""
+        bodies = reel.develop(plan, index, self._cells, self._image)
+        return self._lens.form(self._image, scale, SPREAD), self._lens.bend_mask(bodies)
 
     def color(self, poses: Poses, index: int, scale: float = 1.0) -> np.ndarray:
         """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""
@@ -108,9 +160,9 @@ class Raycaster:
             self._channels = [Raycaster(self.params, self._sensor, self._held_m, channel) for channel in range(3)]
         return np.stack([one.draw(poses, index, scale)[0] for one in self._channels], -1)
 
-    def _casters(self, view: View, boxes: Boxes, blockers: Boxes, links: LinkPoses | None, index: int) -> Casters:
+    def _cast(self, boxes: Boxes, blockers: Boxes) -> Casters:
         """What stands before the lamp: the object, the gripper's boxes and the arm's links."""
-        lamp = self.setting.lamp
+        lamp, view = self.setting.lamp, self._view
         outline = self._body.outline(view, lamp.position)
         solids = [
             (view.axes[None], view.place[None], self._body.half[None]),
@@ -125,8 +177,8 @@ class Raycaster:
         count = 0 if outline is None else 1
         numbers = [np.full(1 + len(boxes.halves), -1)]
         numbers[0][0] = count - 1
-        if links is not None:
-            own, found = cast_links(links, index, lamp.position, -view.turn[:, 2])
+        if self._links is not None:
+            own, found = cast_links(*self._links, lamp.position, -view.turn[:, 2])
             solids.append(own)
             outlines.append(found)
             numbers.append(count + np.arange(len(own[0])))
@@ -147,4 +199,5 @@ class Raycaster:
             self._values, self._front = np.zeros(count, np.float32), np.zeros(count, np.float32)
             self._over = np.zeros(len(opening.layers.pixels), np.float32)
             self._keep[:] = 1.0
+            self._span = spans_of(opening.layers.pixels, *self._keep.shape)
         return opening

@@ -56,11 +56,12 @@ def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     Under a lens with distortion: an upper bound.
     """
     plain, radius_m = camera.pinhole(), params.background.radius_m
-    moved = np.maximum(_object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
+    moved = np.maximum(object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
     return camera.stretch() * np.maximum(moved, _arm_motion(poses, plain))
 
 
-def _object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
+def object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
+    """Farthest movement in pixels of the object's corners between consecutive poses, (m - 1,); 0 out of view."""
     corners = shape_of(params).outline()
     return _corner_motion(poses, camera, poses.object_position, poses.object_rotation, corners)
 
@@ -92,7 +93,7 @@ def _corner_motion(
 ) -> np.ndarray:
     """Farthest movement of a body's corners (k, 3) while it is in view; places (m, 3), turns (m, 3, 3): its poses."""
     world = places[:, None] + corners @ turns.transpose(0, 2, 1)
-    image = camera.project(_into(poses.camera_position[:, None], poses.camera_rotation, world))
+    image = camera.project(into(poses.camera_position[:, None], poses.camera_rotation, world))
     ahead = image[..., 2] > NEAR_M
     moved = np.hypot(*np.moveaxis(np.diff(image[..., :2], axis=0), -1, 0))
     moved = np.where(ahead[1:] & ahead[:-1], moved, 0.0).max(1)
@@ -105,6 +106,15 @@ def _corner_motion(
 def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
     x, y = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
     pixels = np.stack([x.ravel(), y.ravel()], 1)
+    hits, _ = scene_hits(poses, camera, pixels, radius_m)
+    points = into(poses.camera_position[1:, None], poses.camera_rotation[1:], hits)
+    moved = camera.project(points)[..., :2] - pixels
+    return np.hypot(moved[..., 0], moved[..., 1]).max(1)
+
+
+def scene_hits(poses: Poses, camera: Camera, pixels: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """What each pose but the last sees of surface and background at places (k, 2) of the image: points of the world
+    (m - 1, k, 3), and whether they lie on the surface, (m - 1, k). camera: a pinhole."""
     rays = np.stack([pixels[:, 0] - camera.width / 2, camera.height / 2 - pixels[:, 1]], 1) / camera.focal_px
     rays = np.concatenate([rays, np.full((len(rays), 1), -1.0)], 1)
     origin = poses.camera_position[:-1, None]
@@ -113,11 +123,9 @@ def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
     distance = (np.sqrt(b * b - a * (np.sum(origin * origin, -1) - radius_m**2)) - b) / a
     drop = np.minimum(rays[..., 2], -1e-9)
     to_surface = np.where(drop > -1e-9, np.inf, -origin[..., 2] / drop)
-    hits = origin + np.minimum(distance, to_surface)[..., None] * rays
-    moved = camera.project(_into(poses.camera_position[1:, None], poses.camera_rotation[1:], hits))[..., :2] - pixels
-    return np.hypot(moved[..., 0], moved[..., 1]).max(1)
+    return origin + np.minimum(distance, to_surface)[..., None] * rays, to_surface < distance
 
 
-def _into(position: np.ndarray, rotation: np.ndarray, points: np.ndarray) -> np.ndarray:
+def into(position: np.ndarray, rotation: np.ndarray, points: np.ndarray) -> np.ndarray:
     """World points (m, k, 3) in the axes of frames (m, 1, 3), (m, 3, 3)."""
     return (points - position) @ rotation

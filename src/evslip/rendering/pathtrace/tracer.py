@@ -1,5 +1,7 @@
 """The renderer that traces light paths: what the fast one leaves out is here, at a thousand times its cost."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from evslip.camera import Camera
@@ -34,6 +36,10 @@ class Pathtracer:
         if self._masks is None:
             return luminance, np.zeros(luminance.shape, np.uint8)
         return luminance, self._masks.draw(poses, index)[1]
+
+    def film(self, poses: Poses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """As `draw`, of all poses in turn."""
+        return (self.draw(poses, index, scale) for index in range(len(poses.travel_m)))
 
     def color(self, poses: Poses, index: int, scale: float = 1.0) -> np.ndarray:
         """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""

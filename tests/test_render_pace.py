@@ -1,0 +1,148 @@
+import importlib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from evslip.camera import hand_camera
+from evslip.config import load_config
+from evslip.draws import draw
+from evslip.frame import BACKGROUND, SURFACE
+from evslip.rendering import exposure_scale, frame_times, make_artist, render
+from evslip.rendering.pace import LAG, cell_motion, divide, plan_cells
+from evslip.rendering.poses import Poses
+from evslip.rendering.setting import make_lamp
+from made_up import still, turning
+
+render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function
+SPAN = (0, 1_000_000)
+
+
+@pytest.fixture(autouse=True)
+def whole_span(monkeypatch):
+    """Made-up trajectories carry no grip, so all of them counts as recorded."""
+    monkeypatch.setattr(render_module, "recorded_span", lambda traj: SPAN)
+
+
+def sample(**scene):
+    return draw(load_config("simple", {key.replace("__", "."): value for key, value in scene.items()}), 0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    hnp.arrays(float, st.tuples(st.integers(0, 60), st.just(1), st.just(2)), elements=st.floats(0, 1)),
+    st.data(),
+)
+def test_blends_are_parabolas_of_what_the_slots_still_hold(motion, data):
+    changes = data.draw(hnp.arrays(bool, len(motion), elements=st.sampled_from([False] * 5 + [True])))
+    plan = plan_cells(motion, changes, 0.5)
+    place = np.concatenate([np.zeros((1, 1, 2)), np.cumsum(motion + 1e-6, 0)])[:, 0]
+    held = np.full((LAG + 2, 2), np.nan)
+    for k in range(len(place) + LAG):
+        if k < len(place):
+            for cell in range(2):
+                if plan.slots[k, 0, cell] >= 0:
+                    held[plan.slots[k, 0, cell], cell] = place[k, cell]
+        done = k - LAG
+        for cell in range(2 if done >= 0 else 0):
+            before, earlier, after = (held[part[done, 0, cell], cell] for part in plan[1:4])
+            share, bend = plan.shares[done, 0, cell]
+            at = place[done, cell]
+            assert before <= at <= after
+            assert before + share * (after - before) + bend * (earlier - before) == pytest.approx(at, abs=1e-5)
+            if plan.slots[done, 0, cell] >= 0:
+                assert (share, bend, before) == (0, 0, at)
+    drawn = plan.slots[:, 0] >= 0
+    assert drawn[0].all() and drawn[-1].all()
+    assert drawn[:-1][changes].all() and drawn[1:][changes].all()
+    for cell in range(2):
+        frames = np.flatnonzero(drawn[:, cell])
+        assert np.all(np.diff(frames) <= LAG)
+        # The farthest between two drawings is half a step more than the limit.
+        steps = np.diff(place[frames, cell])
+        assert np.all((np.diff(frames) == 1) | (steps <= 0.5 + 0.5 * motion.max(initial=0.0) + 1e-3))
+
+
+def test_a_parabola_between_even_drawings_is_exact():
+    plan = plan_cells(np.full((31, 1, 1), 0.15), np.zeros(31, bool), 0.5)
+    drawn = np.flatnonzero(plan.slots[:, 0, 0] >= 0)
+    steady = slice(drawn[1], drawn[-2])
+    values, found = np.arange(32.0) ** 2, []
+    for k in range(32)[steady]:
+        before = drawn[drawn <= k][-1]
+        after, earlier = drawn[drawn >= k][0], drawn[drawn < before][-1]
+        share, bend = plan.shares[k, 0, 0]
+        found.append((1 - share - bend) * values[before] + share * values[after] + bend * values[earlier])
+    assert found == pytest.approx(values[steady], rel=1e-5)
+    assert len(drawn) < 16
+
+
+@pytest.mark.parametrize("scene", [{}, {"camera__k1": -0.2}, {"light__luminance_cd_m2": 0.0}])
+def test_a_film_shows_what_single_frames_show(scene):
+    traj = turning(sample(surface__texture="cardboard-0", **scene))
+    camera = hand_camera(traj.params, (173, 130))
+    times = frame_times(traj, *SPAN, camera=camera)
+    poses = Poses(traj, camera, times)
+    film, single = (make_artist(None, traj, camera, SPAN) for _ in range(2))
+    scale = exposure_scale(single, traj, camera, 0)
+    errors, steps, changed, last = [], [], [], None
+    frames = list(film.film(poses, scale))
+    assert len(frames) == len(times)
+    for k, (luminance, bodies) in enumerate(frames):
+        expected, known = single.draw(poses, k, scale)
+        errors.append(np.abs(np.log((luminance + 1e-3) / (expected + 1e-3))))
+        changed.append(np.mean(bodies != known))
+        if last is not None:
+            steps.append(np.abs(np.log((expected + 1e-3) / (last + 1e-3))))
+        last = expected
+    assert errors[0].max() == 0 and errors[-1].max() == 0
+    assert 0 < np.mean(errors) < 0.2 * np.mean(steps)
+    assert np.percentile(errors, 99.9) < np.percentile(steps, 99.9) / 2
+    assert np.max(changed) < 0.01  # along the horizon
+
+
+def test_cells_move_at_least_as_far_as_what_they_show():
+    traj = turning(sample())
+    camera = hand_camera(traj.params, (173, 130))
+    times = frame_times(traj, 0, 10**6, camera=camera)
+    lamp = make_lamp(traj.params)
+    motion, cells = cell_motion(Poses(traj, camera, times), camera, traj.params, lamp), divide(130, 173)
+    assert motion.shape == (len(times) - 1, cells.rows, cells.columns)
+    rows, columns = np.mgrid[:130, :173]
+    for k in range(5, len(times) - 1, 9):
+        (frame,) = render(traj, times_us=times[k : k + 1], size=(173, 130), outputs=("motion",))
+        assert frame.motion is not None
+        way = np.hypot(*np.moveaxis(frame.motion, -1, 0)) * (times[k + 1] - times[k]) * 1e-6
+        behind = (frame.bodies == SURFACE) | (frame.bodies == BACKGROUND)
+        allowed = motion[k, rows // cells.height, columns // cells.width]
+        # The motion is shared out evenly among LAG steps, over which it grows here.
+        assert np.all(way[behind] < 1.25 * allowed[behind] + 0.02)
+
+
+def test_cells_around_an_object_that_slides_are_drawn_anew_and_so_is_its_shadow():
+    traj = still(sample(light__polar_deg=40.0, light__azimuth_deg=200.0))
+    traj.object_pose[:, 2] += np.linspace(0.02, -0.02, len(traj.t_us))
+    camera = hand_camera(traj.params)
+    times = np.arange(0, 10**6, 20_000)
+    motion = cell_motion(Poses(traj, camera, times), camera, traj.params, make_lamp(traj.params))
+    dark = traj.params.model_copy(update={"light": traj.params.light.model_copy(update={"luminance_cd_m2": 0.0})})
+    unlit = cell_motion(Poses(traj, camera, times), camera, dark, make_lamp(dark))
+    first, second = (next(render(traj, times_us=times[k : k + 1])) for k in (10, 11))
+    changed = np.abs(np.log(second.luminance / first.luminance)) > 1e-3
+    behind = (first.bodies <= SURFACE) & (second.bodies <= SURFACE)
+    cells = divide(camera.height, camera.width)
+    at = np.nonzero(changed & behind)
+    assert len(at[0]) > 50
+    assert np.all(motion[10, at[0] // cells.height, at[1] // cells.width] > 0)
+    assert motion[10].min() == 0  # elsewhere nothing moves
+    assert np.sum(motion[10] > 0) > np.sum(unlit[10] > 0) > 0
+
+
+def test_a_plan_of_one_frame_draws_all_of_it():
+    cells = divide(260, 346)
+    plan = plan_cells(np.zeros((0, cells.rows, cells.columns)), np.zeros(0, bool), 0.5)
+    assert np.all(plan.slots == 0) and np.all(plan.shares == 0)
+    assert cells.rows * cells.height >= 260 > (cells.rows - 1) * cells.height
+    assert cells.columns * cells.width >= 346 > (cells.columns - 1) * cells.width
