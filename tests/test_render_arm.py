@@ -11,7 +11,7 @@ from evslip.config import load_config
 from evslip.draws import draw
 from evslip.frame import ARM, GRIPPER, OBJECT
 from evslip.rendering.arm import cast_links
-from evslip.rendering.casters import ARM_PART, around, cast, receive, shade, spread
+from evslip.rendering.casters import ARM_PART, cast, receive, shade, spread
 from evslip.rendering.lanes import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
 from evslip.rendering.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed
 from evslip.rendering.outputs import FIRST_LINK, Sight
@@ -134,7 +134,7 @@ def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + LANES] = values
         S[ROOM : ROOM + LANES], S[SEEN : SEEN + LANES], S[PART : PART + LANES] = 1, 1, 255
-        shade(S, LANES, *around(S, LANES), reception, False, True)
+        shade(S, LANES, reception, False, True)
         found.append(S[SEEN : SEEN + LANES].copy())
     facets, parts = posed(links.places[0], links.turns[0]), hulls()
     own = parts.link_of_face < CASTERS

@@ -64,12 +64,6 @@ def test_fingers_hang_from_above_and_the_near_one_hides_the_far_one(layers, came
     assert 0.02 < layers.fragments[LUMA].min() < 0.1 and layers.fragments[LUMA].max() > 0.6
 
 
-def test_bounds_enclose_their_fragments(layers):
-    for k, (*middle, radius) in enumerate(layers.bounds):
-        points = layers.fragments[X : Z + 1, 64 * k : 64 * (k + 1)].T
-        assert np.linalg.norm(points - middle, axis=1).max() <= radius + 1e-6
-
-
 @pytest.mark.parametrize("travel_m", [0.0, 0.02, 0.04])
 def test_shadow_boxes_lie_within_the_meshes_bounds(travel_m):
     mesh, parts = assemble(travel_m)

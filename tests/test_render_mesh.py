@@ -3,6 +3,8 @@ from functools import partial
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from brute_force import compare, cylinder, seen_share, triangles
 from evslip.camera import hand_camera
@@ -13,7 +15,7 @@ from evslip.rendering import body
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.lanes import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
 from evslip.rendering.mesh import Mesh, repetition_ratio
-from evslip.rendering.outline import outline_of, shade_behind
+from evslip.rendering.outline import hide_behind, outline_of, shade_behind
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast import Raycaster
 from evslip.rendering.shadow import change_frame
@@ -46,7 +48,7 @@ def on_the_table(params):
     return traj
 
 
-def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6)):
+def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6), all_edges=False):
     """Shares of the lamp that an outline leaves visible from points in the world."""
     S, result = np.zeros(SCRATCH, np.float32), []
     turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
@@ -60,10 +62,28 @@ def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6)):
             S[slot : slot + n] = values
         S[ROOM : ROOM + n], S[HIDDEN : HIDDEN + n] = 1, 0
         middle = (chunk.min(0) + chunk.max(0)) / 2
-        reach = np.linalg.norm(chunk - middle, axis=1).max()
-        shade_behind(S, n, *middle, reach, row, outline.edges, chosen, np.float32(lamp_radius), False)
+        near = (*middle, np.linalg.norm(chunk - middle, axis=1).max(), *np.ptp(chunk, axis=0) / 2)
+        if all_edges:
+            hide_behind(S, n, row, outline.edges, np.arange(len(chosen)), len(chosen), np.float32(lamp_radius), False)
+        else:
+            shade_behind(S, n, near, row, outline.edges, chosen, np.float32(lamp_radius), False)
         result.append(1 - S[HIDDEN : HIDDEN + n])
     return np.concatenate(result)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=40, deadline=None)
+def test_edges_that_are_left_out_hide_nothing(seed):
+    rng = np.random.default_rng(seed)
+    facets = prepare_facets(*surface_of(sample(object__shape="cylinder")))
+    lamp, place, radius = np.array([4.0, -3.0, 8.0]) * 3, np.array([0.0, 0.0, 0.1]), rng.uniform(0.1, 2.0)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    axes[:, 2] *= np.linalg.det(axes)
+    outline = outline_of(facets, place, axes, lamp, np.array([0.0, 1.0, 0.0]), 0.1)
+    middle, along = np.append(rng.uniform(-0.2, 0.2, 2), 0.0), np.append(rng.normal(size=2), 0.0)
+    points = middle + np.linspace(-0.5, 0.5, LANES)[:, None] * along * rng.uniform(0.01, 0.1)
+    chosen, every = (seen(points, outline, radius, (1e-3, 2e-3), all_edges) for all_edges in (False, True))
+    np.testing.assert_allclose(chosen, every, atol=1e-4)
 
 
 @pytest.mark.parametrize(("polar", "lamp_radius"), [(55.0, 1.0), (20.0, 4.0), (80.0, 0.3)])

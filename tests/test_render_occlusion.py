@@ -9,7 +9,6 @@ from brute_force import cuboid
 from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.draws import draw
-from evslip.rendering.body import View
 from evslip.rendering.lanes import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
 from evslip.rendering.occlusion import DARK, PITCH, between, block, open_run, surface_nodes
 from evslip.rendering.poses import Poses
@@ -97,12 +96,8 @@ def scene():
     camera = hand_camera(params)
     poses = Poses(traj, camera, np.array([0]))
     artist = Raycaster(params, camera, float(poses.travel_m[0]))
-    view = View(
-        poses.camera_position[0], poses.camera_rotation[0], camera.focal_px, poses.object_position[0],
-        poses.object_rotation[0],
-    )  # fmt: skip
-    _, boxes, blockers = artist._opening(float(poses.travel_m[0]))
-    return camera, poses, artist._casters(view, boxes, blockers, None, 0), params
+    artist._prepare(poses, 0)
+    return camera, poses, artist._casters, params
 
 
 def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid, seen_share
+from evslip.rendering.casters import around
 from evslip.rendering.lamplight import risen
 from evslip.rendering.lanes import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
 from evslip.rendering.shadow import (
@@ -97,14 +98,32 @@ def test_shadow_edges_are_no_sharper_than_a_pixel_and_keep_their_place():
 
 
 @given(st.integers(0, 10**6))
+@settings(max_examples=30, deadline=None)
+def test_what_is_around_points_holds_them(seed):
+    rng = np.random.default_rng(seed)
+    S, points = (
+        np.zeros(SCRATCH, np.float32),
+        rng.normal(size=(3, 20)) * rng.uniform(0, 1, (3, 1)) + rng.normal(size=(3, 1)),
+    )
+    for slot, values in zip((U, V, W), points, strict=True):
+        S[slot : slot + 20] = values
+    *middle, reach, du, dv, dw = around(S, 20)
+    offsets = points - np.array(middle)[:, None]
+    assert np.linalg.norm(offsets, axis=0).max() < reach
+    assert np.all(np.abs(offsets).max(1) < (du, dv, dw))
+
+
+@given(st.integers(0, 10**6))
 @settings(max_examples=50, deadline=None)
 def test_culling_never_drops_a_shadow(seed):
     rng = np.random.default_rng(seed)
     turn, half, place = rotation(rng), rng.uniform(0.01, 0.06, 3), np.array([0.0, 0.0, 0.15])
     lamp, lamp_radius = np.array([0.6, -0.4, 0.7]) * 10, 0.5
     middle, reach = np.append(rng.uniform(-0.4, 0.4, 2), 0.0), 0.05
-    points = middle + rng.uniform(-1, 1, (40, 3)) * (reach, reach, 0) / np.sqrt(2)
+    sides = np.array([*rng.uniform(0, 1, 2), 0.0])
+    sides *= reach / np.linalg.norm(sides)
+    points = middle + rng.uniform(-1, 1, (40, 3)) * sides
     box = described(turn, place, half, lamp)
     dark = seen(points, box, lamp_radius).min() < 0.99
     assert not dark or may_shadow(middle, reach, place, float(np.linalg.norm(half)), lamp, lamp_radius)
-    assert not dark or box_may_shadow(*middle, reach, box, lamp_radius)
+    assert not dark or box_may_shadow((*middle, reach, *sides), box, lamp_radius)

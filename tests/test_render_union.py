@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.casters import around, cast, receive, shade, spread
+from evslip.rendering.casters import cast, receive, shade, spread
 from evslip.rendering.hand import shadow_boxes
 from evslip.rendering.lanes import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
 from evslip.rendering.raycast import NO_OUTLINE, PARTS
@@ -46,7 +46,7 @@ def seen(points, lamp, radius, boxes, parts=PARTS, own=255):
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + n] = values
         S[ROOM : ROOM + n], S[SEEN : SEEN + n], S[PART : PART + n] = 1, 1, own
-        shade(S, n, *around(S, n), reception, False, True)
+        shade(S, n, reception, False, True)
         result.append(S[SEEN : SEEN + n].copy())
     return np.concatenate(result)
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from evslip.borrow import borrowed
-from evslip.rendering.casters import NO_PART, aim, around, receive, shade, spread
+from evslip.rendering.casters import NO_PART, aim, receive, shade, spread
 from evslip.rendering.extremes import larger, smaller
 from evslip.rendering.lanes import (
     BLOCK,
@@ -203,8 +203,7 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, l
         meet_plane(S, n, plane, pixel)
         light_plane(S, n, plane, power, lamp_radius, gloss)
         if shaded:
-            u, v, w, reach = around(S, n)
-            shade(S, n, u, v, w, reach + room, reception, False, True)
+            shade(S, n, reception, False, True, room)
         unfold(S, n, per_m, ZERO, -per_m, ZERO, True)
         sample_along(S, n, cells, fetched, levels)
         if lowest >= ONE:

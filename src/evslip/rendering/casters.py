@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.extremes import larger, smaller
-from evslip.rendering.lanes import HALF, ONE, ZERO, U, V, W, f32, kernel
+from evslip.rendering.lanes import HALF, ONE, ZERO, U, V, W, f32, formula, kernel
 from evslip.rendering.outline import PIXEL_BLUR, shade_behind
 from evslip.rendering.shadow import (
     BOX,
@@ -27,6 +27,10 @@ from evslip.rendering.union import EDGES, WIDE, edges_of, join, overlap
 
 OBJECT_PART, ARM_PART, NO_PART = 3, 4, 255
 """Numbers of bodies after those of the gripper in `hand`; the last one has no caster."""
+FEW = 32
+"""Points that look for casters together: fewer cast fewer shadows, and more looking."""
+PAST, RIM_M = f32(0.6), f32(0.005)
+"""Room around points that share their casters: so much of their extent instead of half of it, and more."""
 
 
 class Casters(NamedTuple):
@@ -188,24 +192,33 @@ def aim(reception, casters, middle, reach):
     return some
 
 
-@kernel
-def shade(S, n, u, v, w, reach, reception, layered, joint_always):
-    """SEEN *= share of the lamp that the chosen casters leave visible from the points U, V, W, which lie within `reach`
-    of (u, v, w) in the frame of the reception. layered: some casters may lie behind the points; see `hide_behind`.
-    joint_always: their union counts under narrow lamps, too.
+@formula
+def shade(S, n, reception, layered, joint_always, room=ZERO):
+    """SEEN *= share of the lamp that the chosen casters leave visible from the points U, V, W.
+
+    layered: some casters may lie behind the points; see `hide_behind`. joint_always: their union counts under narrow
+    lamps, too. room: how far around the points casters are looked for beyond what they need.
     """
+    for first in range(0, n, FEW):
+        part, count = S[first:], min(n - first, FEW)
+        _shade_few(part, count, widened(around(part, count), room), reception, layered, joint_always)
+
+
+@kernel
+def _shade_few(S, n, near, reception, layered, joint_always):
+    """near: where the points are in the frame of the reception, as of `around`."""
     begin_group(S, n)
     boxes, kinds, edges, starts, outlines, rims, joint, scratch = reception
     radius, count, hiding = joint[15], 0, 0
     for k in range(kinds.shape[0]):
-        if kinds[k, 0] == 0 or not box_may_shadow(u, v, w, reach, boxes[k], radius):
+        if kinds[k, 0] == 0 or not box_may_shadow(near, boxes[k], radius):
             continue
         o = kinds[k, 1]
         if o < 0:
             hide(S, n, boxes[k], radius)
         else:
             own = edges[starts[o] : starts[o + 1]]
-            if not shade_behind(S, n, u, v, w, reach, outlines[o], own, scratch[1], radius, layered):
+            if not shade_behind(S, n, near, outlines[o], own, scratch[1], radius, layered):
                 continue
         hiding += take_in(S, n, f32(kinds[k, 2]), ONE if o >= 0 else ZERO)
         # Also one that hides nothing of any point: what a point sees must not hang on its neighbours.
@@ -222,13 +235,21 @@ def shade(S, n, u, v, w, reach, reception, layered, joint_always):
 
 @kernel
 def around(S, n):
-    """Middle (u, v, w) of a box around the points U, V, W, and the radius of a sphere around it with room for the blur
-    of shadows at its rim."""
+    """A box around the points U, V, W with room for the blur of shadows at its rim: its middle (u, v, w), the radius of
+    a sphere that holds it, and its half sides."""
     low_u, high_u, low_v, high_v, low_w, high_w = S[U], S[U], S[V], S[V], S[W], S[W]
     for i in range(n):
         low_u, high_u = smaller(low_u, S[U + i]), larger(high_u, S[U + i])
         low_v, high_v = smaller(low_v, S[V + i]), larger(high_v, S[V + i])
         low_w, high_w = smaller(low_w, S[W + i]), larger(high_w, S[W + i])
     du, dv, dw = high_u - low_u, high_v - low_v, high_w - low_w
-    reach = f32(0.6) * math.sqrt(du * du + dv * dv + dw * dw) + f32(0.005)
-    return HALF * (low_u + high_u), HALF * (low_v + high_v), HALF * (low_w + high_w), reach
+    reach = PAST * math.sqrt(du * du + dv * dv + dw * dw) + RIM_M
+    middle = HALF * (low_u + high_u), HALF * (low_v + high_v), HALF * (low_w + high_w)
+    return (*middle, reach, PAST * du + RIM_M, PAST * dv + RIM_M, PAST * dw + RIM_M)
+
+
+@formula
+def widened(near, room):
+    """As of `around`, with more room."""
+    u, v, w, reach, du, dv, dw = near
+    return u, v, w, reach + room, du + room, dv + room, dw + room

@@ -21,13 +21,13 @@ TOUCHING_M = 0.0015
 
 @kernel
 def shade_gripper(
-    values, S, fragments, albedo, bounds, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss, casters
+    values, S, fragments, albedo, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss, casters
 ):  # fmt: skip
     """values (n,): luminance of every fragment.
 
     albedo: row of the fragments' colour. A part of the gripper casts no shadow on itself.
     """
-    values, S, fragments, bounds = borrowed(values), borrowed(S), borrowed(fragments), borrowed(bounds)
+    values, S, fragments = borrowed(values), borrowed(S), borrowed(fragments)
     casters = borrowed(casters)
     lamp_here, away = np.zeros(3), 0.0
     for k in range(3):
@@ -42,8 +42,7 @@ def shade_gripper(
     opens = _open_to_object(S, fragments, describe_blockers(casters, turn, camera)[0])
     lamp32, radius = lamp_here.astype(np.float32), f32(casters.lamp_radius)
     power, shine = f32(lamp_luminance * casters.lamp_radius**2 * lamp_share), f32(gloss)
-    for chunk in range(bounds.shape[0]):
-        start = chunk * LANES
+    for start in range(0, fragments.shape[1], LANES):
         n = min(LANES, fragments.shape[1] - start)
         own = fragments[:, start : start + n]
         for i in range(n):
@@ -57,8 +56,7 @@ def shade_gripper(
         if lit > ZERO:
             for k in range(casters.parts.size):
                 reception.kinds[k, 0] = first != last or casters.parts[k] != first
-            x, y, z, reach = f32(bounds[chunk, 0]), f32(bounds[chunk, 1]), f32(bounds[chunk, 2]), bounds[chunk, 3]
-            shade(S, n, x, y, z, f32(reach + 0.001), reception, True, False)
+            shade(S, n, reception, True, False)
         for i in range(n):
             values[start + i] = S[RESULT + i] + S[LIT + i] * S[SEEN + i]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from evslip.camera import Camera
 from evslip.rendering.hand import assemble
-from evslip.rendering.lanes import BLOCK, LANES, kernel
+from evslip.rendering.lanes import BLOCK, kernel
 
 GRID = 8
 """Samples along each side of a pixel."""
@@ -37,8 +37,6 @@ class Layers(NamedTuple):
     """Flat index of every pixel that has fragments, of shape (m,)."""
     starts: np.ndarray
     """First fragment of each of these pixels, then n; of shape (m + 1,)."""
-    bounds: np.ndarray
-    """Middle and radius of a sphere around every LANES fragments, of shape (n / LANES, 4)."""
     seen: np.ndarray
     """Runs of columns in each row that the gripper does not cover wholly: first and past the last, of shape (height, k,
     2); the width, twice, after a row's last one. Gaps shorter than a BLOCK are left out."""
@@ -61,21 +59,12 @@ def resolve(camera: Camera, travel_m: float) -> Layers:
     covered = np.zeros(camera.width * camera.height)
     np.add.at(covered, where, fragments[SHARE])
     seen = runs_between((covered > 1 - 1e-6).reshape(camera.height, camera.width))
-    return Layers(fragments, pixels, np.append(starts, len(where)), _bounds(fragments[:3]), seen)
+    return Layers(fragments, pixels, np.append(starts, len(where)), seen)
 
 
 def _reaches_image(image: np.ndarray, camera: Camera) -> np.ndarray:
     low, high = image[..., :2].min(1), image[..., :2].max(1)
     return np.all((low < (camera.width, camera.height)) & (high > 0), 1)
-
-
-def _bounds(points: np.ndarray) -> np.ndarray:
-    if points.shape[1] == 0:
-        return np.zeros((0, 4), points.dtype)
-    chunks = np.pad(points, ((0, 0), (0, -points.shape[1] % LANES)), mode="edge").reshape(3, -1, LANES)
-    middles = (chunks.min(2) + chunks.max(2)) / 2
-    radii = np.linalg.norm(chunks - middles[..., None], axis=0).max(1)
-    return np.column_stack([*middles, radii])
 
 
 @kernel

@@ -31,6 +31,7 @@ from evslip.rendering.lanes import (
     formula,
     kernel,
 )  # fmt: skip
+from evslip.rendering.shadow import extent
 
 TINY = f32(1e-9)
 STEEP = f32(0.02)
@@ -148,15 +149,18 @@ def _volume(a0, a1, a2, b0, b1, b2, c0, c1, c2):
 
 
 @kernel
-def choose_edges(u, v, w, reach, outline, edges, lamp_radius, chosen):
-    """Fill in `chosen` (int64, m) with the edges that matter to points within `reach` of (u, v, w): those beside or
-    left of the lamp's disc. outline: as in `hide_behind`. Returns how many.
+def choose_edges(near, outline, edges, lamp_radius, chosen):
+    """Fill in `chosen` (int64, m) with the edges that matter to points `near`, as of `casters.around`: those beside or
+    left of the lamp's disc; none where all are left of it, since the outline is closed. outline: as in `hide_behind`.
+    Returns how many.
     """
+    u, v, w, reach, du, dv, dw = near
     x, y, z = _into(outline, u, v, w)
     distance, blur, plane = outline[12], outline[16:18], outline[13:16]
     per_depth = ONE / (distance - z)
-    count = 0
-    room = reach * f32(1.05)
+    count, left = 0, True
+    room_x = extent(outline, 0, reach, du, dv, dw) * f32(1.05)
+    room_y = extent(outline, 1, reach, du, dv, dw) * f32(1.05)
     depth = plane[0] * x + plane[1] * y + plane[2] - z - reach * (abs(plane[0]) + abs(plane[1]) + ONE)
     typical = lamp_radius * per_depth * max(depth, ZERO)
     stretch = max(ONE, (typical + blur[1] + TINY) / (typical + blur[0] + TINY))
@@ -165,13 +169,15 @@ def choose_edges(u, v, w, reach, outline, edges, lamp_radius, chosen):
         wide = lamp_radius * max(ZERO, t0, t1) + blur[0]
         tall = wide * stretch + blur[1]
         y0, y1 = edges[m, 0, 1] - y + y * t0, edges[m, 1, 1] - y + y * t1
-        if min(y0, y1) > room + tall or max(y0, y1) < -room - tall:
+        if min(y0, y1) > room_y + tall or max(y0, y1) < -room_y - tall:
             continue
-        if min(edges[m, 0, 0] - x + x * t0, edges[m, 1, 0] - x + x * t1) > room + wide:
+        x0, x1 = edges[m, 0, 0] - x + x * t0, edges[m, 1, 0] - x + x * t1
+        left = left and max(x0, x1) < -room_x - wide
+        if min(x0, x1) > room_x + wide:
             continue
         chosen[count] = m
         count += 1
-    return count
+    return 0 if left else count
 
 
 @formula
@@ -240,20 +246,21 @@ def hide_behind(S, n, outline, edges, chosen, count, lamp_radius, layered):
 
 
 @kernel
-def shade_behind(S, n, u, v, w, reach, outline, edges, chosen, lamp_radius, layered):
-    """`hide_behind` for points within `reach` of (u, v, w), with the edges that matter to them; chosen: scratch as long
-    as `edges`. Returns whether any does; only then is HIDDEN set."""
-    if layered and _in_front(u, v, w, reach, outline):
+def shade_behind(S, n, near, outline, edges, chosen, lamp_radius, layered):
+    """`hide_behind` for points `near`, as of `casters.around`, with the edges that matter to them; chosen: scratch as
+    long as `edges`. Returns whether any does; only then is HIDDEN set."""
+    if layered and _in_front(near, outline):
         return False
-    count = choose_edges(u, v, w, reach, outline, edges, lamp_radius, chosen)
+    count = choose_edges(near, outline, edges, lamp_radius, chosen)
     if count > 0:
         hide_behind(S, n, outline, edges, chosen, count, lamp_radius, layered)
     return count > 0
 
 
 @kernel
-def _in_front(u, v, w, reach, outline):
-    """Whether all points within `reach` of (u, v, w) are nearer to the lamp than an outline's plane."""
+def _in_front(near, outline):
+    """Whether all points are nearer to the lamp than an outline's plane."""
+    u, v, w, reach = near[:4]
     x, y, z = _into(outline, u, v, w)
     room = reach * (abs(outline[13]) + abs(outline[14]) + ONE) + f32(DEPTH_M)
     return outline[13] * x + outline[14] * y + outline[15] - z < -room

@@ -139,7 +139,7 @@ class Raycaster:
         else:
             plate.wipe(self._span, body.touched)
         shade_gripper(
-            self._values, self._scratch[0], layers.fragments, self.albedo_row, layers.bounds, view.camera, view.turn,
+            self._values, self._scratch[0], layers.fragments, self.albedo_row, view.camera, view.turn,
             view.focal, lamp.luminance, lamp.share, ambient.matrix, GRIPPER_GLOSS, casters,
         )  # fmt: skip
         body.order(self._front, layers)

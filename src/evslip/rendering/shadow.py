@@ -190,10 +190,18 @@ def may_shadow(receiver, receiver_radius, caster, caster_radius, lamp, lamp_radi
     return math.sqrt(gap) < caster_radius + receiver_radius * (1 - share) + lamp_radius * share
 
 
+@formula
+def extent(turn, k, reach, du, dv, dw):
+    """How far receivers reach along an axis of another frame: the box around them, or the sphere. turn: from their
+    frame to that one, by rows."""
+    return min(reach, abs(turn[3 * k]) * du + abs(turn[3 * k + 1]) * dv + abs(turn[3 * k + 2]) * dw)
+
+
 @kernel
-def box_may_shadow(u, v, w, reach, box, lamp_radius):
-    """As `may_shadow`, for the box itself and so with fewer false alarms. u, v, w, reach: sphere around the receiver in
-    its frame; box: of `describe_box`."""
+def box_may_shadow(near, box, lamp_radius):
+    """As `may_shadow`, for the box itself and so with fewer false alarms. near: what is around the receiver in its
+    frame, as of `casters.around`; box: of `describe_box`."""
+    u, v, w, reach, du, dv, dw = near
     start = (
         box[0] * u + box[1] * v + box[2] * w + box[9],
         box[3] * u + box[4] * v + box[5] * w + box[10],
@@ -206,9 +214,10 @@ def box_may_shadow(u, v, w, reach, box, lamp_radius):
         away += start[k] ** 2
         length += (lamp[k] - start[k]) ** 2
     # The cone from lamp to receiver, widened everywhere to its width at the far end of the box.
-    margin = reach + lamp_radius * min(1.0, math.sqrt(away / length) + math.sqrt(size / length))
+    cone = lamp_radius * min(1.0, math.sqrt(away / length) + math.sqrt(size / length))
     first, last = 0.0, 1.0
     for k in range(3):
+        margin = cone + extent(box, k, reach, du, dv, dw) + abs(box[18 + k]) + abs(box[21 + k])  # and a pixel's blur
         step = lamp[k] - start[k]
         step = step if abs(step) > 1e-9 else 1e-9
         a, b = (-half[k] - margin - start[k]) / step, (half[k] + margin - start[k]) / step

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from evslip.rendering.ambient import irradiance, turned
-from evslip.rendering.casters import OBJECT_PART, around, receive, shade, spread
+from evslip.rendering.casters import OBJECT_PART, receive, shade, spread
 from evslip.rendering.extremes import larger
 from evslip.rendering.lamplight import highlight, matt
 from evslip.rendering.lanes import (
@@ -87,8 +87,7 @@ def draw_skin(
                 if faces_any(S, n, blockers[k]):
                     block(S, n, blockers[k], False)
         if lit > ZERO:
-            u, v, w, reach = around(S, n)
-            shade(S, n, u, v, w, reach, reception, True, True)
+            shade(S, n, reception, True, True)
         own = slice(start, start + n)
         _look_up(S, n, functions, faces[own], places[own], shares[own], texels, repeats)
         sample_around(S, n, cells, fetched, levels, True, SQUARE)

@@ -6,7 +6,7 @@ import numpy as np
 
 from evslip.borrow import borrowed
 from evslip.rendering.ambient import irradiance
-from evslip.rendering.casters import OBJECT_PART, aim, around, receive, shade, spread
+from evslip.rendering.casters import OBJECT_PART, aim, receive, shade, spread
 from evslip.rendering.lanes import (
     HALF,
     LANES,
@@ -118,8 +118,7 @@ def draw_solid(
                 light_plane(S, n, plane32, power, radius, gloss)
                 open_face(S, n, f32(half_u), f32(half_v), nodes)
                 if shaded:
-                    u, v, w, reach = around(S, n)
-                    shade(S, n, u, v, w, reach, reception, True, True)
+                    shade(S, n, reception, True, True)
                 unfold(S, n, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF, False)
                 sample_around(S, n, cells, fetched, own, False, SQUARE)
                 reflect(S, n, light)
