@@ -1,4 +1,6 @@
-"""What it saves, and what it costs in accuracy, to draw less often what moves less: python benchmarks/film.py [PRESET] [COUNT]
+"""What it saves, and what it costs in accuracy, to draw less often what moves less.
+
+python benchmarks/film.py [PRESET] [COUNT]
 
 Both ways take turns, 50 frames at a time.
 """
