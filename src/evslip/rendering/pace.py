@@ -5,7 +5,6 @@ fraction of that. The image is divided into cells; each is drawn when it has mov
 blended in between, over times in which the pixels would do the same.
 """
 
-import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -15,9 +14,9 @@ from evslip.camera import Camera
 from evslip.params import Params
 from evslip.rendering.hand import shadow_boxes
 from evslip.rendering.lanes import TILE_H, TILE_W
-from evslip.rendering.links import CASTERS, hulls
+from evslip.rendering.links import CASTERS
 from evslip.rendering.poses import Poses
-from evslip.rendering.schedule import NEAR_M, into, object_motion, scene_hits
+from evslip.rendering.schedule import NEAR_M, SIGNS, into, link_corners, object_motion, posed_corners, scene_hits
 from evslip.rendering.setting import Lamp
 from evslip.shapes import shape_of
 
@@ -38,7 +37,6 @@ ASIDE_M = 0.02
 """How far around a body's shadow it is still dark, beyond its penumbra."""
 STEP_M = 1e-4
 """For differences in place of derivatives."""
-CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 class Cells(NamedTuple):
@@ -152,12 +150,12 @@ def _motion_between(poses: Poses, camera: Camera, params: Params, lamp: Lamp) ->
         ground = _Ground(hits[..., :2].reshape(*shape, 2), is_surface.reshape(shape), landing - pixels, *steps)
         for corners in _bodies(poses, params):
             _follow_shadow(motion, corners, lamp, ground)
-        bulb = np.broadcast_to(lamp.position + lamp.radius_m * CORNERS, (len(poses.travel_m), 8, 3))
+        bulb = np.broadcast_to(lamp.position + lamp.radius_m * SIGNS, (len(poses.travel_m), 8, 3))
         image = _project(poses, camera, bulb)
         ahead = np.all(image[..., 2] > NEAR_M, 1)
         shift = _length(np.diff(image[..., :2], axis=0)).max(1)
         _at_least(motion, np.where(ahead[1:] & ahead[:-1], shift, 0.0), _touched(image, x, y, 0.0))
-    corners = _corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
+    corners = posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
     around = _touched(_project(poses, camera, corners), x, y, ASIDE_PX)
     often = params.render.max_motion_px / STEADY_PX
     _at_least(motion, often * object_motion(poses, camera, params), around)
@@ -182,18 +180,14 @@ class _Ground(NamedTuple):
 
 def _bodies(poses: Poses, params: Params) -> Iterator[np.ndarray]:
     """Corners (m, k, 3) of all that casts shadows: object, gripper and links."""
-    yield _corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
+    yield posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
     boxes = shadow_boxes(float(np.median(poses.travel_m)))
-    corners = boxes.places[:, None] + (boxes.halves[:, None] * CORNERS) @ boxes.turns.transpose(0, 2, 1)
-    yield _corners(poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
-    links, parts = poses.links, hulls()
+    corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
+    yield posed_corners(poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
+    links = poses.links
     if links is not None:
         for k in range(CASTERS):
-            yield _corners(links.places[:, k], links.turns[:, k], parts.centres[k] + parts.halves[k] * CORNERS)
-
-
-def _corners(places: np.ndarray, turns: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    return places[:, None] + corners @ turns.transpose(0, 2, 1)
+            yield posed_corners(links.places[:, k], links.turns[:, k], link_corners(k))
 
 
 def _follow_shadow(motion: np.ndarray, corners: np.ndarray, lamp: Lamp, ground: _Ground) -> None:

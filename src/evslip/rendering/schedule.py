@@ -16,6 +16,8 @@ GRID = 7
 """Motion of the scene behind the object is measured at GRID x GRID places of the image."""
 NEAR_M = 0.02
 """Corners of object and arm closer to the camera plane than this are not followed."""
+SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+"""Of the corners of a box."""
 LOOK = 50
 """Every so many poses, it is seen which of the arm's links are in view."""
 
@@ -82,17 +84,28 @@ def _arm_motion(poses: Poses, camera: Camera) -> np.ndarray | float:
             )
             for i in looks
         ):  # fmt: skip
-            signs = np.array(list(itertools.product((-1, 1), repeat=3)))
-            corners = parts.centres[k] + signs * parts.halves[k]
-            motion = np.maximum(motion, _corner_motion(poses, camera, links.places[:, k], links.turns[:, k], corners))
+            motion = np.maximum(
+                motion, _corner_motion(poses, camera, links.places[:, k], links.turns[:, k], link_corners(k))
+            )
     return motion
+
+
+def link_corners(k: int) -> np.ndarray:
+    """Corners (8, 3) of the box around a link, in its frame."""
+    parts = hulls()
+    return parts.centres[k] + SIGNS * parts.halves[k]
+
+
+def posed_corners(places: np.ndarray, turns: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Corners (k, 3) of a body in the world, (m, k, 3); places (m, 3), turns (m, 3, 3): its poses."""
+    return places[:, None] + corners @ turns.transpose(0, 2, 1)
 
 
 def _corner_motion(
     poses: Poses, camera: Camera, places: np.ndarray, turns: np.ndarray, corners: np.ndarray
 ) -> np.ndarray:
     """Farthest movement of a body's corners (k, 3) while it is in view; places (m, 3), turns (m, 3, 3): its poses."""
-    world = places[:, None] + corners @ turns.transpose(0, 2, 1)
+    world = posed_corners(places, turns, corners)
     image = camera.project(into(poses.camera_position[:, None], poses.camera_rotation, world))
     ahead = image[..., 2] > NEAR_M
     moved = np.hypot(*np.moveaxis(np.diff(image[..., :2], axis=0), -1, 0))
