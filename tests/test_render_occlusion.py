@@ -71,6 +71,15 @@ def test_what_a_box_hides_of_the_sky_matches_rays(seed):
         assert value == pytest.approx(hidden(point, (0, 0, 1), [(turn, place, half)]), abs=0.006)
 
 
+def test_a_normal_that_turns_sees_the_box_change_smoothly():
+    """Also where two of the box's axes lie alike to the plane: on a cylinder between the fingers."""
+    point, box = np.zeros((1, 3)), (np.eye(3), np.array([0.0, 0.004, 0.03]), np.array([0.01, 0.01, 0.02]))
+    angles = np.radians(np.arange(0, 90, 0.25))
+    found = np.array([kept_away(point, (np.sin(a), 0, np.cos(a)), box, False)[0] for a in angles])
+    assert np.ptp(found) > 0.1
+    assert np.abs(np.diff(found)).max() < 0.02
+
+
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(st.integers(0, 10**6))
 def test_a_box_half_below_the_horizon_hides_about_what_rays_say(seed):

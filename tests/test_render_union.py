@@ -30,7 +30,10 @@ def grasp(height=0.06):
     )
 
 
-def seen(points, lamp, radius, boxes, parts=PARTS, own=255):
+FINE = np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0])
+
+
+def seen(points, lamp, radius, boxes, parts=PARTS, own=255, steps=FINE, layered=False):
     turns, places, halves = boxes
     count = len(halves)
     casters = cast(
@@ -38,7 +41,7 @@ def seen(points, lamp, radius, boxes, parts=PARTS, own=255):
         *NO_OUTLINE,
     )  # fmt: skip
     reception = receive(casters, np.eye(3), np.zeros(3))
-    spread(reception, casters, np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0]))
+    spread(reception, casters, *steps)
     S, result = np.zeros(SCRATCH, np.float32), []
     for start in range(0, len(points), LANES):
         chunk = points[start : start + LANES]
@@ -46,7 +49,7 @@ def seen(points, lamp, radius, boxes, parts=PARTS, own=255):
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + n] = values
         S[ROOM : ROOM + n], S[SEEN : SEEN + n], S[PART : PART + n] = 1, 1, own
-        shade(S, n, reception, False, True)
+        shade(S, n, reception, layered, True)
         result.append(S[SEEN : SEEN + n].copy())
     return np.concatenate(result)
 
@@ -97,3 +100,25 @@ def test_a_body_casts_no_shadow_on_itself():
     parts = np.full(9, 2)
     assert seen(under, lamp, 1.0, boxes, parts, own=2)[0] == 1
     assert seen(under, lamp, 1.0, boxes, parts, own=1)[0] < 1
+
+
+def test_what_lies_behind_a_point_hides_nothing_from_it():
+    """A finger's front, half in the palm's shadow, before the object: what the lamp shows of it is the same without."""
+    lamp, point = np.array([0.0, 0.0, 30.0]), np.array([[0.45, 0.0, 0.2]])
+    places = np.array([[0.45, 0.1, 0.3], [0.45, 0.0, 0.17]])
+    boxes = np.stack([np.eye(3)] * 2), places, np.array([[0.1, 0.1, 0.02], [0.015, 0.025, 0.03 - 1e-4]])
+    alone = seen(point, lamp, 3.0, tuple(values[:1] for values in boxes), layered=True)
+    assert 0.2 < alone[0] < 0.8
+    assert seen(point, lamp, 3.0, boxes, layered=True)[0] == pytest.approx(alone[0], abs=1e-3)
+
+
+@pytest.mark.parametrize("radius", [0.3, 3.0])
+def test_a_body_hides_alike_where_it_stands_and_a_little_above(radius):
+    """Also from pixels that reach under it: far away, they are longer than the body."""
+    turns, places, halves = grasp(height=0.05)
+    lifted = places + np.array([0.0, 0.0, 1e-4])
+    lamp, steps = lamp_at(25.0, 150.0), (np.array([0.0017, 0, 0]), np.array([-0.003, -0.019, 0]))
+    points = np.array([[x, y, 0.0] for x in np.linspace(0.4, 0.5, 21) for y in (-0.03, -0.024, 0.024, 0.03)])
+    stands = seen(points, lamp, radius, (turns, places, halves), steps=steps)
+    assert 0.1 < stands.mean() < 0.9
+    np.testing.assert_allclose(seen(points, lamp, radius, (turns, lifted, halves), steps=steps), stands, atol=0.02)

@@ -23,7 +23,7 @@ from evslip.rendering.shadow import (
     pixel_steps,
     take_in,
 )
-from evslip.rendering.union import EDGES, WIDE, edges_of, join, overlap
+from evslip.rendering.union import EDGES, MOST, WIDE, edges_of, join, note, overlap
 
 OBJECT_PART, ARM_PART, NO_PART = 3, 4, 255
 """Numbers of bodies after those of the gripper in `hand`; the last one has no caster."""
@@ -103,6 +103,8 @@ def cast(
     axis. blockers: turns, places and halves of the boxes that keep light from all around away. Everything else as in
     `Casters`."""
     count = places.shape[0]
+    if count > MOST:
+        raise ValueError("more casters of shadows than there are slots for")
     sizes = np.empty(count)
     for k in range(count):
         sizes[k] = math.sqrt(halves[k, 0] ** 2 + halves[k, 1] ** 2 + halves[k, 2] ** 2)
@@ -223,6 +225,7 @@ def _shade_few(S, n, near, reception, layered, joint_always):
         hiding += take_in(S, n, f32(kinds[k, 2]), ONE if o >= 0 else ZERO)
         # Also one that hides nothing of any point: what a point sees must not hang on its neighbours.
         scratch[0, count] = k
+        note(S, n, count, layered)
         count += 1
     wide = radius > WIDE * joint[12]
     if (wide or joint_always) and (hiding > 1 or (wide and hiding > 0)):

@@ -8,16 +8,16 @@ from evslip.rendering.lanes import LANES, kernel, lanes, slot
 
 
 @kernel
-def faces_seen(S, n, at, half):
+def faces_seen(S, n, at, half, rim):
     """Faces that no point sees, and those that all see. at: slots of the points' coordinates in the box's frame, one
-    after the other; half: its half sides."""
+    after the other; half: its half sides; rim: how far behind a face's plane a point begins to see it."""
     n, never, always = lanes(n), 0, 0
     for a in range(3):
         axis = slot(at + a * LANES)
         low, high = S[axis], S[axis]
         for i in range(n):
             low, high = smaller(low, S[axis + i]), larger(high, S[axis + i])
-        never |= (0 if low < -half[a] else 1 << (2 * a)) | (0 if high > half[a] else 2 << (2 * a))
+        never |= (0 if low < rim - half[a] else 1 << (2 * a)) | (0 if high > half[a] - rim else 2 << (2 * a))
         always |= (1 << (2 * a) if high < -half[a] else 0) | (2 << (2 * a) if low > half[a] else 0)
     return never, always
 

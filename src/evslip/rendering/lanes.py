@@ -33,7 +33,7 @@ TILE_W, TILE_H = 64, 4
     PART, OPEN,  # number of the body that the point belongs to; share of the light from all around that reaches it
     MORE,  # the first of many that `union` and `occlusion` share
 ) = (slot * LANES for slot in range(40))  # fmt: skip
-SCRATCH = 120 * LANES
+SCRATCH = 142 * LANES
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)

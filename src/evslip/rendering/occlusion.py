@@ -35,8 +35,9 @@ PITCH = 8
 """Pixels between the nodes at which the surface's occlusion is found; between them it is interpolated."""
 CLEAR_M = f32(1e-4)
 """A point under a box that stands on it counts as this far beside it."""
-NEAR_M = f32(0.008)
-"""Less than this far over the surface, a box counts as partly standing."""
+NEAR_M, LEANING = f32(0.008), f32(0.8)
+"""Less than this far over the surface, and with this cosine between the surface's normal and an axis of its own, a box
+counts as partly standing."""
 FACING, LEVEL = f32(0.7), f32(1e-6)
 FLOW_X, FLOW_Y, FLOW_Z, PX, PY, PZ, NX, NY, NZ = (MORE + (24 + k) * LANES for k in range(9))
 
@@ -80,7 +81,7 @@ def block(S, n, box, above):
     _see_corner(S, n, 7 * 3 * LANES, h0, h1, h2)
     for i in range(n):
         S[FLOW_X + i], S[FLOW_Y + i], S[FLOW_Z + i] = ZERO, ZERO, ZERO
-    never, always = faces_seen(S, n, PX, (h0, h1, h2))
+    never, always = faces_seen(S, n, PX, (h0, h1, h2), ZERO)
     if matters(never, always, 4, 16):
         _add_edge(S, n, 0 * 3 * LANES, 1 * 3 * LANES, 1 * LANES, 2 * LANES, -ONE, -ONE, h1, h2)
     if matters(never, always, 8, 16):
@@ -131,7 +132,9 @@ def _into_box(S, n, box):
         out0 = (h0 + CLEAR_M) / (abs(d0) + LEVEL) if abs(a) < FACING else far
         out1 = (h1 + CLEAR_M) / (abs(d1) + LEVEL) if abs(b) < FACING else far
         out2 = (h2 + CLEAR_M) / (abs(d2) + LEVEL) if abs(c) < FACING else far
-        push = max(min(min(out0, out1), out2) - ONE, ZERO) * min(max(ONE - gap / NEAR_M, ZERO), ONE)
+        standing = min(max((max(max(abs(a), abs(b)), abs(c)) - LEANING) * f32(5), ZERO), ONE)
+        standing *= min(max(ONE - gap / NEAR_M, ZERO), ONE)
+        push = standing * max(min(min(out0, out1), out2) - ONE, ZERO)
         S[PX + i], S[PY + i], S[PZ + i] = x + push * d0, y + push * d1, z + push * d2
         S[NX + i], S[NY + i], S[NZ + i] = a, b, c
 

@@ -26,8 +26,6 @@ from evslip.rendering.lanes import (
 )  # fmt: skip
 
 TINY = f32(1e-12)
-FADE = f32(4)
-"""How fast a corner is forgotten, in half widths of the penumbra a pixel, from half a pixel inside on."""
 BOX = 24
 """Floats that describe a box to the passes; see `describe_box`."""
 
@@ -39,6 +37,12 @@ def disc_share(x):
     x = min(max(x, -ONE), ONE)
     y = x * x
     return HALF + x * (f32(0.63662) + y * (f32(-0.0232) + y * f32(-0.1134)))
+
+
+@formula
+def fading(inside):
+    """How much a corner still counts for a point that lies `inside` half widths of a pixel's step inside the box."""
+    return min(max(TWO - TWO * inside, ZERO), ONE)
 
 
 @formula
@@ -73,11 +77,12 @@ def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, 
     first = past_corner(near_y, -hz - pz, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
     middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
     last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
-    inside_y = near_y / (abs(right_y) + abs(down_y) + soft)
-    inside_z = near_z / (abs(right_z) + abs(down_z) + soft)
+    inside_y = near_y / max(abs(right_y) + abs(down_y), soft)
+    inside_z = near_z / max(abs(right_z) + abs(down_z), soft)
     # From within, a farther corner is no rim; and which of two it would be changes where the point is mirrored.
-    first, last = first - FADE * max(inside_y - HALF, ZERO), last + FADE * max(inside_z - HALF, ZERO)
-    between = disc_share(max(first, middle)) + disc_share(max(-last, -middle)) - ONE
+    before = max(disc_share(first) * fading(inside_y), disc_share(middle))
+    behind = max(disc_share(-last) * fading(inside_z), disc_share(-middle))
+    between = before + behind - ONE
     return max(max(ZERO, between), disc_share(TWO * min(inside_y, inside_z)))
 
 
@@ -112,11 +117,12 @@ def begin_group(S, n):
 
 @kernel
 def take_in(S, n, part, outlined):
-    """Add what one caster hides (HIDDEN) to its group, but for points of its own body. outlined: 1 for an
-    outline, 0 for a box. Returns whether it hides any."""
+    """Add what one caster hides (HIDDEN, made 0 for points of its own body) to its group. outlined: 1 for an outline,
+    0 for a box. Returns whether it hides any."""
     most = ZERO
     for i in range(n):
         hidden = ZERO if S[PART + i] == part else S[HIDDEN + i]
+        S[HIDDEN + i] = hidden
         S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
         S[SUM_HIDDEN + i] += hidden
         S[SUM_OUTLINED + i] += outlined * hidden

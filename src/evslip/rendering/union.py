@@ -12,6 +12,7 @@ from evslip.rendering.facing import faces_seen, matters
 from evslip.rendering.lanes import (
     BLOCK,
     HALF,
+    HIDDEN,
     LAMP_X,
     LAMP_Y,
     LAMP_Z,
@@ -42,7 +43,10 @@ SOFT on."""
 WIDE = f32(0.06)
 """Under a lamp of a larger angular radius, boxes are measured in strips wherever they hide part of it: a box smaller
 than the lamp's cone hides more than the product of its wedges."""
-PER_DISC = f32(1 / np.pi)
+RIM_M = f32(5e-4)
+"""From so far behind a face's plane on, the face counts as seen, and from the plane on wholly: a pixel is wider than
+its middle, and part of one next to a box may lie under it, whether it stands there or is lifted a little."""
+PER_DISC, PER_RIM, PER_LEAST = f32(1 / np.pi), ONE / RIM_M, ONE / LEAST
 FAR, TINY = f32(1e6), f32(1e-9)
 SLIVER = f32(0.01)
 """A box that covers less of a strip's width, in radii of the lamp, is left out: the gap to it would count."""
@@ -58,8 +62,10 @@ LOW, HIGH, GAP_LOW, GAP_HIGH, LOST, UP, DOWN, TALL = (MORE + k * STRIPS * LANES 
 """State of each strip: the joint interval, the largest gap in it, the length of other gaps; of the box at hand the
 integrals over height of its two boundaries, and the height of one of them."""
 X0, Y0, SLOPE, Y1, SENSE = (MORE + (8 * STRIPS + k) * LANES for k in range(5))
-"""One edge before the lamp's disc; 1 or -1 for one of the outline, as it runs, 0 for another."""
+"""One edge before the lamp's disc; up to 1 or -1 for one of the outline, as it runs, 0 for another."""
 PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (MORE + (8 * STRIPS + 5 + k) * LANES for k in range(9))
+COUNTED, MOST = MORE + (8 * STRIPS + 14) * LANES, 24
+"""How far the box of each of at most so many casters counts."""
 
 
 @kernel
@@ -83,6 +89,15 @@ def edges_of(turns, places, halves, frame, origin, edges):
                             world += turns[k, j, q] * corner[q]
                         total += frame[j, i] * world
                     edges[k, m, end, i] = f32(total)
+
+
+@kernel
+def note(S, n, j, layered):
+    """How far the box of caster number j counts where shadows are joined. layered: it may lie behind some points, or be
+    their own body; where it hides (HIDDEN) next to nothing by itself, it does not count."""
+    n, counted = lanes(n), slot(COUNTED + j * LANES)
+    for i in range(n):
+        S[counted + i] = min(S[HIDDEN + i] * PER_LEAST, ONE) if layered else ONE
 
 
 @kernel
@@ -111,14 +126,24 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
         boxed = ONE if kinds[box, 1] < 0 else ZERO
         half = (boxes[box, 15], boxes[box, 16], boxes[box, 17])
         _enter(S, n, boxes[box])
-        never, always = faces_seen(S, n, PX, half)
+        never, always = faces_seen(S, n, PX, half, RIM_M)
         for edge in range(EDGES):
             b, c = (edge // 4 + 1) % 3, (edge // 4 + 2) % 3
             above_b, above_c = edge % 2, edge % 4 // 2
             if not matters(never, always, 1 << (2 * b + above_b), 1 << (2 * c + above_c)):
                 continue
             sign_b, sign_c = f32(2 * above_b - 1), f32(2 * above_c - 1)
-            _sense(S, n, PX + b * LANES, PX + c * LANES, sign_b, sign_c, half[b], half[c])
+            _sense(
+                S,
+                n,
+                PX + b * LANES,
+                PX + c * LANES,
+                COUNTED + j * LANES,
+                sign_b,
+                sign_c,
+                half[b],
+                half[c],
+            )
             low, high = _project(S, n, edges[box, edge], lamp_radius)
             # Strips are written out: at constant distances in S, loops need no check for overlap.
             if low < f32(-0.75):
@@ -205,13 +230,13 @@ def _enter(S, n, box):
 
 
 @formula
-def _sense(S, n, b, c, sign_b, sign_c, half_b, half_c):
-    """Whether an edge is part of the outline that a point sees: one of its two faces, across b and c, looks there."""
-    n, b, c = lanes(n), slot(b), slot(c)
+def _sense(S, n, b, c, counted, sign_b, sign_c, half_b, half_c):
+    """How far an edge is part of the outline that a point sees: one of its two faces, across b and c, looks there."""
+    n, b, c, counted = lanes(n), slot(b), slot(c), slot(counted)
     for i in range(n):
-        seen_b = ONE if sign_b * S[b + i] > half_b else ZERO
-        seen_c = ONE if sign_c * S[c + i] > half_c else ZERO
-        S[SENSE + i] = sign_b * sign_c * (seen_c - seen_b)
+        seen_b = min(max(ONE + (sign_b * S[b + i] - half_b) * PER_RIM, ZERO), ONE)
+        seen_c = min(max(ONE + (sign_c * S[c + i] - half_c) * PER_RIM, ZERO), ONE)
+        S[SENSE + i] = sign_b * sign_c * (seen_c - seen_b) * S[counted + i]
 
 
 @formula
