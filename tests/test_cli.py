@@ -14,7 +14,7 @@ from sample_records import random_events
 
 
 def evslip(*arguments: object) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-c", "from evslip.cli import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-m", "evslip", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 

@@ -1,0 +1,5 @@
+"""`python -m evslip`, the same as the command `evslip`."""
+
+from evslip.cli import main
+
+main()
