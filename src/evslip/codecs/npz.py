@@ -25,6 +25,9 @@ def stream(path: Path) -> Source:
         if claimed > _MOST_COMPRESSED * path.stat().st_size:
             raise DataError(f"{path}: claims {claimed} bytes, more than can be packed into it")
         with np.load(path, allow_pickle=False) as arrays:
+            lacking = [name for name in (*Events._fields[:4], "size") if name not in arrays]
+            if lacking:
+                raise DataError(f"{path}: lacks {', '.join(lacking)}; expected the arrays t_us, x, y, p and size")
             columns = [arrays.get(name) for name in Events._fields]
             width, height = (int(side) for side in arrays["size"])
     except DataError:
