@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import evslip
-from evslip import dataset
+from evslip import building, layout, split_plan
 from evslip.generation import Job, make_sample
 
 CHEAP = Path(__file__).with_name("cheap.toml")
@@ -112,10 +112,10 @@ def equal(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
 
 def shuffled(root: Path, reference: Path, count: int) -> str:
     """The hash of a data set whose samples are made in random order, in this process."""
-    text = (reference / dataset.CONFIG).read_text()
+    text = (reference / layout.CONFIG).read_text()
     versions = json.dumps(evslip.open_dataset(reference)[0].provenance)
-    dataset.create(root, text)
-    dataset.plan(root, "train", count)
+    building.create(root, text)
+    split_plan.ask(root, "train", count)
     for index in random.sample(range(count), count):
         make_sample(Job(str(root), text, "train", index, versions))
     return tree_hash(root)
@@ -188,7 +188,7 @@ def bits(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
         path.write_bytes(flipped)
         found[0] += bool(data.verify())
         path.write_bytes(whole)
-    gone = [path for path in files if path.name != dataset.CONFIG]
+    gone = [path for path in files if path.name != layout.CONFIG]
     for path in gone:
         path.rename(root.with_suffix(".aside"))
         found[1] += bool(data.verify())
@@ -211,12 +211,12 @@ def verify_speed(root: Path, reference: Path, options: argparse.Namespace) -> Ou
     config = evslip.open_dataset(reference).config_toml
     sample = evslip.open_dataset(reference)[0]
     size = 7_000_000
-    dataset.create(root, config)
-    dataset.plan(root, "train", 1)
+    building.create(root, config)
+    split_plan.ask(root, "train", 1)
     from dataclasses import replace
 
     for index in range(VERIFIED_BYTES // size):
-        dataset.add(root, replace(sample, index=index), os.urandom(size))
+        building.add(root, replace(sample, index=index), os.urandom(size))
     data = evslip.open_dataset(root)
     start, begun = time.perf_counter(), time.process_time()
     found = data.verify()
@@ -230,7 +230,7 @@ def changed(root: Path, reference: Path, options: argparse.Namespace) -> Outcome
     """Another configuration under an existing data set, by an override and by hand."""
     shutil.copytree(reference, root)
     code, words = failing(root, options.count, "--set", "grip.force_n=1.25")
-    path = root / dataset.CONFIG
+    path = root / layout.CONFIG
     path.write_text(path.read_text().replace("seed = 0", "seed = 7"))
     other, by_hand = failing(root, options.count)
     right = (code, other) == (2, 2) and "grip.force_n is 1.0 there and 1.25 now" in words and "seed is 7" in by_hand

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import evslip
-from evslip import dataset
+from evslip import building, dataset, layout
 from evslip.config import dump_config
 from evslip.generation import STAGES, Job, make_sample
 from evslip.journal import Entry, Journal, encode
@@ -70,7 +70,7 @@ def memory(preset: str, count: int) -> None:
     seen = []
     with tempfile.TemporaryDirectory() as folder:
         text = dump_config(config)
-        dataset.create(Path(folder), text)
+        building.create(Path(folder), text)
         for index in range(count):
             is_done, what = attempt(make_sample, Job(folder, text, "train", index, json.dumps({})))
             if not is_done:
@@ -104,7 +104,7 @@ def books(count: int) -> None:
             )
             with path.open("ab") as file:
                 file.write(encode(entry))
-            record = dataset.sample_path(root, "train", index)
+            record = layout.sample_path(root, "train", index)
             record.parent.mkdir(parents=True, exist_ok=True)
             record.touch()
         sizes = Counter(path.parent for path in root.rglob("*") if path.is_file())

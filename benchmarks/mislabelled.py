@@ -17,7 +17,7 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 from view import find_chromium, served
 
-from evslip import dataset
+from evslip import dataset, layout
 from evslip.journal import Journal
 
 
@@ -29,7 +29,7 @@ def mislabelled(data: Path, root: Path, seed: int) -> str:
         sys.exit(f"{data}: has no sample that slips")
     chosen = str(np.random.default_rng(seed).choice(slips))
     root.mkdir()
-    shutil.copy(data / dataset.CONFIG, root)
+    shutil.copy(data / layout.CONFIG, root)
     (root / dataset.SAMPLES).symlink_to((data / dataset.SAMPLES).absolute())
     journal = Journal(root / dataset.JOURNAL)
     for entry in entries:

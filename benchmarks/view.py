@@ -22,7 +22,7 @@ import uvicorn
 from playwright.sync_api import Page, sync_playwright
 
 import evslip
-from evslip import dataset, record
+from evslip import building, record
 from evslip.config import dump_config, load_config
 from evslip.events.stream import Events
 from evslip.explorer.app import Explorer, make_app
@@ -46,8 +46,8 @@ def real_sample() -> Record:
 
 def make_list(root: Path, first: Record, count: int) -> None:
     """A data set of `count` samples; all but the first have hardly an event."""
-    dataset.create(root, dump_config(CONFIG))
-    dataset.add(root, first, record.encode(first))
+    building.create(root, dump_config(CONFIG))
+    building.add(root, first, record.encode(first))
     few = Events(*(column[:: max(1, first.events.count // 100)] for column in first.events[:4]))
     for index in range(1, count):
         params = evslip.draw(CONFIG, index)
@@ -56,7 +56,7 @@ def make_list(root: Path, first: Record, count: int) -> None:
         sample = dataclasses.replace(
             first, name=f"train/{index:07d}", index=index, params=params, trajectory=trajectory, events=few
         )
-        dataset.add(root, sample, record.encode(sample))
+        building.add(root, sample, record.encode(sample))
 
 
 @contextmanager

@@ -9,7 +9,8 @@ from typing import Any
 
 from plan import Plan
 
-from evslip.dataset import CONFIG, Dataset, open_dataset
+from evslip.dataset import Dataset, open_dataset
+from evslip.layout import CONFIG
 from evslip.learn.alarms import quantile
 from evslip.learn.assessment import Assessment
 from evslip.learn.stored import FILE, read_evaluation

@@ -8,7 +8,7 @@ from figures import assessment, detected, latency, samples, training
 from plan import Plan
 from steps import read_json
 
-from evslip.dataset import CONFIG
+from evslip.layout import CONFIG
 from evslip.learn.assessment import Assessment
 
 TEMPLATE = Path(__file__).with_name("card_template.md")

@@ -10,7 +10,8 @@ from steps import Step
 from worlds import EVERYTHING, FIXED, MESH, WORLDS
 
 from evslip.config import dump_config, load_config, parse_override
-from evslip.dataset import CONFIG, finished
+from evslip.dataset import finished
+from evslip.layout import CONFIG
 
 SETS = {"simple": "simple", "complex": "complex", "simple-paper": "simple", "complex-paper": "complex"}
 """What detectors are trained on, and the data set that its windows come from."""

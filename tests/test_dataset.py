@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip import atomic, dataset, journal
+from evslip import atomic, building, dataset, journal, layout, split_plan
 from evslip.config import dump_config, load_config
 from evslip.dataset import open_dataset
 from evslip.errors import ConfigError, DataError, StorageError
@@ -24,7 +24,7 @@ TOML = dump_config(CONFIG)
 
 
 def add(root: Path, sample: Record) -> journal.Entry:
-    return dataset.add(root, sample, encode(sample))
+    return building.add(root, sample, encode(sample))
 
 
 def rejected(index: int) -> Record:
@@ -37,9 +37,9 @@ def rejected(index: int) -> Record:
 def root(tmp_path: Path) -> Path:
     """A data set of five samples for training, one of them rejected, and two for test; six and two were asked for."""
     root = tmp_path / "data"
-    dataset.create(root, TOML)
-    dataset.plan(root, "train", 6)
-    dataset.plan(root, "test", 2)
+    building.create(root, TOML)
+    split_plan.ask(root, "train", 6)
+    split_plan.ask(root, "test", 2)
     for index in (3, 0, 1, 4):
         add(root, simulated(index))
     add(root, rejected(2))
@@ -98,7 +98,7 @@ def test_without_a_plan_what_is_done_was_requested(root: Path):
 
 
 def test_a_smaller_plan_changes_nothing(root: Path):
-    dataset.plan(root, "train", 1)
+    split_plan.ask(root, "train", 1)
     assert open_dataset(root).status()["requested"] == 8
 
 
@@ -113,7 +113,7 @@ def test_a_flipped_bit_in_any_byte_is_found(root: Path):
     shutil.rmtree(root / "samples")
     shutil.rmtree(root / "journal")
     add(root, dataclasses.replace(simulated(0, events=1, steps=1), provenance={}, stats={}))
-    data, path = open_dataset(root), dataset.sample_path(root, "train", 0)
+    data, path = open_dataset(root), layout.sample_path(root, "train", 0)
     whole = path.read_bytes()
     assert data.verify() == []
     with path.open("r+b", buffering=0) as file:
@@ -183,7 +183,7 @@ def test_journals_of_the_first_versions_still_count(root: Path):
 
 
 def test_no_folder_of_a_million_samples_holds_more_than_ten_thousand_files(tmp_path: Path):
-    folders = collections.Counter(dataset.sample_path(tmp_path, "train", i).parent for i in range(0, 1_000_000, 50))
+    folders = collections.Counter(layout.sample_path(tmp_path, "train", i).parent for i in range(0, 1_000_000, 50))
     assert len(folders) <= 10_000
     assert max(folders.values()) * 50 <= 10_000
     # A worker lives for 200 samples and writes one journal.
@@ -197,15 +197,15 @@ def test_only_the_samples_asked_for_are_looked_at(root: Path):
 
 
 def test_a_run_notices_that_its_folder_was_taken_away(root: Path):
-    dataset.require_config(root, TOML)
+    building.require_config(root, TOML)
     shutil.rmtree(root)
     with pytest.raises(DataError, match=r"config\.toml: is not there on .*expected a folder that all nodes share"):
-        dataset.require_config(root, TOML)
+        building.require_config(root, TOML)
 
 
 def test_truncated_missing_surplus_and_temporary_files_are_found(root: Path):
     data = open_dataset(root)
-    path = dataset.sample_path(root, "train", 0)
+    path = layout.sample_path(root, "train", 0)
     whole = path.read_bytes()
     path.write_bytes(whole[:-1])
     assert data.verify() == [f"{path}: damaged, its sha256 is not the one it was written with"]
@@ -228,15 +228,15 @@ def test_truncated_missing_surplus_and_temporary_files_are_found(root: Path):
 
 
 def test_what_is_truncated_or_gone_is_not_finished(root: Path):
-    dataset.sample_path(root, "train", 0).unlink()
-    path = dataset.sample_path(root, "train", 1)
+    layout.sample_path(root, "train", 0).unlink()
+    path = layout.sample_path(root, "train", 1)
     path.write_bytes(path.read_bytes()[:-1])
     assert {("train", 0), ("train", 1)}.isdisjoint(dataset.finished(root))
     assert len(dataset.finished(root)) == 5
 
 
 def test_killed_between_rename_and_journal_the_sample_is_made_again(root: Path):
-    path = dataset.sample_path(root, "train", 5)
+    path = layout.sample_path(root, "train", 5)
     atomic.write_bytes(path, encode(simulated(5)))
     assert ("train", 5) not in dataset.finished(root)
     assert open_dataset(root).verify() == [f"{path}: surplus, no journal knows it"]
@@ -252,7 +252,7 @@ def test_a_torn_last_line_costs_one_sample_and_no_more(root: Path):
     for end in (last + 1, (last + len(whole)) // 2, len(whole) - 2):
         path.write_bytes(whole[:end])
         assert set(dataset.finished(root)) == {("train", i) for i in range(5)} | {("test", 0)}
-    dataset._journal.cache_clear()  # as in another process
+    building._journal.cache_clear()  # as in another process
     add(root, simulated(1, "test"))
     assert open_dataset(root).verify() == []
     assert len(dataset.finished(root)) == 7
@@ -282,7 +282,7 @@ def test_an_older_record_of_a_sample_may_be_journaled_too(root: Path):
 
 
 def test_a_sample_removes_what_a_killed_writer_of_it_left(root: Path):
-    left = dataset.sample_path(root, "train", 0).with_name(".0000000.h5.0123abcd.tmp")
+    left = layout.sample_path(root, "train", 0).with_name(".0000000.h5.0123abcd.tmp")
     other = left.with_name(".0000001.h5.0123abcd.tmp")
     for path in (left, other):
         path.write_bytes(b"half")
@@ -315,21 +315,21 @@ import sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from sample_records import simulated
-from evslip import dataset
+from evslip import dataset, building, layout, split_plan
 from evslip.record import encode
 root = Path(sys.argv[1])
 print("ready", flush=True)
 for index in range(10_000):
     sample = simulated(index)
-    dataset.add(root, sample, encode(sample))
+    building.add(root, sample, encode(sample))
 """
 
 
 @pytest.mark.slow
 def test_killed_at_any_moment_nothing_is_corrupt(tmp_path: Path):
     root = tmp_path / "data"
-    dataset.create(root, TOML)
-    dataset.plan(root, "train", 1)
+    building.create(root, TOML)
+    split_plan.ask(root, "train", 1)
     script = WRITER.format(tests=str(Path(__file__).parent))
     rng = np.random.default_rng(0)
     for _ in range(5):
@@ -347,7 +347,7 @@ def test_killed_at_any_moment_nothing_is_corrupt(tmp_path: Path):
         problems = [p for p in open_dataset(root).verify() if "temporary" not in p]
         assert len(problems) <= 1  # the one that was written but not yet journaled
         assert all("surplus" in p for p in problems)
-    dataset.create(root, TOML)  # as generating again does
+    building.create(root, TOML)  # as generating again does
     for index in range(len(finished) + 1):
         if ("train", index) not in finished:
             add(root, simulated(index))
@@ -359,7 +359,7 @@ def test_another_configuration_is_refused_and_the_difference_shown(root: Path):
         load_config("demo", {"camera.width": 41, "camera.height": 30, "object.mass_kg": 0.5, "seed": 1})
     )
     with pytest.raises(ConfigError) as caught:
-        dataset.create(root, other)
+        building.create(root, other)
     message = str(caught.value)
     assert "camera.width is 40 there and 41 now" in message
     assert "seed is 0 there and 1 now" in message
@@ -371,12 +371,12 @@ def test_another_configuration_is_refused_and_the_difference_shown(root: Path):
 
 def test_many_differences_are_counted(root: Path):
     with pytest.raises(ConfigError, match=r"; and \d+ more"):
-        dataset.create(root, dump_config(load_config("simple")))
+        building.create(root, dump_config(load_config("simple")))
 
 
 def test_the_same_configuration_is_accepted_again(root: Path):
     (root / ".config.toml.0123abcd.tmp").write_text("left by a kill")
-    dataset.create(root, TOML)
+    building.create(root, TOML)
     assert open_dataset(root).verify() == []
     assert (root / "config.toml").read_text() == TOML
 
@@ -384,20 +384,20 @@ def test_the_same_configuration_is_accepted_again(root: Path):
 def test_a_damaged_configuration_is_named(root: Path):
     (root / "config.toml").write_bytes(b"\xff = [")
     with pytest.raises(DataError, match=r"config\.toml"):
-        dataset.create(root, TOML)
+        building.create(root, TOML)
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path):
     (tmp_path / "thesis.tex").write_text("mine")
     with pytest.raises(DataError, match=r"thesis\.tex"):
-        dataset.create(tmp_path, TOML)
+        building.create(tmp_path, TOML)
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
 
 
 def test_a_file_in_the_way_is_named(tmp_path: Path):
     (tmp_path / "data").write_text("mine")
     with pytest.raises(StorageError, match="data"):
-        dataset.create(tmp_path / "data", TOML)
+        building.create(tmp_path / "data", TOML)
 
 
 @pytest.mark.parametrize(
@@ -416,15 +416,15 @@ def test_what_is_no_data_set_cannot_be_opened(tmp_path: Path, make, message: str
 
 
 def test_a_data_set_of_no_samples_can_be_opened(tmp_path: Path):
-    dataset.create(tmp_path, TOML)
+    building.create(tmp_path, TOML)
     data = open_dataset(tmp_path)
     assert (len(data), list(data), data.verify()) == (0, [], [])
     assert data.status()["requested"] == 0
 
 
 def test_a_thousand_samples_share_a_folder(tmp_path: Path):
-    assert dataset.sample_path(tmp_path, "train", 999).parent != dataset.sample_path(tmp_path, "train", 1000).parent
-    assert dataset.sample_path(tmp_path, "test", 1_234_567) == tmp_path / "samples/test/1234/1234567.h5"
+    assert layout.sample_path(tmp_path, "train", 999).parent != layout.sample_path(tmp_path, "train", 1000).parent
+    assert layout.sample_path(tmp_path, "test", 1_234_567) == tmp_path / "samples/test/1234/1234567.h5"
 
 
 @pytest.mark.parametrize("line", ["[]", "{}", "null", '{"crc32": 1}', "\x00\x00", '{"name": "train/0"', "9" * 5000])
@@ -435,7 +435,7 @@ def test_damaged_lines_are_named(root: Path, line: str):
 
 def test_a_deleted_data_set_can_be_made_again_by_the_same_process(root: Path):
     shutil.rmtree(root)
-    dataset.create(root, TOML)
+    building.create(root, TOML)
     add(root, simulated(0))
     assert set(dataset.finished(root)) == {("train", 0)}
 
@@ -465,14 +465,14 @@ def test_a_failed_append_does_not_glue_two_lines(tmp_path: Path, monkeypatch: py
 
 def test_generating_again_removes_what_a_killed_rewriter_of_a_finished_sample_left(tmp_path: Path):
     root = tmp_path / "data"
-    dataset.create(root, TOML)
-    dataset.plan(root, "train", 5)
+    building.create(root, TOML)
+    split_plan.ask(root, "train", 5)
     add(root, simulated(3))
-    left = dataset.sample_path(root, "train", 3).with_name(".0000003.h5.0123abcd.tmp")
-    other = dataset.sample_path(root, "train", 4).with_name(".0000004.h5.0123abcd.tmp")
+    left = layout.sample_path(root, "train", 3).with_name(".0000003.h5.0123abcd.tmp")
+    other = layout.sample_path(root, "train", 4).with_name(".0000004.h5.0123abcd.tmp")
     left.write_bytes(b"half")
     other.write_bytes(b"of a sample that another process may be writing")
-    dataset.create(root, TOML)
+    building.create(root, TOML)
     assert not left.exists()
     assert other.exists()
     add(root, simulated(4))

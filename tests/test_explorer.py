@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from evslip import dataset, record
+from evslip import building, dataset, layout, record
 from evslip.config import dump_config
 from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events, empty_events
@@ -26,11 +26,11 @@ HOST = "127.0.0.1:8899"
 @pytest.fixture
 def samples(tmp_path: Path) -> Path:
     root = tmp_path / "data"
-    dataset.create(root, dump_config(CONFIG))
+    building.create(root, dump_config(CONFIG))
     for split, count in (("train", 3), ("test", 2)):
         for index in range(count):
             sample = simulated(index, split, steps=60)
-            dataset.add(root, sample, record.encode(sample))
+            building.add(root, sample, record.encode(sample))
     return root
 
 
@@ -77,7 +77,7 @@ def test_facts_are_those_of_the_records(client: TestClient, samples: Path):
 
 
 def test_a_damaged_record_says_so_in_the_list(client: TestClient, samples: Path):
-    path = dataset.sample_path(samples, "train", 1)
+    path = layout.sample_path(samples, "train", 1)
     path.write_bytes(path.read_bytes()[:1000])
     facts = client.get("/api/facts?first=0").json()
     assert "0000001.h5" in facts[1]["doubt"]
@@ -238,7 +238,7 @@ def test_labels_are_on_disk_when_the_answer_comes(labeller: TestClient, tmp_path
 def test_a_shelf_names_what_cannot_be_opened(tmp_path: Path):
     with pytest.raises(DataError, match="no such folder"):
         open_shelf(tmp_path / "none")
-    dataset.create(tmp_path / "empty", dump_config(CONFIG))
+    building.create(tmp_path / "empty", dump_config(CONFIG))
     with pytest.raises(DataError, match="no sample yet"):
         open_shelf(tmp_path / "empty")
     with pytest.raises(DataError, match="no such file"):

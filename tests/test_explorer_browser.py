@@ -13,7 +13,7 @@ import uvicorn
 from playwright import sync_api
 
 import evslip
-from evslip import dataset, record
+from evslip import building, dataset, record
 from evslip.config import dump_config
 from evslip.explorer.app import Explorer, make_app
 from evslip.explorer.labels import Labels
@@ -75,10 +75,10 @@ def open_page(browser) -> Iterator:
 @pytest.fixture
 def samples(tmp_path: Path) -> Path:
     root = tmp_path / "data"
-    dataset.create(root, dump_config(CONFIG))
+    building.create(root, dump_config(CONFIG))
     for index in range(4):
         sample = simulated(index, "train", steps=100)
-        dataset.add(root, sample, record.encode(sample))
+        building.add(root, sample, record.encode(sample))
     return root
 
 
@@ -122,9 +122,9 @@ def moving(tmp_path: Path) -> Path:
     events = random_events(np.random.default_rng(0), 500)
     events = events._replace(t_us=events.t_us + truth.span_us[0])
     root = tmp_path / "moving"
-    dataset.create(root, dump_config(CONFIG))
+    building.create(root, dump_config(CONFIG))
     sample = dataclasses.replace(simulated(0), params=params, trajectory=trajectory, truth=truth, events=events)
-    dataset.add(root, sample, record.encode(sample))
+    building.add(root, sample, record.encode(sample))
     return root
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import evslip
-from evslip import dataset
+from evslip import building
 from evslip.config import dump_config
 from evslip.errors import ConfigError
 from evslip.generation import Job, make_sample
@@ -149,7 +149,7 @@ def test_progress_begins_with_what_is_there(finished):
 
 
 def test_other_versions_on_a_node_are_refused(tmp_path):
-    dataset.create(tmp_path, toml := dump_config(small_config()))
+    building.create(tmp_path, toml := dump_config(small_config()))
     with pytest.raises(ConfigError, match=r"sample train/0: mujoco .*but 1\.0 where the run was started"):
         make_sample(Job(str(tmp_path), toml, "train", 0, '{"mujoco": "1.0"}'))
 

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip import dataset, record
+from evslip import building, layout, record, split_plan
 from evslip.codecs import read_events, write_events
 from evslip.config import dump_config
 from evslip.errors import ConfigError, DataError
@@ -25,12 +25,12 @@ COUNTS = {"train": 5, "test": 2}
 @pytest.fixture
 def made(tmp_path: Path) -> Path:
     root = tmp_path / "made"
-    dataset.create(root, dump_config(CONFIG))
+    building.create(root, dump_config(CONFIG))
     for split, count in COUNTS.items():
-        dataset.plan(root, split, count)
+        split_plan.ask(root, split, count)
         for index in range(count):
             sample = simulated(index, split)
-            dataset.add(root, sample, record.encode(sample))
+            building.add(root, sample, record.encode(sample))
     return root
 
 
@@ -148,7 +148,7 @@ def test_recordings_are_published_too(tmp_path: Path):
 
 
 def test_a_damaged_record_is_not_published(made: Path, tmp_path: Path):
-    path = dataset.sample_path(made, "train", 2)
+    path = layout.sample_path(made, "train", 2)
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(bytes(data))
@@ -170,7 +170,7 @@ def test_wrong_use_is_refused(made: Path, tmp_path: Path):
     with pytest.raises(ConfigError, match="shard_mb"):
         publish(made, tmp_path / "out", Publication(shard_mb=0))
     empty = tmp_path / "empty"
-    dataset.create(empty, dump_config(CONFIG))
+    building.create(empty, dump_config(CONFIG))
     with pytest.raises(DataError, match="no finished sample"):
         publish(empty, tmp_path / "out")
     with pytest.raises(DataError, match="no such folder"):

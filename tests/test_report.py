@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evslip import dataset
+from evslip import building
 from evslip.config import dump_config, load_config
 from evslip.dataset import Dataset, open_dataset
 from evslip.errors import DataError
@@ -89,11 +89,11 @@ def long_sample(index: int, split: str):
 
 
 def make(root: Path, indices: dict[str, range]) -> Dataset:
-    dataset.create(root, dump_config(CONFIG))
+    building.create(root, dump_config(CONFIG))
     for split, which in indices.items():
         for index in which:
             sample = long_sample(index, split)
-            dataset.add(root, sample, encode(sample))
+            building.add(root, sample, encode(sample))
     return open_dataset(root)
 
 
@@ -177,7 +177,7 @@ def test_parts_without_data_are_left_out(tmp_path: Path):
     names = {name for name in page.figures if not name.startswith("parameter-")}
     assert names == {"cloud-hold", "theta", "samples", "rates", "polarity", "map", "noise-map"}
     assert "Training" not in page.text
-    dataset.create(tmp_path / "empty", dump_config(CONFIG))
+    building.create(tmp_path / "empty", dump_config(CONFIG))
     page = Page(write_report(tmp_path / "r.html", open_dataset(tmp_path / "empty"), picture=picture))
     assert page.figures == {}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip import dataset
+from evslip import building
 from evslip.cli import detecting, main
 from evslip.config import dump_config
 from evslip.dataset import Dataset, open_dataset
@@ -48,11 +48,11 @@ def picture(trajectory, t_us: int) -> np.ndarray:
 @pytest.fixture
 def samples(tmp_path: Path) -> Dataset:
     root = tmp_path / "data"
-    dataset.create(root, dump_config(CONFIG))
+    building.create(root, dump_config(CONFIG))
     for split, count in (("train", 4), ("test", 2)):
         for index in range(count):
             sample = simulated(index, split, steps=60)
-            dataset.add(root, sample, encode(sample))
+            building.add(root, sample, encode(sample))
     return open_dataset(root)
 
 

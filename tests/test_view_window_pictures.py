@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 import evslip
-from evslip import dataset, record
+from evslip import building, record
 from evslip.config import dump_config
 from evslip.dataset import open_dataset
 from evslip.errors import DataError
@@ -27,9 +27,9 @@ def test_every_window_has_its_pictures(tmp_path: Path):
     first, last = truth.span_us
     events = events._replace(t_us=first + events.t_us * (last - first) // 50_000)
     root = tmp_path / "data"
-    dataset.create(root, dump_config(CONFIG))
+    building.create(root, dump_config(CONFIG))
     sample = dataclasses.replace(simulated(0), params=params, trajectory=trajectory, truth=truth, events=events)
-    dataset.add(root, sample, record.encode(sample))
+    building.add(root, sample, record.encode(sample))
     samples = open_dataset(root)
     settings = WindowSettings(
         hop_s=1.5, balance=False, left=0, top=0, width=40, height=30, sensor_width=40, sensor_height=30

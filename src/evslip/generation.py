@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from evslip import dataset
+from evslip import building, dataset, split_plan
 from evslip.camera import hand_camera
 from evslip.config import Config, config_from_text, dump_config, load_config
 from evslip.draws import draw
@@ -144,13 +144,13 @@ def make_sample(job: Job) -> Made:
         if _versions().get(package) != version:
             here = f"{package} {_versions().get(package)} on {platform.node()}"
             raise ConfigError(f"{job}: {here}, but {version} where the run was started; install the same everywhere")
-    dataset.require_config(Path(job.root), job.config_toml)
+    building.require_config(Path(job.root), job.config_toml)
     try:
         record = make_record(draw(config_from_text(job.config_toml), job.index, job.split), watch)
     except ConfigError as error:
         raise ConfigError(f"{job}: {error}") from None
     with watch.stage("file"):
-        entry = dataset.add(Path(job.root), record, encode(record))
+        entry = building.add(Path(job.root), record, encode(record))
     return Made(entry, watch.seconds)
 
 
@@ -188,8 +188,8 @@ def generate(
     _check(config, count, split)
     root, text, told = Path(out).absolute(), dump_config(config), progress or Progress()
     indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
-    dataset.create(root, text)
-    dataset.plan(root, split, count)
+    building.create(root, text)
+    split_plan.ask(root, split, count)
     finished = dataset.finished(root, split, indices)
     versions = json.dumps(_versions())
     jobs = [Job(str(root), text, split, i, versions) for i in indices if (split, i) not in finished]

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from evslip import record
 from evslip.codecs import is_record
-from evslip.dataset import CONFIG, Dataset, open_dataset
+from evslip.dataset import Dataset, open_dataset
 from evslip.errors import DataError
+from evslip.layout import CONFIG
 from evslip.record import Record
 
 if TYPE_CHECKING:

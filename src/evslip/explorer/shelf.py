@@ -7,8 +7,8 @@ from typing import Any
 
 from evslip import record
 from evslip.codecs import check_suffix, is_record, raw_source, read_recording
-from evslip.dataset import sample_path
 from evslip.errors import DataError
+from evslip.layout import sample_path
 from evslip.record import Record
 from evslip.recordings import Recordings, open_samples
 from evslip.view.facts import doubt_of, facts_of

@@ -9,8 +9,9 @@ import h5py
 import numpy as np
 
 from evslip import record as records
-from evslip.dataset import CONFIG, Dataset, open_dataset
+from evslip.dataset import Dataset, open_dataset
 from evslip.errors import DataError
+from evslip.layout import CONFIG
 from evslip.record import Record
 from evslip.window_set import FORMAT, WindowEvents, Windows, WindowSettings, load_windows
 from evslip.windows import windows_of

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from evslip import record
-from evslip.dataset import Dataset, sample_path
+from evslip.dataset import Dataset
 from evslip.errors import DataError
+from evslip.layout import sample_path
 from evslip.recordings import Recordings
 
 COLUMNS = {

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import evslip
-from evslip.dataset import CONFIG, Dataset
+from evslip.dataset import Dataset
 from evslip.errors import DataError
+from evslip.layout import CONFIG
 from evslip.record import Record
 from evslip.recordings import Recordings
 from evslip.view import failures, page

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from evslip.config import config_from_text
-from evslip.dataset import CONFIG, Dataset
+from evslip.dataset import Dataset
+from evslip.layout import CONFIG
 from evslip.recordings import Recordings
 from evslip.view import page
 from evslip.view.sections.told import short

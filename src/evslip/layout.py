@@ -1,0 +1,44 @@
+"""The files of a data set. What is in it is known from them alone, so any run can take up where another was killed.
+
+config.toml                         what the samples are drawn from
+plan-{split}.json                   how many samples were asked for, and the sha256 of config.toml
+samples/{split}/000/0000007.h5      records, a thousand a folder
+journal/{00..ff}/*.jsonl            name, size and sha256 of every finished record
+"""
+
+import hashlib
+import re
+from pathlib import Path
+
+CONFIG, SAMPLES, JOURNAL = "config.toml", "samples", "journal"
+_TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.tmp")
+
+
+def sample_path(root: Path, split: str, index: int) -> Path:
+    """Where a sample's record is."""
+    return root / SAMPLES / split / f"{index // 1000:03d}" / f"{index:07d}.h5"
+
+
+def plan_path(root: Path, split: str) -> Path:
+    """Where it says how many samples a split was asked for."""
+    return root / f"plan-{split}.json"
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether a file is one that `atomic` writes before it gets its name."""
+    return _TEMPORARY.fullmatch(path.name) is not None
+
+
+def sweep(path: Path) -> None:
+    """Remove temporary files that killed writers of this path left beside it."""
+    for left in path.parent.glob(f".*{path.name}.*.tmp"):
+        left.unlink(missing_ok=True)
+
+
+def sha256_of(path: Path) -> str | None:
+    """Of a file's content, in hexadecimal; None if it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None
