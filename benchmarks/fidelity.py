@@ -38,7 +38,7 @@ from evslip.rendering.pathtrace.stage import Stage
 from evslip.rendering.pathtrace.tracer import Pathtracer
 from evslip.rendering.pathtrace.variant import SCALAR, describe, mitsuba
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import SURFACE_GLOSS, Raycaster
+from evslip.rendering.raycast import Raycaster
 from evslip.rendering.setting import LUMA, channel_of, make_lamp
 from evslip.simulation import simulate
 from evslip.textures import linear_to_srgb
@@ -145,9 +145,7 @@ def open_lamp(params: Params, camera: Camera, poses: Poses) -> np.ndarray:
     points = place + rays * (-place[2] / np.minimum(rays[..., 2], -1e-9))[..., None]
     way = lamp.position - points
     distance = np.linalg.norm(way, axis=-1)
-    lit = lamp.luminance * lamp.radius_m**2 * way[..., 2] / distance**3
-    half = way / distance[..., None] - rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-    return lit * (1 + SURFACE_GLOSS * (half[..., 2] / np.linalg.norm(half, axis=-1)) ** 32)
+    return lamp.luminance * lamp.radius_m**2 * way[..., 2] / distance**3
 
 
 def shadow_error(traj: Trajectory, camera: Camera, poses: Poses, bodies: np.ndarray, white: str) -> float:

@@ -22,7 +22,7 @@ LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 def luminance(
     params: Params, camera: Camera, frame: tuple, body: tuple, boxes: tuple, ambient: Ambient, *, rays: int = 4,
-    lamp_rays: int = 9, gloss: tuple[float, float] = (0.1, 0.2), shape=None,
+    lamp_rays: int = 9, gloss: tuple[float, float] = (0.0, 0.0), shape=None,
 ) -> np.ndarray:  # fmt: skip
     """cd/m2 of shape (height, width). frame, body: position and rotation of camera and object in the world; boxes:
     turns, places and halves of the gripper's shadow boxes in camera axes; gloss: of surface and object; shape: the

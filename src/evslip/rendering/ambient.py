@@ -29,13 +29,7 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
     it), so that undersides are not black. Irradiance from a distant surround is, to 1 %, a quadratic form in the normal
     (Ramamoorthi and Hanrahan 2001); it is fitted here.
     """
-    azimuth = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
-    height = (np.arange(ELEVATIONS) + 0.5) / ELEVATIONS
-    aspect = sky.shape[1] / sky.shape[0]
-    down = (0.5 if aspect > 1 else 0.0) - np.arcsin(height) / (2 * np.pi) * repetitions * aspect
-    rows = np.floor(down * sky.shape[0]).astype(int) % sky.shape[0]
-    columns = np.floor(azimuth / (2 * np.pi) * repetitions * sky.shape[1]).astype(int) % sky.shape[1]
-    upper = luminance * sky[rows[:, None], columns[None, :]].astype(np.float64)
+    azimuth, height, upper = dome(sky, luminance, repetitions)
     radius = np.sqrt(1 - height * height)[:, None]
     directions = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height[:, None] + 0 * azimuth], -1)
     share = 2.0 / (AZIMUTHS * ELEVATIONS)  # solid angle over pi
@@ -52,6 +46,18 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
         [[a[0], a[3], a[4], a[6]], [a[3], a[1], a[5], a[7]], [a[4], a[5], a[2], a[8]], [a[6], a[7], a[8], lift]]
     )
     return Ambient(surface, matrix)
+
+
+def dome(sky: np.ndarray, luminance: float, repetitions: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The sky as `surround` takes it: azimuths (AZIMUTHS,), sines of heights (ELEVATIONS,), and the luminance there,
+    (ELEVATIONS, AZIMUTHS)."""
+    azimuth = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
+    height = (np.arange(ELEVATIONS) + 0.5) / ELEVATIONS
+    aspect = sky.shape[1] / sky.shape[0]
+    down = (0.5 if aspect > 1 else 0.0) - np.arcsin(height) / (2 * np.pi) * repetitions * aspect
+    rows = np.floor(down * sky.shape[0]).astype(int) % sky.shape[0]
+    columns = np.floor(azimuth / (2 * np.pi) * repetitions * sky.shape[1]).astype(int) % sky.shape[1]
+    return azimuth, height, luminance * sky[rows[:, None], columns[None, :]].astype(np.float64)
 
 
 def spread(count: int) -> np.ndarray:

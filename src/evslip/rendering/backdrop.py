@@ -30,7 +30,9 @@ from evslip.rendering.lanes import (
     repeat_last,
 )
 from evslip.rendering.occlusion import PITCH, between, open_run, surface_nodes
+from evslip.rendering.paint import REFLECTANCE, WIDTH
 from evslip.rendering.plane import PLANE, describe, light_plane, meet_plane, reflect, reflect_below_horizon
+from evslip.rendering.sheen import glint, mirror
 from evslip.rendering.sphere import draw_lamp, glow, meet_sphere, unroll
 from evslip.rendering.texels import TRIANGLE, sample_along, sample_around, unfold
 
@@ -41,7 +43,7 @@ ENDLESS = f32(1e30)
 def backdrop(
     backdrops, grounds, slots, cell_height, cell_width, S, fetched,
     camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-    surface_cells, surface_levels, tile_m, surface_ambient, gloss,
+    surface_cells, surface_levels, tile_m, surface_ambient, sheen,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
     casters, seen, total, touched, full,
 ):  # fmt: skip
@@ -55,7 +57,7 @@ def backdrop(
     height, width = backdrops.shape[1:]
     scene = compose(
         S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-        surface_cells, surface_levels, tile_m, surface_ambient, gloss,
+        surface_cells, surface_levels, tile_m, surface_ambient, sheen,
         sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
     )  # fmt: skip
     _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, seen, total, touched, full)
@@ -64,7 +66,7 @@ def backdrop(
 @kernel
 def compose(
     S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-    surface_cells, surface_levels, tile_m, surface_ambient, gloss,
+    surface_cells, surface_levels, tile_m, surface_ambient, sheen,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
 ):  # fmt: skip
     """What all pixels share: the view, the surface, the sphere, what casts shadows, and the openness of
@@ -76,8 +78,8 @@ def compose(
     describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp)
     towards, angle = _bearing(camera, turn, lamp, lamp_radius)
     surface = (
-        surface_cells, surface_levels, f32(1.0 / tile_m), f32(surface_ambient), f32(gloss),
-        f32(lamp_luminance * lamp_radius**2), f32(lamp_radius), plane.astype(np.float32),
+        surface_cells, surface_levels, f32(1.0 / tile_m), f32(surface_ambient),
+        f32(lamp_luminance * lamp_radius**2), f32(lamp_radius), plane.astype(np.float32), sheen,
     )  # fmt: skip
     sphere = (
         sphere_cells, sphere_levels, f32(repetitions), f32(sphere_radius), f32(sphere_luminance),
@@ -199,9 +201,11 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, l
     if highest > ZERO:
         if lowest < ONE:
             _look_below_horizon(S, n, turn, pixel)
-        cells, levels, per_m, ambient, gloss, power, lamp_radius, plane = surface
+        cells, levels, per_m, ambient, power, lamp_radius, plane, polynomial = surface
         meet_plane(S, n, plane, pixel)
-        light_plane(S, n, plane, power, lamp_radius, gloss)
+        light_plane(S, n, plane, power, lamp_radius, ZERO)
+        if polynomial[0] != ZERO:
+            glint(S, n, plane, WIDTH, REFLECTANCE)
         if shaded:
             shade(S, n, reception, False, True, room)
         unfold(S, n, per_m, ZERO, -per_m, ZERO, True)
@@ -210,6 +214,8 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, l
             reflect(S, n, ambient)
         else:
             reflect_below_horizon(S, n, ambient)
+        if polynomial[0] != ZERO:
+            mirror(S, n, plane, polynomial)
 
 
 @kernel

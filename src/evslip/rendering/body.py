@@ -13,9 +13,6 @@ from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline
 from evslip.rendering.setting import Setting
 
-GLOSS = 0.2
-"""Strength of the highlights. A smooth dielectric (Fresnel 0.04) with exponent 32 has 0.2."""
-
 
 class View(NamedTuple):
     """Camera and object at one instant, in the world."""

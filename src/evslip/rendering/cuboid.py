@@ -5,12 +5,13 @@ import numpy as np
 from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
-from evslip.rendering.body import GLOSS, View
+from evslip.rendering.body import View
 from evslip.rendering.casters import Casters
 from evslip.rendering.coverage import cover_box
 from evslip.rendering.gripper import order_by_faces
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline
+from evslip.rendering.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.setting import Setting, channel_of
 from evslip.rendering.solid import draw_solid
 from evslip.rendering.texels import bake, squared
@@ -25,6 +26,7 @@ class Cuboid:
         sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
         self.half = sides / 2
         self._texture = bake_faces(channel_of(textures.load(shape.texture), channel), sides)
+        self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
         self._area, self._spans = np.zeros((3, height, width + 2)), np.zeros((3, height, 2), np.int64)
@@ -53,7 +55,7 @@ class Cuboid:
         lamp, camera, turn, place, axes = setting.lamp, view.camera, view.turn, view.place, view.axes
         draw_solid(
             out, *scratch, camera, turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
-            setting.ambient.matrix, GLOSS, place, axes, self.half, *self._texture,
+            setting.ambient.matrix, self._gloss, place, axes, self.half, *self._texture,
             casters, self._visible, self._faces, self._rows, self._area, self._spans, keep,
         )  # fmt: skip
 

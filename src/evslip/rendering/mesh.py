@@ -5,12 +5,13 @@ import numpy as np
 from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
-from evslip.rendering.body import GLOSS, View
+from evslip.rendering.body import View
 from evslip.rendering.casters import OBJECT_PART, Casters
 from evslip.rendering.facets import Facets, prepare_facets
 from evslip.rendering.gripper import order_by_depth
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline, outline_of
+from evslip.rendering.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting, channel_of
 from evslip.rendering.skin import draw_skin
@@ -28,6 +29,7 @@ class Mesh:
         self.half = np.abs(self._facets.vertices).max(0)
         image = channel_of(textures.load(params.object.texture), channel)
         self._texture = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
+        self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
         self._raster, self._count = make_raster(self._facets, width, height), 0
@@ -48,7 +50,7 @@ class Mesh:
         lamp, raster = setting.lamp, self._raster
         draw_skin(
             out, *scratch, view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
-            setting.ambient.matrix, GLOSS, *self._texture, self._facets.repeats,
+            setting.ambient.matrix, self._gloss, *self._texture, self._facets.repeats,
             raster.functions, raster.fragment_pixel, raster.fragment_face, raster.fragment_place,
             raster.fragment_share, self._count,
             casters, OBJECT_PART, keep, -float(view.turn[:, 2] @ (view.place - view.camera)),

@@ -21,16 +21,13 @@ from evslip.rendering.links import CASTERS
 from evslip.rendering.openings import Opening, Openings
 from evslip.rendering.outline import Outline
 from evslip.rendering.pace import LAG, Plan, cell_motion, divide, plan_cells, plan_still
+from evslip.rendering.paint import GRIPPER_GLOSS
 from evslip.rendering.plate import Plate, Reel, spans_of
 from evslip.rendering.poses import Poses
 from evslip.rendering.setting import LUMA, prepare
 
 PARTS = np.array([OBJECT_PART, *BOX_PARTS, *[ARM_PART] * CASTERS])
 """Body of each caster."""
-SURFACE_GLOSS, GRIPPER_GLOSS = 0.1, 0.3
-"""Strength of the highlights; see `body.GLOSS`."""
-
-
 NO_OUTLINE = tuple(
     np.zeros(shape, kind)
     for shape, kind in (((0, 2, 3), np.float32), (1, np.int64), ((0, 3, 3), float), ((0, 3), float), ((0, 3), float))
@@ -122,7 +119,7 @@ class Raycaster:
         self._backdrop(
             reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, *self._scratch,
             view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance,
-            *self.setting.surface, surface.tile_m, ambient.surface, SURFACE_GLOSS,
+            *self.setting.surface, surface.tile_m, ambient.surface, self.setting.sheen,
             *self.setting.sphere, self.setting.repetitions, background.radius_m, background.luminance_cd_m2,
             self._casters, self._layers.seen, body.total, body.touched, body.full,
         )  # fmt: skip

@@ -8,8 +8,10 @@ import numpy as np
 from evslip import textures
 from evslip.errors import ConfigError
 from evslip.params import Params
-from evslip.rendering.ambient import Ambient, surround
+from evslip.rendering.ambient import Ambient, dome, surround
 from evslip.rendering.layers import LUMA_WEIGHTS
+from evslip.rendering.paint import REFLECTANCE, WIDTH, shines
+from evslip.rendering.sheen import TERMS, sheen
 from evslip.rendering.texels import bake, halve
 
 SKY_TEXELS = 64
@@ -34,6 +36,8 @@ class Setting(NamedTuple):
     ambient: Ambient
     surface: tuple[np.ndarray, np.ndarray]
     """Cells and levels of `texels.bake`."""
+    sheen: np.ndarray
+    """What the surface mirrors of the background, see `sheen.sheen`; zeros if it is matt."""
     sphere: tuple[np.ndarray, np.ndarray]
     repetitions: int
     """Of the background's texture around the horizon."""
@@ -56,7 +60,11 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
     while len(coarse) > SKY_TEXELS:
         coarse = halve(halve(coarse, 0), 1)
     ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
-    return Setting(lamp, ambient, bake(table, wrap=True), bake(sky, wrap=True), repetitions)
+    mirrored = np.zeros(TERMS, np.float32)
+    if shines(params.surface.texture):
+        heights = dome(coarse, background.luminance_cd_m2, repetitions)[2].mean(1)
+        mirrored = sheen(heights, float(WIDTH), float(REFLECTANCE))
+    return Setting(lamp, ambient, bake(table, wrap=True), mirrored, bake(sky, wrap=True), repetitions)
 
 
 def make_lamp(params: Params) -> Lamp:

@@ -6,24 +6,12 @@ import numpy as np
 
 from evslip import textures
 from evslip.params import Params
+from evslip.rendering.paint import ROUGHNESS, SPECULAR_PER_GLOSS, family_of, gloss_of
 from evslip.rendering.setting import make_lamp
 from evslip.textures import is_panorama
 
-EXPONENT = 32
-"""Of the fast renderer's highlights (Blinn-Phong)."""
-ROUGHNESS = (2 / (EXPONENT + 2)) ** 0.25
-"""Its square is the width of the microfacet distribution that has highlights of this exponent (B. Walter et al.,
-Microfacet models for refraction through rough surfaces, EGSR 2007)."""
-SPECULAR_PER_GLOSS = 2.5
-"""A smooth dielectric of reflectance 0.04, half of what the principled model counts as specular = 1, has the fast
-renderer's gloss 0.2."""
 METALLIC = 0.5
 """Share of the light that a metal's texture mirrors, blurred; the rest is matt, as of worn or brushed metal."""
-
-
-GLOSSY = ("metal", "plastic", "tile", "wood")
-"""Families of textures that shine. The others, and photographs, are matt: earth or cloth that mirrors the sky at low
-angles would look wet."""
 
 
 class Picture(NamedTuple):
@@ -45,9 +33,8 @@ class Paint(NamedTuple):
 
 def textured(name: str, wrap: str, gloss: float) -> Paint:
     """The paint of a texture; `gloss`: of those that shine. Raises ConfigError for an unreadable one."""
-    family = name.rpartition("-")[0]
     picture = Picture(textures.load(name), wrap)
-    return Paint(picture, gloss if family in GLOSSY else 0.0, is_metal=family == "metal")
+    return Paint(picture, gloss_of(name, gloss), is_metal=family_of(name) == "metal")
 
 
 def bsdf(mi: Any, paint: Paint) -> dict[str, Any]:

@@ -6,11 +6,10 @@ import numpy as np
 
 from evslip.params import Params
 from evslip.rendering import links
-from evslip.rendering.body import GLOSS
 from evslip.rendering.facets import prepare_facets
 from evslip.rendering.hand import Mesh, load_mesh
+from evslip.rendering.paint import GRIPPER_GLOSS, OBJECT_GLOSS, SURFACE_GLOSS
 from evslip.rendering.pathtrace.materials import Paint, textured
-from evslip.rendering.raycast import GRIPPER_GLOSS, SURFACE_GLOSS
 from evslip.shapes import surface_of
 
 OBJECT, TABLE, HAND = "object", "table", "hand"
@@ -65,7 +64,7 @@ def _object(params: Params) -> Part:
     surface = surface_of(params)
     facets = prepare_facets(*surface)
     wrap = "repeat" if any(facets.repeats) else "clamp"
-    paint = textured(params.object.texture, wrap, GLOSS)
+    paint = textured(params.object.texture, wrap, OBJECT_GLOSS)
     return Part(OBJECT, facets.vertices[facets.faces], facets.normals, facets.uv, paint)
 
 
