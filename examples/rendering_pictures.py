@@ -131,8 +131,8 @@ def main(folder: str = "docs/figures") -> None:
                 image = picture(params, traj)
                 rows.append(np.concatenate([image, enlarged(image, traj, params)], 1))
     strip = [np.concatenate(rows[k : k + 3], 1) for k in range(0, len(rows), 3)]
-    path = Path(folder) / "rendering_shapes.png"
-    Image.fromarray(np.concatenate(strip)).save(path, optimize=True)
+    path = Path(folder) / "rendering_shapes.jpg"
+    Image.fromarray(np.concatenate(strip)).save(path, quality=88)
     print(path)
     path = Path(folder) / "rendering_lens.png"
     Image.fromarray(lens_figure()).save(path, optimize=True)
