@@ -31,6 +31,14 @@ def test_matches_monte_carlo_under_a_textured_sky():
         assert irradiance(ambient.matrix, *normal) == pytest.approx(exact, rel=0.04)
 
 
+@pytest.mark.parametrize("repetitions", [2, 8, 16, 24])
+def test_a_sky_of_many_tiles_gives_the_mean_of_a_tile(repetitions):
+    """Also where tiles, or spots on them, follow each other as regularly as the directions that are looked at."""
+    tile = np.kron(np.indices((4, 4)).sum(0) % 2, np.ones((16, 16)))
+    ambient = surround(tile, 1.0, repetitions, lamp=0.0, albedo=0.0)
+    assert ambient.surface == pytest.approx(0.5, abs=0.04)
+
+
 def test_no_side_receives_less_than_nothing():
     """Under a lamp in the dark, only the table sends light: what looks upwards has none, and a fit may miss that."""
     matrix = surround(np.zeros((8, 8)), 0.0, 8, lamp=3000.0, albedo=0.5).matrix

@@ -6,7 +6,9 @@ import numpy as np
 
 from evslip.rendering.lanes import f32, formula, kernel
 
-AZIMUTHS, ELEVATIONS = 64, 32
+AZIMUTHS, ELEVATIONS, FINER = 64, 32, 8
+"""Directions that the sky's light is taken from, each the mean of FINER x FINER: tiles repeat, and one direction each
+could meet the same spot of all of them."""
 NORMALS, FINE = 400, 10000
 """Directions that the light is fitted for, and those that it is checked for."""
 LEAST = 2e-4
@@ -51,13 +53,18 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
 def dome(sky: np.ndarray, luminance: float, repetitions: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The sky as `surround` takes it: azimuths (AZIMUTHS,), sines of heights (ELEVATIONS,), and the luminance there,
     (ELEVATIONS, AZIMUTHS)."""
-    azimuth = (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS * 2 * np.pi
-    height = (np.arange(ELEVATIONS) + 0.5) / ELEVATIONS
+    azimuth, height = _steps(AZIMUTHS) * 2 * np.pi, _steps(ELEVATIONS)
     aspect = sky.shape[1] / sky.shape[0]
-    down = (0.5 if aspect > 1 else 0.0) - np.arcsin(height) / (2 * np.pi) * repetitions * aspect
+    turns, sines = _steps(AZIMUTHS * FINER), _steps(ELEVATIONS * FINER)
+    down = (0.5 if aspect > 1 else 0.0) - np.arcsin(sines) / (2 * np.pi) * repetitions * aspect
     rows = np.floor(down * sky.shape[0]).astype(int) % sky.shape[0]
-    columns = np.floor(azimuth / (2 * np.pi) * repetitions * sky.shape[1]).astype(int) % sky.shape[1]
-    return azimuth, height, luminance * sky[rows[:, None], columns[None, :]].astype(np.float64)
+    columns = np.floor(turns * repetitions * sky.shape[1]).astype(int) % sky.shape[1]
+    found = sky[rows[:, None], columns[None, :]].astype(np.float64)
+    return azimuth, height, luminance * found.reshape(ELEVATIONS, FINER, AZIMUTHS, FINER).mean((1, 3))
+
+
+def _steps(count: int) -> np.ndarray:
+    return (np.arange(count) + 0.5) / count
 
 
 def spread(count: int) -> np.ndarray:
