@@ -30,7 +30,7 @@ from evslip.rendering.lanes import (
     repeat_last,
 )
 from evslip.rendering.occlusion import PITCH, between, open_run, surface_nodes
-from evslip.rendering.paint import REFLECTANCE, WIDTH
+from evslip.rendering.paint import WIDTH
 from evslip.rendering.plane import PLANE, describe, light_plane, meet_plane, reflect, reflect_below_horizon
 from evslip.rendering.sheen import glint, mirror
 from evslip.rendering.sphere import draw_lamp, glow, meet_sphere, unroll
@@ -43,7 +43,7 @@ ENDLESS = f32(1e30)
 def backdrop(
     backdrops, grounds, slots, cell_height, cell_width, S, fetched,
     camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-    surface_cells, surface_levels, tile_m, surface_ambient, sheen,
+    surface_cells, surface_levels, tile_m, surface_ambient, reflectance, sheen,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
     casters, seen, total, touched, full,
 ):  # fmt: skip
@@ -57,7 +57,7 @@ def backdrop(
     height, width = backdrops.shape[1:]
     scene = compose(
         S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-        surface_cells, surface_levels, tile_m, surface_ambient, sheen,
+        surface_cells, surface_levels, tile_m, surface_ambient, reflectance, sheen,
         sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
     )  # fmt: skip
     _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, seen, total, touched, full)
@@ -66,7 +66,7 @@ def backdrop(
 @kernel
 def compose(
     S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-    surface_cells, surface_levels, tile_m, surface_ambient, sheen,
+    surface_cells, surface_levels, tile_m, surface_ambient, reflectance, sheen,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
 ):  # fmt: skip
     """What all pixels share: the view, the surface, the sphere, what casts shadows, and the openness of
@@ -78,7 +78,7 @@ def compose(
     describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp)
     towards, angle = _bearing(camera, turn, lamp, lamp_radius)
     surface = (
-        surface_cells, surface_levels, f32(1.0 / tile_m), f32(surface_ambient),
+        surface_cells, surface_levels, f32(1.0 / tile_m), f32(surface_ambient), f32(reflectance),
         f32(lamp_luminance * lamp_radius**2), f32(lamp_radius), plane.astype(np.float32), sheen,
     )  # fmt: skip
     sphere = (
@@ -201,11 +201,11 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, l
     if highest > ZERO:
         if lowest < ONE:
             _look_below_horizon(S, n, turn, pixel)
-        cells, levels, per_m, ambient, power, lamp_radius, plane, polynomial = surface
+        cells, levels, per_m, ambient, reflectance, power, lamp_radius, plane, polynomial = surface
         meet_plane(S, n, plane, pixel)
         light_plane(S, n, plane, power, lamp_radius, ZERO)
-        if polynomial[0] != ZERO:
-            glint(S, n, plane, WIDTH, REFLECTANCE)
+        if reflectance > ZERO:
+            glint(S, n, plane, WIDTH, reflectance)
         if shaded:
             shade(S, n, reception, False, True, room)
         unfold(S, n, per_m, ZERO, -per_m, ZERO, True)
@@ -214,7 +214,7 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, l
             reflect(S, n, ambient)
         else:
             reflect_below_horizon(S, n, ambient)
-        if polynomial[0] != ZERO:
+        if reflectance > ZERO:
             mirror(S, n, plane, polynomial)
 
 

@@ -119,7 +119,7 @@ class Raycaster:
         self._backdrop(
             reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, *self._scratch,
             view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance,
-            *self.setting.surface, surface.tile_m, ambient.surface, self.setting.sheen,
+            *self.setting.surface, surface.tile_m, ambient.surface, self.setting.reflectance, self.setting.sheen,
             *self.setting.sphere, self.setting.repetitions, background.radius_m, background.luminance_cd_m2,
             self._casters, self._layers.seen, body.total, body.touched, body.full,
         )  # fmt: skip

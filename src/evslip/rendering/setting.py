@@ -11,7 +11,7 @@ from evslip.params import Params
 from evslip.rendering.ambient import Ambient, dome, surround
 from evslip.rendering.layers import LUMA_WEIGHTS
 from evslip.rendering.paint import REFLECTANCE, WIDTH, shines
-from evslip.rendering.sheen import TERMS, sheen
+from evslip.rendering.sheen import sheen
 from evslip.rendering.texels import bake, halve
 
 SKY_TEXELS = 64
@@ -36,8 +36,10 @@ class Setting(NamedTuple):
     ambient: Ambient
     surface: tuple[np.ndarray, np.ndarray]
     """Cells and levels of `texels.bake`."""
+    reflectance: float
+    """Of the surface, seen straight from above; 0 if it is matt."""
     sheen: np.ndarray
-    """What the surface mirrors of the background, see `sheen.sheen`; zeros if it is matt."""
+    """What it mirrors of the background, see `sheen.sheen`."""
     sphere: tuple[np.ndarray, np.ndarray]
     repetitions: int
     """Of the background's texture around the horizon."""
@@ -60,11 +62,10 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
     while len(coarse) > SKY_TEXELS:
         coarse = halve(halve(coarse, 0), 1)
     ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
-    mirrored = np.zeros(TERMS, np.float32)
-    if shines(params.surface.texture):
-        heights = dome(coarse, background.luminance_cd_m2, repetitions)[2].mean(1)
-        mirrored = sheen(heights, float(WIDTH), float(REFLECTANCE))
-    return Setting(lamp, ambient, bake(table, wrap=True), mirrored, bake(sky, wrap=True), repetitions)
+    reflectance = float(REFLECTANCE) if shines(params.surface.texture) else 0.0
+    heights = dome(coarse, background.luminance_cd_m2, repetitions)[2].mean(1)
+    mirrored = sheen(heights, float(WIDTH), reflectance)
+    return Setting(lamp, ambient, bake(table, wrap=True), reflectance, mirrored, bake(sky, wrap=True), repetitions)
 
 
 def make_lamp(params: Params) -> Lamp:

@@ -123,7 +123,7 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
         _clear(S, n, strip * LANES)
     for j in range(count):
         box = joined[j]
-        boxed = ONE if kinds[box, 1] < 0 else ZERO
+        boxed, counted = ONE if kinds[box, 1] < 0 else ZERO, COUNTED + j * LANES
         half = (boxes[box, 15], boxes[box, 16], boxes[box, 17])
         _enter(S, n, boxes[box])
         never, always = faces_seen(S, n, PX, half, RIM_M)
@@ -133,17 +133,7 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
             if not matters(never, always, 1 << (2 * b + above_b), 1 << (2 * c + above_c)):
                 continue
             sign_b, sign_c = f32(2 * above_b - 1), f32(2 * above_c - 1)
-            _sense(
-                S,
-                n,
-                PX + b * LANES,
-                PX + c * LANES,
-                COUNTED + j * LANES,
-                sign_b,
-                sign_c,
-                half[b],
-                half[c],
-            )
+            _sense(S, n, PX + b * LANES, PX + c * LANES, counted, sign_b, sign_c, half[b], half[c])
             low, high = _project(S, n, edges[box, edge], lamp_radius)
             # Strips are written out: at constant distances in S, loops need no check for overlap.
             if low < f32(-0.75):
