@@ -90,7 +90,7 @@ def books(count: int) -> None:
         root = Path(folder)
         for index in range(count):
             if index % TASKS_PER_WORKER == 0:
-                path = Journal(root / dataset.JOURNAL).path
+                path = Journal(root / layout.JOURNAL).path
                 path.parent.mkdir(parents=True, exist_ok=True)
             entry = Entry(
                 name=f"train/{index:07d}",

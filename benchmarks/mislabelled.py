@@ -30,8 +30,8 @@ def mislabelled(data: Path, root: Path, seed: int) -> str:
     chosen = str(np.random.default_rng(seed).choice(slips))
     root.mkdir()
     shutil.copy(data / layout.CONFIG, root)
-    (root / dataset.SAMPLES).symlink_to((data / dataset.SAMPLES).absolute())
-    journal = Journal(root / dataset.JOURNAL)
+    (root / layout.SAMPLES).symlink_to((data / layout.SAMPLES).absolute())
+    journal = Journal(root / layout.JOURNAL)
     for entry in entries:
         if entry["name"] == chosen:
             entry["label"] = "hold"

@@ -25,8 +25,8 @@ def create(root: Path, config_toml: str) -> None:
     path = root / CONFIG
     if not path.exists():
         with atomic.storage_errors(root):
-            names = [p.name for p in root.iterdir()] if root.is_dir() else []
-        foreign = [name for name in names if name != CONFIG and not is_temporary(Path(name))]
+            there = list(root.iterdir()) if root.is_dir() else []
+        foreign = [file.name for file in there if file.name != CONFIG and not is_temporary(file)]
         if foreign and not path.exists():  # another process may have made it meanwhile
             raise DataError(f"{root}: holds {sorted(foreign)[0]} but no {CONFIG}; expected a data set or a new folder")
         try:

@@ -20,6 +20,8 @@ class Ambient(NamedTuple):
     """Luminance of a white surface that faces upwards, under the sky alone, in cd/m2."""
     matrix: np.ndarray
     """Symmetric (4, 4) M: (n, 1) M (n, 1)^T is the luminance of a white matt surface with normal n in the open."""
+    heights: np.ndarray
+    """Mean luminance of the sky around each height, at equal steps of its sine, of shape (ELEVATIONS,)."""
 
 
 def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, albedo: float) -> Ambient:
@@ -31,7 +33,7 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
     it), so that undersides are not black. Irradiance from a distant surround is, to 1 %, a quadratic form in the normal
     (Ramamoorthi and Hanrahan 2001); it is fitted here.
     """
-    azimuth, height, upper = dome(sky, luminance, repetitions)
+    azimuth, height, upper = _dome(sky, luminance, repetitions)
     radius = np.sqrt(1 - height * height)[:, None]
     directions = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), height[:, None] + 0 * azimuth], -1)
     share = 2.0 / (AZIMUTHS * ELEVATIONS)  # solid angle over pi
@@ -47,10 +49,10 @@ def surround(sky: np.ndarray, luminance: float, repetitions: int, lamp: float, a
     matrix = np.array(
         [[a[0], a[3], a[4], a[6]], [a[3], a[1], a[5], a[7]], [a[4], a[5], a[2], a[8]], [a[6], a[7], a[8], lift]]
     )
-    return Ambient(surface, matrix)
+    return Ambient(surface, matrix, upper.mean(1))
 
 
-def dome(sky: np.ndarray, luminance: float, repetitions: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _dome(sky: np.ndarray, luminance: float, repetitions: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The sky as `surround` takes it: azimuths (AZIMUTHS,), sines of heights (ELEVATIONS,), and the luminance there,
     (ELEVATIONS, AZIMUTHS)."""
     azimuth, height = _steps(AZIMUTHS) * 2 * np.pi, _steps(ELEVATIONS)

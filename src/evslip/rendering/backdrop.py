@@ -203,7 +203,7 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, l
             _look_below_horizon(S, n, turn, pixel)
         cells, levels, per_m, ambient, reflectance, power, lamp_radius, plane, polynomial = surface
         meet_plane(S, n, plane, pixel)
-        light_plane(S, n, plane, power, lamp_radius, ZERO)
+        light_plane(S, n, plane, power, lamp_radius)
         if reflectance > ZERO:
             glint(S, n, plane, WIDTH, reflectance)
         if shaded:

@@ -107,28 +107,34 @@ def meet_face(S, n, plane, pixel, half_u, half_v):
 
 
 @kernel
-def light_plane(S, n, plane, power, lamp_radius, gloss):
-    """LIT and GLOSS at the points U, V of a plane; SEEN = 1.
+def light_plane(S, n, plane, power, lamp_radius):
+    """LIT, the luminance of a white matt surface, at the points U, V of a plane; GLOSS = 0, SEEN = 1.
 
-    power: luminance x radius^2 of the lamp; gloss: strength of the highlight. LIT is the luminance of a white matt
-    surface, GLOSS is added to it unfiltered by the texture (Blinn-Phong, exponent 32).
+    power: luminance x radius^2 of the lamp.
     """
+    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
+    for i in range(n):
+        to_u, to_v = lamp_u - S[U + i], lamp_v - S[V + i]
+        near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
+        S[LIT + i], S[SEEN + i], S[GLOSS + i] = matt(power, near, lamp_n * near, lamp_radius), ONE, ZERO
+
+
+@kernel
+def polish(S, n, plane, gloss):
+    """GLOSS = a highlight of the strength `gloss`, which no texture filters (Blinn-Phong, exponent 32)."""
     height, camera_u, camera_v = plane[9], plane[10], plane[11]
     lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
     for i in range(n):
         u, v = S[U + i], S[V + i]
         to_u, to_v = lamp_u - u, lamp_v - v
         near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
-        cosine = lamp_n * near
-        lit = matt(power, near, cosine, lamp_radius)
         back_u, back_v = camera_u - u, camera_v - v
         inverse = ONE / math.sqrt(back_u * back_u + back_v * back_v + height * height)
         half_way_u, half_way_v = to_u * near + back_u * inverse, to_v * near + back_v * inverse
-        half_way_n = cosine - height * inverse
+        half_way_n = lamp_n * near - height * inverse
         shine = half_way_u * half_way_u + half_way_v * half_way_v + half_way_n * half_way_n + f32(1e-9)
         shine = highlight(half_way_n * half_way_n / shine)
-        S[LIT + i], S[SEEN + i] = lit, ONE
-        S[GLOSS + i] = gloss * shine * lit
+        S[GLOSS + i] = gloss * shine * S[LIT + i]
 
 
 @kernel

@@ -8,10 +8,10 @@ import numpy as np
 from evslip import textures
 from evslip.errors import ConfigError
 from evslip.params import Params
-from evslip.rendering.ambient import Ambient, dome, surround
+from evslip.rendering.ambient import Ambient, surround
 from evslip.rendering.layers import LUMA_WEIGHTS
 from evslip.rendering.paint import REFLECTANCE, WIDTH, shines
-from evslip.rendering.sheen import sheen
+from evslip.rendering.sheen import TERMS, sheen
 from evslip.rendering.texels import bake, halve
 
 SKY_TEXELS = 64
@@ -39,7 +39,7 @@ class Setting(NamedTuple):
     reflectance: float
     """Of the surface, seen straight from above; 0 if it is matt."""
     sheen: np.ndarray
-    """What it mirrors of the background, see `sheen.sheen`."""
+    """What it mirrors of the background, see `sheen.sheen`; zeros if it is matt."""
     sphere: tuple[np.ndarray, np.ndarray]
     repetitions: int
     """Of the background's texture around the horizon."""
@@ -63,8 +63,7 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
         coarse = halve(halve(coarse, 0), 1)
     ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
     reflectance = float(REFLECTANCE) if shines(params.surface.texture) else 0.0
-    heights = dome(coarse, background.luminance_cd_m2, repetitions)[2].mean(1)
-    mirrored = sheen(heights, float(WIDTH), reflectance)
+    mirrored = sheen(ambient.heights, float(WIDTH), reflectance) if reflectance else np.zeros(TERMS, np.float32)
     return Setting(lamp, ambient, bake(table, wrap=True), reflectance, mirrored, bake(sky, wrap=True), repetitions)
 
 

@@ -23,7 +23,7 @@ from evslip.rendering.lanes import (
     repeat_last,
 )
 from evslip.rendering.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
-from evslip.rendering.plane import PLANE, describe, light_plane, meet_face, reflect
+from evslip.rendering.plane import PLANE, describe, light_plane, meet_face, polish, reflect
 from evslip.rendering.texels import SQUARE, sample_around, unfold
 
 SHADOW_GAP_M = 1e-6
@@ -115,7 +115,9 @@ def draw_solid(
                 repeat_last(S, ROOM, n)
                 n = blocks(n)
                 meet_face(S, n, plane32, pixel, f32(half_u), f32(half_v))
-                light_plane(S, n, plane32, power, radius, gloss)
+                light_plane(S, n, plane32, power, radius)
+                if gloss > 0:
+                    polish(S, n, plane32, gloss)
                 open_face(S, n, f32(half_u), f32(half_v), nodes)
                 if shaded:
                     shade(S, n, reception, True, True)
