@@ -2,8 +2,8 @@
 
 python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...] [outputs] [--device cpu|cuda]
 
-KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motion. --device cuda: with the backdrop on
-a GPU, where there is one.
+KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motion. --device cuda: shaded on a GPU,
+where there is one.
 """
 
 import sys

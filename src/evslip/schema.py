@@ -339,7 +339,7 @@ class RenderSpec(Section, Generic[N, S]):
     """Raycast: fast. Pathtrace: photorealistic and slow, needs the extra [photo]; its frames depend a little on whether
     the machine has LLVM or a GPU."""
     device: Literal["cpu", "cuda"] = "cpu"
-    """Where raycast shades surface and background: cuda needs an NVIDIA GPU and the extra [cuda], and its frames differ
+    """Where raycast shades its pixels: cuda needs an NVIDIA GPU and the extra [cuda], and its frames differ
     by little more than rounding."""
     spp: Annotated[int, Strict(), Within(1, 65536)] = 64
     """Light paths a pixel of pathtrace: more of them, less noise."""

@@ -7,9 +7,9 @@ from evslip.rendering.body import View
 from evslip.rendering.casters import ARM_PART, Casters
 from evslip.rendering.hand import WHITEST
 from evslip.rendering.links import CASTERS, COARSE, LinkPoses, hulls, in_view, outlines_of, posed
+from evslip.rendering.passes import Passes
 from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting
-from evslip.rendering.skin import draw_skin
 from evslip.rendering.texels import bake
 
 HALF = 0.5
@@ -47,14 +47,12 @@ class Arm:
         self._depth = 1.0 / nearest if nearest > 0 else 1.0
         return self._count > 0
 
-    def draw(
-        self, out: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting, casters: Casters
-    ) -> None:
+    def draw(self, out: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters) -> None:
         """Add what `cover` found to `out`."""
         lamp, raster = setting.lamp, self._raster
         assert raster is not None
-        draw_skin(
-            out, *scratch, view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
+        passes.draw_skin(
+            out, view.camera, view.turn, view.focal, lamp.luminance, lamp.share,
             setting.ambient.matrix, self._gloss, self._cells, self._levels, (True, True),
             raster.functions, raster.fragment_pixel, raster.fragment_face, raster.fragment_place,
             raster.fragment_share, self._count, casters, ARM_PART, self._keep, self._depth,

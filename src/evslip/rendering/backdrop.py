@@ -41,7 +41,7 @@ ENDLESS = f32(1e30)
 
 @kernel
 def backdrop(
-    backdrops, grounds, slots, cell_height, cell_width, S, fetched,
+    S, fetched, backdrops, grounds, slots, cell_height, cell_width,
     camera, turn, focal, lamp, lamp_radius, lamp_luminance,
     surface_cells, surface_levels, tile_m, surface_ambient, reflectance, sheen,
     sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,

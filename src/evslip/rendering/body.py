@@ -11,6 +11,7 @@ from evslip.params import Params
 from evslip.rendering.casters import Casters
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline
+from evslip.rendering.passes import Passes
 from evslip.rendering.setting import Setting
 
 
@@ -54,9 +55,8 @@ class Body(Protocol):
         ...
 
     def draw(
-        self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
-        casters: Casters,
-    ) -> None:  # fmt: skip
+        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+    ) -> None:
         """Add the object to `out` where `keep` (height, width) leaves room, in the shadow of the casters."""
         ...
 

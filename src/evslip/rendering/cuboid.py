@@ -12,8 +12,8 @@ from evslip.rendering.gripper import order_by_faces
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline
 from evslip.rendering.paint import OBJECT_GLOSS, gloss_of
+from evslip.rendering.passes import Passes
 from evslip.rendering.setting import Setting, channel_of
-from evslip.rendering.solid import draw_solid
 from evslip.rendering.texels import bake, squared
 
 
@@ -49,12 +49,11 @@ class Cuboid:
         order_by_faces(front, layers.fragments, turn.T @ (place - self._view.camera), turn.T @ axes, self.half)
 
     def draw(
-        self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
-        casters: Casters,
-    ) -> None:  # fmt: skip
+        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+    ) -> None:
         lamp, camera, turn, place, axes = setting.lamp, view.camera, view.turn, view.place, view.axes
-        draw_solid(
-            out, *scratch, camera, turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
+        passes.draw_solid(
+            out, camera, turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
             setting.ambient.matrix, self._gloss, place, axes, self.half, *self._texture,
             casters, self._visible, self._faces, self._rows, self._area, self._spans, keep,
         )  # fmt: skip

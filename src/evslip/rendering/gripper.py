@@ -6,13 +6,14 @@ import numpy as np
 
 from evslip.borrow import borrowed
 from evslip.rendering import lanes, layers
-from evslip.rendering.ambient import irradiance, turned
-from evslip.rendering.casters import receive, shade, spread
+from evslip.rendering.ambient import irradiance
+from evslip.rendering.casters import shade
 from evslip.rendering.extremes import larger, smaller
+from evslip.rendering.illumination import illuminate
 from evslip.rendering.lamplight import highlight, matt
 from evslip.rendering.lanes import LANES, LIT, ONE, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, ZERO, U, V, W, f32, kernel
 from evslip.rendering.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
-from evslip.rendering.occlusion import block, describe_blockers, faces_any
+from evslip.rendering.occlusion import block, faces_any
 from evslip.rendering.shadow import BOX, describe_box
 
 TOUCHING_M = 0.0015
@@ -21,44 +22,64 @@ TOUCHING_M = 0.0015
 
 @kernel
 def shade_gripper(
-    values, S, fragments, albedo, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss, casters
+    S, values, fragments, albedo, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss, casters
 ):  # fmt: skip
     """values (n,): luminance of every fragment.
 
     albedo: row of the fragments' colour. A part of the gripper casts no shadow on itself.
     """
-    values, S, fragments = borrowed(values), borrowed(S), borrowed(fragments)
-    casters = borrowed(casters)
-    lamp_here, away = np.zeros(3), 0.0
-    for k in range(3):
-        for j in range(3):
-            lamp_here[k] += turn[j, k] * (casters.lamp[j] - camera[j])
-            away -= turn[j, 2] * (casters.origin[j] - camera[j]) if k == 2 else 0.0
-    matrix = turned(ambient, turn)
-    reception = receive(casters, turn, camera)
-    right, down = np.zeros(3), np.zeros(3)
-    right[0] = down[1] = away / focal
-    spread(reception, casters, right, down)
-    opens = _open_to_object(S, fragments, describe_blockers(casters, turn, camera)[0])
-    lamp32, radius = lamp_here.astype(np.float32), f32(casters.lamp_radius)
-    power, shine = f32(lamp_luminance * casters.lamp_radius**2 * lamp_share), f32(gloss)
+    depth = distance_of(camera, turn, casters)
+    light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, depth)
+    _shade_all(S, values, fragments, albedo, light, f32(gloss), _open_to_object(S, fragments, light.blockers[0]))
+
+
+@kernel
+def distance_of(camera, turn, casters):
+    """How far before the camera the object is, in metres."""
+    away = 0.0
+    for j in range(3):
+        away -= turn[j, 2] * (casters.origin[j] - camera[j])
+    return away
+
+
+@kernel
+def _shade_all(S, values, fragments, albedo, light, gloss, opens):
+    S, values, fragments, light = borrowed(S), borrowed(values), borrowed(fragments), borrowed(light)
+    kinds = light.reception.kinds
     for start in range(0, fragments.shape[1], LANES):
         n = min(LANES, fragments.shape[1] - start)
         own = fragments[:, start : start + n]
+        first, last = own[BODY, 0], own[BODY, 0]
         for i in range(n):
-            S[OPEN + i] = opens[start + i]
-        _light(S, n, own, albedo, lamp32, radius, power, shine, matrix)
-        lit, first, last = ZERO, own[BODY, 0], own[BODY, 0]
-        for i in range(n):
-            lit = larger(lit, S[LIT + i])
             first, last = smaller(first, own[BODY, i]), larger(last, own[BODY, i])
-            S[PART + i] = own[BODY, i]
-        if lit > ZERO:
-            for k in range(casters.parts.size):
-                reception.kinds[k, 0] = first != last or casters.parts[k] != first
-            shade(S, n, reception, True, False)
+            S[OPEN + i] = opens[start + i]
+        for k in range(kinds.shape[0]):  # casters of the fragments' own part need not be asked
+            kinds[k, 0] = first != last or f32(kinds[k, 2]) != first
+        shade_fragments(S, n, own, albedo, light, gloss, ZERO)
         for i in range(n):
-            values[start + i] = S[RESULT + i] + S[LIT + i] * S[SEEN + i]
+            values[start + i] = S[RESULT + i]
+
+
+@kernel
+def shade_fragments(S, n, own, albedo, light, gloss, room):
+    """RESULT of n fragments, columns of `Layers.fragments`, whose OPEN is known. room: of `casters.shade`."""
+    _light(S, n, own, albedo, light.lamp, light.radius, light.power, gloss, light.ambient)
+    lit = ZERO
+    for i in range(n):
+        lit = larger(lit, S[LIT + i])
+        S[PART + i] = own[BODY, i]
+    if lit > ZERO:
+        shade(S, n, light.reception, True, False, room)
+    for i in range(n):
+        S[RESULT + i] += S[LIT + i] * S[SEEN + i]
+
+
+@kernel
+def open_fragments(S, n, own, box):
+    """OPEN of n fragments: what the other parts and the object, a row of `describe_blockers`, let pass."""
+    _place(S, n, own)
+    if faces_any(S, n, box):
+        block(S, n, box, False)
 
 
 @kernel

@@ -12,9 +12,9 @@ from evslip.rendering.gripper import order_by_depth
 from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline, outline_of
 from evslip.rendering.paint import OBJECT_GLOSS, gloss_of
+from evslip.rendering.passes import Passes
 from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting, channel_of
-from evslip.rendering.skin import draw_skin
 from evslip.rendering.texels import bake, squared
 from evslip.shapes import surface_of
 
@@ -44,12 +44,11 @@ class Mesh:
         order_by_depth(front, layers.fragments, layers.pixels, layers.starts, self._raster.near)
 
     def draw(
-        self, out: np.ndarray, keep: np.ndarray, scratch: tuple[np.ndarray, np.ndarray], view: View, setting: Setting,
-        casters: Casters,
-    ) -> None:  # fmt: skip
+        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+    ) -> None:
         lamp, raster = setting.lamp, self._raster
-        draw_skin(
-            out, *scratch, view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
+        passes.draw_skin(
+            out, view.camera, view.turn, view.focal, lamp.luminance, lamp.share,
             setting.ambient.matrix, self._gloss, *self._texture, self._facets.repeats,
             raster.functions, raster.fragment_pixel, raster.fragment_face, raster.fragment_place,
             raster.fragment_share, self._count,

@@ -1,6 +1,6 @@
 """The fast renderer: every surface is a formula, so that a frame is a few passes of plain arithmetic."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -9,12 +9,10 @@ from evslip.errors import ConfigError
 from evslip.frame import ARM
 from evslip.params import Params
 from evslip.rendering.arm import Arm, cast_links
-from evslip.rendering.backdrop import backdrop
 from evslip.rendering.body import View, make_body
 from evslip.rendering.casters import ARM_PART, OBJECT_PART, Casters, cast
-from evslip.rendering.gripper import make_room, merge_gripper, put_over, shade_gripper
+from evslip.rendering.gripper import make_room, merge_gripper, put_over
 from evslip.rendering.hand import BOX_PARTS, Boxes
-from evslip.rendering.lanes import LANES, SCRATCH
 from evslip.rendering.layers import RED
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.links import CASTERS
@@ -22,6 +20,7 @@ from evslip.rendering.openings import Opening, Openings
 from evslip.rendering.outline import Outline
 from evslip.rendering.pace import LAG, Plan, cell_motion, divide, plan_cells, plan_still
 from evslip.rendering.paint import GRIPPER_GLOSS
+from evslip.rendering.passes import make_passes
 from evslip.rendering.plate import Plate, Reel, spans_of
 from evslip.rendering.poses import Poses
 from evslip.rendering.setting import LUMA, prepare
@@ -53,11 +52,7 @@ class Raycaster:
         camera = self._lens.pinhole
         height, width = camera.height, camera.width
         self.camera, self.setting = camera, prepare(params, channel)
-        self._backdrop: Callable[..., None] = backdrop
-        if params.render.device == "cuda":
-            from evslip.rendering.cuda import CudaBackdrop
-
-            self._backdrop = CudaBackdrop(self.setting, height, width)
+        self._passes = make_passes(params.render.device, self.setting, height, width)
         self.params = params
         self._closing = camera.rotation.T @ (1e-3, 1.0, 0.0)
         self.albedo_row = RED + channel
@@ -66,7 +61,6 @@ class Raycaster:
         self._openings = Openings(camera, held_travel_m)
         self._current: Opening | None = None
         self._channels: list[Raycaster] = []
-        self._scratch = (np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64))
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
         self._cells = divide(height, width)
         self._stills, self._whole = Reel(1, height, width), plan_still(self._cells)
@@ -116,8 +110,8 @@ class Raycaster:
         """Draw the cells that are due into their slots."""
         lamp, ambient, view, body = self.setting.lamp, self.setting.ambient, self._view, self._body
         background, surface = self.params.background, self.params.surface
-        self._backdrop(
-            reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, *self._scratch,
+        self._passes.backdrop(
+            reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width,
             view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance,
             *self.setting.surface, surface.tile_m, ambient.surface, self.setting.reflectance, self.setting.sheen,
             *self.setting.sphere, self.setting.repetitions, background.radius_m, background.luminance_cd_m2,
@@ -132,18 +126,18 @@ class Raycaster:
             plate.wipe(self._span, body.touched, arm.touched)
             arm.mark(plate.marks, ARM)
             make_room(plate.light, plate.clear, arm.total, arm.touched)
-            arm.draw(plate.light, self._scratch, view, self.setting, casters)
+            arm.draw(plate.light, self._passes, view, self.setting, casters)
         else:
             plate.wipe(self._span, body.touched)
-        shade_gripper(
-            self._values, self._scratch[0], layers.fragments, self.albedo_row, view.camera, view.turn,
-            view.focal, lamp.luminance, lamp.share, ambient.matrix, GRIPPER_GLOSS, casters,
+        self._passes.shade_gripper(
+            self._values, layers.fragments, self.albedo_row, view.camera, view.turn, view.focal,
+            lamp.luminance, lamp.share, ambient.matrix, GRIPPER_GLOSS, casters,
         )  # fmt: skip
         body.order(self._front, layers)
         fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
         merge_gripper(plate.light, plate.clear, self._keep, self._over, self._values, *fragments)
         make_room(plate.light, plate.clear, body.total, body.touched)
-        body.draw(plate.light, self._keep, self._scratch, view, self.setting, casters)
+        body.draw(plate.light, self._keep, self._passes, view, self.setting, casters)
         put_over(plate.light, plate.marks, self._keep, body.total, body.touched, self._over, *fragments)
 
     def _develop(self, reel: Reel, plan: Plan, index: int, scale: float) -> tuple[np.ndarray, np.ndarray]:

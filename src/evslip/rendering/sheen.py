@@ -4,6 +4,8 @@ The lobe is that of rough plastic: microfacets as of Trowbridge and Reitz (GGX; 
 Schlick's reflectance, as the path tracer has it. The background counts with its mean around each height.
 """
 
+import math
+
 import numpy as np
 
 from evslip.rendering.lanes import (
@@ -66,7 +68,7 @@ def mirror(S, n, plane, polynomial):
     e, f, g, h = polynomial[4], polynomial[5], polynomial[6], polynomial[7]
     for i in range(n):
         x, y = S[RAY_X + i], S[RAY_Y + i]
-        cosine = (n2 - n0 * x - n1 * y) / np.sqrt(x * x + y * y + ONE)
+        cosine = (n2 - n0 * x - n1 * y) / math.sqrt(x * x + y * y + ONE)
         t = min(max(ONE - cosine, ZERO), ONE)
         mirrored = a + t * (b + t * (c + t * (d + t * (e + t * (f + t * (g + t * h))))))
         share = min(max(S[GROUND + i], ZERO), ONE)
@@ -83,13 +85,13 @@ def glint(S, n, plane, roughness, reflectance):
     for i in range(n):
         u, v = S[U + i], S[V + i]
         to_u, to_v, back_u, back_v = lamp_u - u, lamp_v - v, camera_u - u, camera_v - v
-        near = ONE / np.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
-        away = ONE / np.sqrt(back_u * back_u + back_v * back_v + height * height)
+        near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
+        away = ONE / math.sqrt(back_u * back_u + back_v * back_v + height * height)
         light, view = max(lamp_n * near, ZERO), -height * away
         half_u, half_v, half_n = to_u * near + back_u * away, to_v * near + back_v * away, lamp_n * near + view
         length = half_u * half_u + half_v * half_v + half_n * half_n + f32(1e-9)
         spread = half_n * half_n / length * (square - ONE) + ONE
-        grazing = max(ONE - f32(0.5) * np.sqrt(length), ZERO)
+        grazing = max(ONE - f32(0.5) * math.sqrt(length), ZERO)
         fresnel = reflectance + (ONE - reflectance) * grazing * grazing * grazing * grazing * grazing
         open_both = _slant(light, square) * _slant(view, square)
         S[GLOSS + i] = S[LIT + i] * square * fresnel / (spread * spread * open_both)
@@ -97,4 +99,4 @@ def glint(S, n, plane, roughness, reflectance):
 
 @formula
 def _slant(cosine, square):
-    return cosine + np.sqrt(square + (ONE - square) * cosine * cosine)
+    return cosine + math.sqrt(square + (ONE - square) * cosine * cosine)

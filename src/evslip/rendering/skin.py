@@ -2,11 +2,10 @@
 
 import math
 
-import numpy as np
-
-from evslip.rendering.ambient import irradiance, turned
-from evslip.rendering.casters import OBJECT_PART, receive, shade, spread
+from evslip.rendering.ambient import irradiance
+from evslip.rendering.casters import OBJECT_PART, shade
 from evslip.rendering.extremes import larger
+from evslip.rendering.illumination import illuminate
 from evslip.rendering.lamplight import highlight, matt
 from evslip.rendering.lanes import (
     AMBIENT,
@@ -35,7 +34,7 @@ from evslip.rendering.lanes import (
     f32,
     kernel,
 )  # fmt: skip
-from evslip.rendering.occlusion import block, describe_blockers, faces_any
+from evslip.rendering.occlusion import block, faces_any
 from evslip.rendering.texels import SQUARE, sample_around
 
 COARSEST = 0.25
@@ -44,7 +43,7 @@ COARSEST = 0.25
 
 @kernel
 def draw_skin(
-    out, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
+    S, fetched, out, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss,
     cells, levels, repeats, functions, pixels, faces, places, shares, count,
     casters, part, keep, middle_depth,
 ):  # fmt: skip
@@ -54,50 +53,58 @@ def draw_skin(
     part: number of this body among the casters. middle_depth: of the object, for the blur of shadows over a pixel.
     """
     height, width = out.shape
-    flat, kept = out.reshape(-1), keep.reshape(-1)
-    lamp_here = np.zeros(3)
-    for k in range(3):
-        for j in range(3):
-            lamp_here[k] += turn[j, k] * (lamp[j] - camera[j])
-    matrix, lamp32 = turned(ambient, turn), lamp_here.astype(np.float32)
-    power, shine, radius = f32(lamp_luminance * lamp_radius**2 * lamp_share), f32(gloss), f32(lamp_radius)
-    reception = receive(casters, turn, camera)
-    right, down = np.zeros(3), np.zeros(3)
-    right[0] = down[1] = middle_depth / focal
-    for c in range(casters.parts.size):
-        reception.kinds[c, 0] = casters.parts[c] != part
-    spread(reception, casters, right, down)
-    blockers = describe_blockers(casters, turn, camera)
-    for i in range(LANES):
-        S[PART + i] = f32(part)
-    texels = levels[0, 1]
+    light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, middle_depth)
+    leave_out(light.reception, part)
     for start in range(0, count, LANES):
         n = min(LANES, count - start)
-        _unpack(
-            S, n, functions, faces[start : start + n], places[start : start + n], width, height, focal, lamp32, radius,
-            power, shine,
-        )  # fmt: skip
-        lit = ZERO
-        for i in range(n):
-            lit = larger(lit, S[LIT + i])
-            S[AMBIENT + i] = irradiance(matrix, S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i])
-            S[OPEN + i] = ONE
-        if part == OBJECT_PART:
-            for k in range(1, blockers.shape[0]):
-                if faces_any(S, n, blockers[k]):
-                    block(S, n, blockers[k], False)
-        if lit > ZERO:
-            shade(S, n, reception, True, True)
         own = slice(start, start + n)
-        _look_up(S, n, functions, faces[own], places[own], shares[own], texels, repeats)
-        sample_around(S, n, cells, fetched, levels, True, SQUARE)
-        for i in range(n):
-            S[RESULT + i] = (
-                S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
-            )
-        for i in range(n):
-            p = pixels[start + i]
-            flat[p] += shares[start + i] * kept[p] * S[RESULT + i]
+        shade_skin(
+            S, n, fetched, width, height, focal, light, part, f32(gloss), cells, levels, repeats, functions, faces[own],
+            places[own], shares[own], ZERO,
+        )  # fmt: skip
+        gather(out, keep, pixels[own], shares[own], S[RESULT : RESULT + n])
+
+
+@kernel
+def leave_out(reception, part):
+    """Do not ask casters of a body's own part."""
+    for c in range(reception.kinds.shape[0]):
+        reception.kinds[c, 0] = reception.kinds[c, 2] != part
+
+
+@kernel
+def gather(out, keep, pixels, shares, values):
+    """Add fragments to their pixels."""
+    flat, kept = out.reshape(-1), keep.reshape(-1)
+    for i in range(pixels.size):
+        flat[pixels[i]] += shares[i] * kept[pixels[i]] * values[i]
+
+
+@kernel
+def shade_skin(
+    S, n, fetched, width, height, focal, light, part, gloss, cells, levels, repeats, functions, faces, places, shares,
+    room,
+):  # fmt: skip
+    """RESULT for n fragments: `faces`, `places`, `shares` of a `raster.Raster`, and its `functions`. room: of
+    `casters.shade`."""
+    _unpack(S, n, functions, faces, places, width, height, focal, light.lamp, light.radius, light.power, gloss)
+    lit, blockers = ZERO, light.blockers
+    for i in range(n):
+        lit = larger(lit, S[LIT + i])
+        S[AMBIENT + i] = irradiance(light.ambient, S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i])
+        S[OPEN + i], S[PART + i] = ONE, f32(part)
+    if part == OBJECT_PART:
+        for k in range(1, blockers.shape[0]):
+            if faces_any(S, n, blockers[k]):
+                block(S, n, blockers[k], False)
+    if lit > ZERO:
+        shade(S, n, light.reception, True, True, room)
+    _look_up(S, n, functions, faces, places, shares, levels[0, 1], repeats)
+    sample_around(S, n, cells, fetched, levels, True, SQUARE)
+    for i in range(n):
+        S[RESULT + i] = (
+            S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+        )
 
 
 @kernel

@@ -1,12 +1,13 @@
 """The object: its visible faces, textured, lit, and in the gripper's shadow."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from evslip.borrow import borrowed
 from evslip.rendering.ambient import irradiance
-from evslip.rendering.casters import OBJECT_PART, aim, receive, shade, spread
+from evslip.rendering.casters import OBJECT_PART, Reception, aim, receive, shade, spread
 from evslip.rendering.lanes import (
     HALF,
     LANES,
@@ -19,6 +20,7 @@ from evslip.rendering.lanes import (
     ZERO,
     blocks,
     f32,
+    formula,
     kernel,
     repeat_last,
 )
@@ -47,9 +49,29 @@ def face_axes(axes, half, place, face, u_axis, v_axis, normal, origin):
     return half[3 - axis - up], half[up]
 
 
+class Face(NamedTuple):
+    """One face of the object in one frame: what all its pixels share."""
+
+    plane: np.ndarray
+    """Of `plane.describe`, float32."""
+    half_u: np.float32
+    """Half its sides in metres, along u and v."""
+    half_v: np.float32
+    per_u: np.float32
+    """Repetitions of the texture a metre."""
+    per_v: np.float32
+    ambient: np.float32
+    """Light from all around on it, as luminance of white."""
+    nodes: np.ndarray
+    """Openness, of `occlusion.face_nodes`."""
+    reception: Reception
+    shaded: bool
+    """Whether any caster matters."""
+
+
 @kernel
 def draw_solid(
-    out, S, fetched, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
+    S, fetched, out, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
     place, axes, half, cells, levels, level_starts, casters, visible, faces, rows, area, spans, keep,
 ):  # fmt: skip
     """Add the object's faces to `out`, weighted by coverage (area, spans, rows of `cover_box`) and by keep (height,
@@ -58,74 +80,91 @@ def draw_solid(
     lamp_share: how much of the lamp stands above the surface's horizon. level_starts (4,): rows of `levels` that belong
     to the faces across x, y, z.
     """
-    out, S, fetched, keep = borrowed(out), borrowed(S), borrowed(fetched), borrowed(keep)
-    cells, levels, area, spans, casters = (
-        borrowed(cells),
-        borrowed(levels),
-        borrowed(area),
-        borrowed(spans),
-        borrowed(casters),
-    )
-    pixel, width, height = f32(1.0 / focal), out.shape[1], out.shape[0]
     radius, power = f32(lamp_radius), f32(lamp_luminance * lamp_radius**2 * lamp_share)
     for i in range(LANES):
         S[PART + i] = f32(OBJECT_PART)
+    for k in range(visible):
+        face = stand(S, camera, turn, focal, lamp, lamp_radius, ambient, place, axes, half, faces[k], casters)
+        own = levels[level_starts[faces[k] % 3] : level_starts[faces[k] % 3 + 1]]
+        _draw_face(
+            S, fetched, out, f32(1.0 / focal), power, radius, gloss, face, cells, own, rows[k], area[k], spans[k], keep
+        )
+
+
+@kernel
+def stand(S, camera, turn, focal, lamp, lamp_radius, ambient, place, axes, half, face, casters):
+    """The `Face` of a number in `face_axes`."""
     u_axis, v_axis, normal, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     frame, plane = np.empty((3, 3)), np.zeros(PLANE)
+    half_u, half_v = face_axes(axes, half, place, face, u_axis, v_axis, normal, origin)
+    describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp)
+    distance = 0.0
+    for j in range(3):
+        frame[j, 0], frame[j, 1], frame[j, 2] = u_axis[j], v_axis[j], normal[j]
+        distance += (origin[j] - camera[j]) ** 2
     right, down = np.zeros(3), np.zeros(3)
+    right[0] = down[1] = math.sqrt(distance) / focal
     nodes = np.empty((FACE_NODES, FACE_NODES), np.float32)
-    for k in range(visible):
-        half_u, half_v = face_axes(axes, half, place, faces[k], u_axis, v_axis, normal, origin)
-        describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp)
-        plane32 = plane.astype(np.float32)
-        for j in range(3):
-            frame[j, 0], frame[j, 1], frame[j, 2] = u_axis[j], v_axis[j], normal[j]
-        own = levels[level_starts[faces[k] % 3] : level_starts[faces[k] % 3 + 1]]
-        light = f32(irradiance(ambient, normal[0], normal[1], normal[2]))
-        distance = 0.0
-        for j in range(3):
-            distance += (origin[j] - camera[j]) ** 2
-        right[0] = math.sqrt(distance) / focal
-        down[1] = right[0]
-        lit = plane[14] > -lamp_radius
-        face_nodes(S, half_u, half_v, describe_blockers(casters, frame, origin)[1:], nodes)
-        reception = receive(casters, frame, origin)
-        reach = math.sqrt(half_u**2 + half_v**2) + 0.002
-        shaded = lit and aim(reception, casters, origin, reach)
-        if shaded:
-            for c in range(casters.parts.size):
-                if casters.parts[c] == OBJECT_PART or not _above(casters, c, normal, origin):
-                    reception.kinds[c, 0] = 0
-            spread(reception, casters, right, down)
-        for row in range(rows[k, 0], rows[k, 1]):
-            first, last = spans[k, row, 0], spans[k, row, 1]
-            while first < last and keep[row, first] <= ZERO:
-                first += 1
-            while last > first and keep[row, last - 1] <= ZERO:
-                last -= 1
-            for x0 in range(first, last, LANES):
-                n = min(LANES, last - x0)
-                weights, kept, shades = area[k, row, x0 : x0 + n], keep[row, x0 : x0 + n], out[row, x0 : x0 + n]
-                for i in range(weights.size):
-                    S[ROOM + i] = f32(weights[i]) + LEAST_ROOM
-                    S[RAY_X + i] = (f32(x0 + i) + HALF - f32(width * 0.5)) * pixel
-                    S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
-                repeat_last(S, RAY_X, n)
-                repeat_last(S, RAY_Y, n)
-                repeat_last(S, ROOM, n)
-                n = blocks(n)
-                meet_face(S, n, plane32, pixel, f32(half_u), f32(half_v))
-                light_plane(S, n, plane32, power, radius)
-                if gloss > 0:
-                    polish(S, n, plane32, gloss)
-                open_face(S, n, f32(half_u), f32(half_v), nodes)
-                if shaded:
-                    shade(S, n, reception, True, True)
-                unfold(S, n, f32(0.5 / half_u), HALF, f32(0.5 / half_v), HALF, False)
-                sample_around(S, n, cells, fetched, own, False, SQUARE)
-                reflect(S, n, light)
-                for i in range(shades.size):
-                    shades[i] += f32(weights[i]) * kept[i] * S[RESULT + i]
+    face_nodes(S, half_u, half_v, describe_blockers(casters, frame, origin)[1:], nodes)
+    reception = receive(casters, frame, origin)
+    shaded = plane[14] > -lamp_radius and aim(reception, casters, origin, math.sqrt(half_u**2 + half_v**2) + 0.002)
+    if shaded:
+        for c in range(casters.parts.size):
+            if casters.parts[c] == OBJECT_PART or not _above(casters, c, normal, origin):
+                reception.kinds[c, 0] = 0
+        spread(reception, casters, right, down)
+    light = f32(irradiance(ambient, normal[0], normal[1], normal[2]))
+    return Face(
+        plane.astype(np.float32), f32(half_u), f32(half_v), f32(0.5 / half_u), f32(0.5 / half_v), light, nodes,
+        reception, shaded,
+    )  # fmt: skip
+
+
+@kernel
+def _draw_face(S, fetched, out, pixel, power, radius, gloss, face, cells, levels, rows, area, spans, keep):
+    S, fetched, out, keep, face = borrowed(S), borrowed(fetched), borrowed(out), borrowed(keep), borrowed(face)
+    cells, levels, area, spans = borrowed(cells), borrowed(levels), borrowed(area), borrowed(spans)
+    height, width = out.shape
+    for row in range(rows[0], rows[1]):
+        first, last = spans[row, 0], spans[row, 1]
+        while first < last and keep[row, first] <= ZERO:
+            first += 1
+        while last > first and keep[row, last - 1] <= ZERO:
+            last -= 1
+        for x0 in range(first, last, LANES):
+            n = min(LANES, last - x0)
+            weights, kept, shades = area[row, x0 : x0 + n], keep[row, x0 : x0 + n], out[row, x0 : x0 + n]
+            aim_at_face(S, weights, row, x0, height, width, pixel)
+            repeat_last(S, RAY_X, n)
+            repeat_last(S, RAY_Y, n)
+            repeat_last(S, ROOM, n)
+            shade_face(S, blocks(n), fetched, pixel, power, radius, gloss, face, cells, levels, ZERO)
+            for i in range(shades.size):
+                shades[i] += f32(weights[i]) * kept[i] * S[RESULT + i]
+
+
+@formula
+def aim_at_face(S, weights, row, column, height, width, pixel):
+    """RAY and ROOM of some pixels of a row, of which a face covers `weights`."""
+    for i in range(weights.size):
+        S[ROOM + i] = f32(weights[i]) + LEAST_ROOM
+        S[RAY_X + i] = (f32(column + i) + HALF - f32(width * 0.5)) * pixel
+        S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
+
+
+@formula
+def shade_face(S, n, fetched, pixel, power, radius, gloss, face, cells, levels, room):
+    """RESULT for n rays that meet a `Face`. cells, levels: its texture; room: of `casters.shade`."""
+    meet_face(S, n, face.plane, pixel, face.half_u, face.half_v)
+    light_plane(S, n, face.plane, power, radius)
+    if gloss > 0:
+        polish(S, n, face.plane, gloss)
+    open_face(S, n, face.half_u, face.half_v, face.nodes)
+    if face.shaded:
+        shade(S, n, face.reception, True, True, room)
+    unfold(S, n, face.per_u, HALF, face.per_v, HALF, False)
+    sample_around(S, n, cells, fetched, levels, False, SQUARE)
+    reflect(S, n, face.ambient)
 
 
 @kernel

@@ -1,24 +1,14 @@
-"""The backdrop on a GPU: the passes of the CPU, compiled for CUDA, a thread a pixel.
-
-A block of LANES threads shares one scratch memory. A thread's part of it begins at its own lane, so that a pass called
-for one pixel finds every slot where it expects it, and blocks need no barrier. What holds for all pixels, or for those
-of a tile, is found on the host.
-"""
+"""The backdrop on a GPU: what holds for all pixels, or for those of a tile, is found on the host."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import cuda as numba_cuda
 
-from evslip.gpu import require_cuda
 from evslip.rendering.backdrop import aim_rays, choose_casters, compose, lamp_in, shade_rays
 from evslip.rendering.casters import NO_PART, Reception
+from evslip.rendering.cuda_device import Device, cuda, upload
 from evslip.rendering.lanes import GROUND, HALF, LANES, PART, RESULT, SCRATCH, TILE_H, TILE_W, ZERO, f32, kernel
 from evslip.rendering.setting import Setting
-
-cuda: Any = numba_cuda
-LISTS = 2**28
-"""Most bytes for the threads' lists of casters and edges; fewer blocks run at a time where they are long."""
 
 
 class Visible(NamedTuple):
@@ -43,56 +33,42 @@ class Tiles(NamedTuple):
     """Whether the lamp may be seen, bool (tiles,)."""
 
 
-class Shadows(NamedTuple):
+class Common(NamedTuple):
     """What all tiles share; see `casters.Reception`."""
 
     edges: Any
     starts: Any
     rims: Any
     room: Any
-    """In metres. A pixel's blur widens a caster's shadow by no more than the caster's size."""
+    """Of `cuda_device.room_for`."""
 
 
 class CudaBackdrop:
     """`backdrop.backdrop` on the GPU, for one setting; equal to it but for rounding, and for casters that the
     CPU's fixed margins miss: see docs/rendering.md."""
 
-    def __init__(self, setting: Setting, height: int, width: int):
-        """Raises MissingExtraError."""
-        require_cuda("render.device")
-        self._surface, self._sphere = _upload(setting.surface), _upload(setting.sphere)
+    def __init__(self, device: Device, setting: Setting, height: int, width: int):
+        self._device, self._scratch = device, np.zeros(SCRATCH, np.float32)
+        self._surface, self._sphere = upload(setting.surface), upload(setting.sphere)
         self._image = cuda.device_array((height, width), np.float32)
         self._marks = cuda.device_array((height, width), np.uint8)
-        self._chunks, self._lists = height * -(-width // TILE_W), np.empty((0, 2, 0))
+        self._chunks = height * -(-width // TILE_W)
 
     def __call__(
         self, backdrops: np.ndarray, grounds: np.ndarray, slots: np.ndarray, cell_height: int, cell_width: int,
-        S: np.ndarray, fetched: np.ndarray, *scene: Any,
+        *scene: Any,
     ) -> None:  # fmt: skip
-        """The arguments are those of `backdrop.backdrop`; all cells are drawn, into the first place."""
-        del slots, cell_height, cell_width, fetched
+        """The arguments are those of `backdrop.backdrop` without scratch; all cells are drawn, into the first place."""
+        del slots, cell_height, cell_width
         visible = Visible(*scene[-4:])
-        pixel, surface, sphere, tiles, shadows, nodes, longest = plan(S, *backdrops.shape[1:], *scene[:-4])
-        self._make_lists(longest)
-        _shade_pixels[self._lists.shape[0] // LANES, LANES](
-            self._image, self._marks, f32(pixel), _upload(visible), (*self._surface, *_upload(surface)),
-            (*self._sphere, *_upload(sphere)), _upload(tiles), _upload(shadows), _upload(nodes), self._lists,
+        pixel, surface, sphere, tiles, shadows, nodes, longest = plan(self._scratch, *backdrops.shape[1:], *scene[:-4])
+        self._device.launch(
+            _shade_pixels, self._chunks, longest,
+            self._image, self._marks, f32(pixel), upload(visible), (*self._surface, *upload(surface)),
+            (*self._sphere, *upload(sphere)), upload(tiles), upload(shadows), upload(nodes),
         )  # fmt: skip
         self._image.copy_to_host(backdrops[0])
         self._marks.copy_to_host(grounds[0])
-
-    def _make_lists(self, longest: int) -> None:
-        if longest > self._lists.shape[2]:
-            longest *= 2  # outlines grow and shrink from frame to frame
-            blocks = max(1, min(self._chunks, LISTS // (LANES * 2 * longest * 8)))
-            self._lists = cuda.device_array((blocks * LANES, 2, longest), np.int64)
-
-
-def _upload(values: tuple[Any, ...]) -> Any:
-    """The same tuple with arrays on the GPU, and numbers in single precision."""
-    moved = [cuda.to_device(value) if isinstance(value, np.ndarray) else f32(value) for value in values]
-    kind: Any = type(values)
-    return kind(*moved) if hasattr(values, "_fields") else tuple(moved)
 
 
 @kernel
@@ -114,7 +90,7 @@ def plan(S, height, width, *scene):
         boxes[tile], kinds[tile] = reception.boxes, reception.kinds
         outlines[tile], joint[tile] = reception.outlines, reception.joint
     tiles, longest = Tiles(boxes, kinds, outlines, joint, shaded, lamp), reception.scratch.shape[1]
-    shadows = Shadows(reception.edges, reception.starts, reception.rims, f32(np.max(casters.sizes)))
+    shadows = Common(reception.edges, reception.starts, reception.rims, f32(np.max(casters.sizes)))
     return f32(1.0 / view[2]), surface[2:], sphere[2:], tiles, shadows, nodes, longest
 
 

@@ -1,0 +1,154 @@
+"""Object, arm and gripper on a GPU: the passes of the CPU, compiled for CUDA, a thread a pixel or a fragment.
+
+Which pixels show them, and what all of them share, is found on the host.
+"""
+
+import numpy as np
+
+from evslip.rendering.casters import OBJECT_PART, Casters
+from evslip.rendering.cuda_device import Device, cuda, reception_of, room_for, shadows_of, upload
+from evslip.rendering.gripper import distance_of, open_fragments, shade_fragments
+from evslip.rendering.illumination import illuminate, lit_by
+from evslip.rendering.lanes import LANES, PART, RESULT, SCRATCH, ZERO, f32
+from evslip.rendering.skin import gather, leave_out, shade_skin
+from evslip.rendering.solid import Face, aim_at_face, shade_face, stand
+
+
+class CudaSolid:
+    """`solid.draw_solid`; equal to it but for rounding."""
+
+    def __init__(self, device: Device, height: int, width: int):
+        self._device, self._scratch = device, np.zeros(SCRATCH, np.float32)
+        self._image = cuda.device_array((height, width), np.float32)
+
+    def __call__(
+        self, out: np.ndarray, camera: np.ndarray, turn: np.ndarray, focal: float, lamp: np.ndarray, lamp_radius: float,
+        lamp_luminance: float, lamp_share: float, ambient: np.ndarray, gloss: float, place: np.ndarray,
+        axes: np.ndarray, half: np.ndarray, cells: np.ndarray, levels: np.ndarray, level_starts: np.ndarray,
+        casters: Casters, visible: int, faces: np.ndarray, rows: np.ndarray, area: np.ndarray, spans: np.ndarray,
+        keep: np.ndarray,
+    ) -> None:  # fmt: skip
+        """The arguments are those of `solid.draw_solid` without scratch."""
+        if visible == 0:
+            return
+        top, bottom = int(rows[:visible, 0].min()), int(rows[:visible, 1].max())
+        picture, kept = self._image[top:bottom], cuda.to_device(keep[top:bottom])
+        picture.copy_to_device(np.zeros(picture.shape, np.float32))
+        power, texture = f32(lamp_luminance * lamp_radius**2 * lamp_share), self._device.keep("face", cells)
+        room = room_for(casters)
+        for k in range(visible):
+            face = stand(
+                self._scratch, camera, turn, focal, lamp, lamp_radius, ambient, place, axes, half, faces[k], casters
+            )
+            own = levels[level_starts[faces[k] % 3] : level_starts[faces[k] % 3 + 1]]
+            self._device.launch(
+                _draw_face, (bottom - top) * -(-out.shape[1] // LANES), face.reception.scratch.shape[1],
+                picture, top, out.shape[0], f32(1 / focal), power, f32(lamp_radius), f32(gloss),
+                upload(face[:-2]), shadows_of(upload(face.reception)), bool(face.shaded), texture, upload(own),
+                upload(area[k, top:bottom]), upload(np.where(_inside(rows[k], top, bottom), spans[k, top:bottom], 0)),
+                kept, room,
+            )  # fmt: skip
+        out[top:bottom] += picture.copy_to_host()
+
+
+def _inside(rows: np.ndarray, top: int, bottom: int) -> np.ndarray:
+    """Which of the rows from `top` to `bottom` a face has, bool (n, 1): spans of others are of an earlier frame."""
+    number = np.arange(top, bottom)[:, None]
+    return (number >= rows[0]) & (number < rows[1])
+
+
+@cuda.jit
+def _draw_face(
+    picture, top, height, pixel, power, radius, gloss, face, shadows, shaded, cells, levels, area, spans, keep,
+    room, lists,
+):  # fmt: skip
+    S = cuda.shared.array(SCRATCH, np.float32)[cuda.threadIdx.x :]
+    fetched = cuda.shared.array(LANES, np.uint64)[cuda.threadIdx.x :]
+    S[PART] = f32(OBJECT_PART)
+    width = picture.shape[1]
+    across = (width + LANES - 1) // LANES
+    plane, half_u, half_v, per_u, per_v, ambient, nodes = face
+    reception = reception_of(shadows, lists[cuda.grid(1)])
+    own = Face(plane, half_u, half_v, per_u, per_v, ambient, nodes, reception, shaded)
+    for chunk in range(cuda.blockIdx.x, picture.shape[0] * across, cuda.gridDim.x):
+        row, column = chunk // across, chunk % across * LANES + cuda.threadIdx.x
+        if spans[row, 0] <= column < spans[row, 1] and keep[row, column] > ZERO:
+            aim_at_face(S, area[row, column : column + 1], top + row, column, height, width, pixel)
+            shade_face(S, 1, fetched, pixel, power, radius, gloss, own, cells, levels, room)
+            picture[row, column] += f32(area[row, column]) * keep[row, column] * S[RESULT]
+
+
+class CudaSkin:
+    """`skin.draw_skin`; equal to it but for rounding."""
+
+    def __init__(self, device: Device):
+        self._device = device
+
+    def __call__(
+        self, out: np.ndarray, camera: np.ndarray, turn: np.ndarray, focal: float, lamp_luminance: float,
+        lamp_share: float, ambient: np.ndarray, gloss: float, cells: np.ndarray, levels: np.ndarray,
+        repeats: tuple[bool, bool], functions: np.ndarray, pixels: np.ndarray, faces: np.ndarray, places: np.ndarray,
+        shares: np.ndarray, count: int, casters: Casters, part: int, keep: np.ndarray, middle_depth: float,
+    ) -> None:  # fmt: skip
+        """The arguments are those of `skin.draw_skin` without scratch."""
+        if count == 0:
+            return
+        light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, middle_depth)
+        leave_out(light.reception, part)
+        values = cuda.device_array(count, np.float32)
+        self._device.launch(
+            _draw_fragments, -(-count // LANES), light.reception.scratch.shape[1],
+            values, out.shape[1], out.shape[0], float(focal), upload(light[:-1]), shadows_of(upload(light.reception)),
+            part, f32(gloss), self._device.keep(f"skin {part}", cells), upload(levels), repeats, upload(functions),
+            upload(faces[:count]), upload(places[:count]), upload(shares[:count]), room_for(casters),
+        )  # fmt: skip
+        gather(out, keep, pixels[:count], shares[:count], values.copy_to_host())
+
+
+@cuda.jit
+def _draw_fragments(
+    values, width, height, focal, light, shadows, part, gloss, cells, levels, repeats, functions, faces, places, shares,
+    room, lists,
+):  # fmt: skip
+    S = cuda.shared.array(SCRATCH, np.float32)[cuda.threadIdx.x :]
+    fetched = cuda.shared.array(LANES, np.uint64)[cuda.threadIdx.x :]
+    own = lit_by(light, reception_of(shadows, lists[cuda.grid(1)]))
+    for i in range(cuda.grid(1), values.size, cuda.gridsize(1)):
+        shade_skin(
+            S, 1, fetched, width, height, focal, own, part, gloss, cells, levels, repeats, functions,
+            faces[i : i + 1], places[i : i + 1], shares[i : i + 1], room,
+        )  # fmt: skip
+        values[i] = S[RESULT]
+
+
+class CudaGripper:
+    """`gripper.shade_gripper`; equal to it but for rounding."""
+
+    def __init__(self, device: Device):
+        self._device = device
+
+    def __call__(
+        self, values: np.ndarray, fragments: np.ndarray, albedo: int, camera: np.ndarray, turn: np.ndarray,
+        focal: float, lamp_luminance: float, lamp_share: float, ambient: np.ndarray, gloss: float, casters: Casters,
+    ) -> None:  # fmt: skip
+        """The arguments are those of `gripper.shade_gripper` without scratch."""
+        depth = distance_of(camera, turn, casters)
+        light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, depth)
+        result = cuda.device_array(len(values), np.float32)
+        self._device.launch(
+            _draw_gripper, -(-len(values) // LANES), light.reception.scratch.shape[1],
+            result, self._device.keep("gripper", fragments), albedo, upload(light[:-1]),
+            shadows_of(upload(light.reception)), f32(gloss), room_for(casters),
+        )  # fmt: skip
+        result.copy_to_host(values)
+
+
+@cuda.jit
+def _draw_gripper(values, fragments, albedo, light, shadows, gloss, room, lists):
+    S = cuda.shared.array(SCRATCH, np.float32)[cuda.threadIdx.x :]
+    own = lit_by(light, reception_of(shadows, lists[cuda.grid(1)]))
+    for i in range(cuda.grid(1), values.size, cuda.gridsize(1)):
+        fragment = fragments[:, i : i + 1]
+        open_fragments(S, 1, fragment, own.blockers[0])
+        shade_fragments(S, 1, fragment, albedo, own, gloss, room)
+        values[i] = S[RESULT]
