@@ -9,7 +9,9 @@ PAPERS = ("mlp", "snn", "cnn3d")
 """The networks of the paper."""
 BASELINES = ("event_rate", "rate_map", "flow", "boosting")
 """Found at once, without gradients."""
-NETWORKS = (*PAPERS, "cnn3d_bn", "voxelnet", "countnet", "evgru", *BASELINES)
+VARIANTS = {"countnet+noise": ("countnet", ("--noise-hz", "5"))}
+"""Networks that are trained in another way: what is trained, and how."""
+NETWORKS = (*PAPERS, "cnn3d_bn", "voxelnet", "countnet", *VARIANTS, "evgru", *BASELINES)
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Plan:
     ablation_test: int = 60
     networks: tuple[str, ...] = NETWORKS
     seeds: tuple[int, ...] = (0, 1, 2)
-    finals: tuple[str, ...] = ("cnn3d_bn", "voxelnet", "countnet")
+    finals: tuple[str, ...] = ("cnn3d_bn", "voxelnet", "countnet", "countnet+noise")
     """Networks that are tried in shifted worlds and on real recordings."""
     ablated: tuple[str, ...] = ("countnet",)
     """Networks that the ablation trains."""

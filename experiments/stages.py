@@ -5,7 +5,7 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 
-from plan import BASELINES, PAPERS, Plan
+from plan import BASELINES, PAPERS, VARIANTS, Plan
 from steps import Step
 from worlds import EVERYTHING, FIXED, MESH, WORLDS
 
@@ -87,8 +87,9 @@ def windows(plan: Plan) -> dict[str, Step]:
 def trained(plan: Plan, group: str, network: str, seed: int, cut_step: Step, *more: str) -> Step:
     """Train one network with one seed."""
     folder = plan.model(group, network, seed)
-    words = ("train", str(result(cut_step)), str(folder), "--model", network, "--seed", str(seed))
-    options = (*plan.options(network), *more)
+    kind, way = VARIANTS.get(network, (network, ()))
+    words = ("train", str(result(cut_step)), str(folder), "--model", kind, "--seed", str(seed))
+    options = (*way, *plan.options(network), *more)
     return Step(f"train {group}/{network}-{seed}", (*words, *options), folder / "model.json", (cut_step,))
 
 
@@ -110,7 +111,7 @@ def sweep(plan: Plan) -> list[Step]:
     """Search settings on the training windows."""
     files, steps = windows(plan), []
     for group, network in product(("simple", "complex"), plan.networks):
-        if not plan.trials or network in BASELINES:
+        if not plan.trials or network in (*BASELINES, *VARIANTS):
             continue
         folder = plan.out / "sweeps" / group / network
         words = ("sweep", str(result(files[group])), str(folder), "--model", network, "--space", plan.space)

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.learn.augment import Augmentation, flipped, merged, shifted
+from evslip.learn.augment import Augmentation, flipped, merged, shifted, shot_noise
 from evslip.learn.networks import Geometry
 from evslip.learn.settings import TrainSettings
 from evslip.window_events import WindowEvents, pack, unpack
@@ -60,10 +60,30 @@ def test_merging_keeps_all_events_in_order() -> None:
 @given(st.integers(0, 10**6))
 @settings(max_examples=20, deadline=None)
 def test_augmentation_is_a_window_again_and_obeys_its_generator(seed: int) -> None:
-    augment = Augmentation(TrainSettings(shift_px=20, time_dropout=0.5, event_dropout=0.5), WindowSettings())
+    settings = TrainSettings(shift_px=20, time_dropout=0.5, event_dropout=0.5, noise_hz=0.1)
+    augment = Augmentation(settings, WindowSettings())
     events = random_window(seed, 800)
     one, other = (augment(events, np.random.default_rng(seed)) for _ in range(2))
     for a, b in zip(one, other, strict=True):
         np.testing.assert_array_equal(a, b)
-    assert len(one.t_us) <= 800 and (np.diff(one.t_us.astype(int)) >= 0).all()
+    assert len(one.t_us) <= 800 + 1200 and (np.diff(one.t_us.astype(int)) >= 0).all()
     assert one.x.max(initial=0) < 200 and one.y.max(initial=0) < 250
+
+
+def test_shot_noise_comes_at_its_rate_from_every_pixel_and_at_every_time() -> None:
+    noise = shot_noise(4.0, GEOMETRY, np.random.default_rng(0))
+    expected = 4.0 * 200 * 250 * 0.16
+    assert abs(len(noise.t_us) - expected) < 5 * np.sqrt(expected)
+    assert (np.diff(noise.t_us.astype(int)) >= 0).all() and noise.t_us.max() < 160_000
+    for values, most in ((noise.t_us, 160_000), (noise.x, 200), (noise.y, 250), (noise.p.astype(int), 2)):
+        shares = np.histogram(values, 2, (0, most))[0] / expected
+        np.testing.assert_allclose(shares, 0.5, atol=0.02)
+    assert (noise.x.max(), noise.y.max()) == (199, 249)
+
+
+def test_noise_is_another_one_in_each_window_and_small_more_often_than_large() -> None:
+    augment = Augmentation(TrainSettings(flip=False, noise_hz=5.0), WindowSettings())
+    silence, rng = events_of([]), np.random.default_rng(0)
+    counts = np.array([len(augment(silence, rng).t_us) for _ in range(200)]) / (5.0 * 200 * 250 * 0.16)
+    assert counts.max() > 0.9 and counts.min() < 0.01
+    assert 0.18 < np.median(counts) < 0.33

@@ -97,6 +97,7 @@ def train(
     shift_px: int = 0,
     time_dropout: float = 0.0,
     event_dropout: float = 0.0,
+    noise_hz: float = 0.0,
     noise: Path | None = None,
     wandb: bool = False,
     seed: int = 0,
@@ -123,6 +124,7 @@ def train(
         shift_px: Move each window by up to so many pixels.
         time_dropout: Silence up to this share of each window's time.
         event_dropout: Remove up to this share of each window's events.
+        noise_hz: Add up to so many events a second and pixel at random, as a sensor's shot noise does.
         noise: Recording whose events are added to the windows.
         wandb: Log to Weights & Biases, too; WANDB_MODE=offline keeps it on this machine.
         seed: Seed of initial weights, order and augmentation.
@@ -134,7 +136,7 @@ def train(
     settings = TrainSettings.of(
         model, epochs=epochs, batch=batch, lr=lr, schedule=schedule, optimiser=optimiser, patience=patience,
         protocol=protocol, flip=flip, shift_px=shift_px, time_dropout=time_dropout, event_dropout=event_dropout,
-        noise=str(noise or ""), seed=seed,
+        noise_hz=noise_hz, noise=str(noise or ""), seed=seed,
     )  # fmt: skip
     result = run(load_windows(windows), out, settings, wandb=wandb)
     console.print(f"{out}: {result.summary()}")

@@ -36,6 +36,8 @@ class Augmentation:
             events = _kept(events, (events.t_us < start) | (events.t_us >= start + length))
         if s.event_dropout:
             events = _kept(events, rng.random(len(events.t_us)) >= s.event_dropout * rng.random())
+        if s.noise_hz:
+            events = merged(events, shot_noise(s.noise_hz * rng.random() ** 2, self._geometry, rng))
         if self._noise is not None:
             events = merged(events, self._part_of_noise(rng))
         return events
@@ -60,6 +62,17 @@ def shifted(events: WindowEvents, dx: int, dy: int, geometry: Geometry) -> Windo
     inside = (x >= 0) & (x < geometry.width) & (y >= 0) & (y < geometry.height)
     moved = events._replace(x=x.astype(np.uint8), y=y.astype(np.uint8))
     return _kept(moved, inside)
+
+
+def shot_noise(rate_hz: float, geometry: Geometry, rng: np.random.Generator) -> WindowEvents:
+    """Events that come at random, `rate_hz` from each pixel on average, both polarities alike: a Poisson process."""
+    count = rng.poisson(rate_hz * geometry.width * geometry.height * geometry.length_us / 1e6)
+    return WindowEvents(
+        np.sort(rng.integers(0, geometry.length_us, count, np.uint32)),
+        rng.integers(0, geometry.width, count, np.uint8),
+        rng.integers(0, geometry.height, count, np.uint8),
+        rng.random(count) < 0.5,
+    )
 
 
 def merged(events: WindowEvents, others: WindowEvents) -> WindowEvents:

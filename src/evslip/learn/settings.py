@@ -45,6 +45,9 @@ class TrainSettings:
     """Silence a span of each window, up to this share of its length."""
     event_dropout: float = 0.0
     """Remove a share of each window's events, up to this one."""
+    noise_hz: float = 0.0
+    """Add events at random, as a sensor's shot noise is: to each window so many a second and pixel, from 0 to this,
+    small rates more often."""
     noise: str = ""
     """Recording whose events are added: to each window a part of random start, of which a random share is taken."""
     seed: int = 0
@@ -66,6 +69,8 @@ class TrainSettings:
             )
         if not 0 < self.val_fraction < 1:
             raise ConfigError(f"val_fraction {self.val_fraction:g}: expected more than 0 and less than 1")
+        if not 0 <= self.noise_hz <= 1000:
+            raise ConfigError(f"noise_hz {self.noise_hz:g}: expected 0 to 1000")
         if not (0 <= self.time_dropout < 1 and 0 <= self.event_dropout < 1 and 0 <= self.shift_px <= 100):
             raise ConfigError(
                 f"time_dropout {self.time_dropout:g}, event_dropout {self.event_dropout:g}, shift_px {self.shift_px}: "
