@@ -12,7 +12,7 @@ import machine
 import stages
 import tables
 from figures import MISSING, samples, tested
-from plan import Plan
+from plan import VARIANTS, Plan
 
 from evslip.config import load_config
 from evslip.dataset import Dataset
@@ -99,7 +99,10 @@ def leaves(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 
 def training_options(plan: Plan) -> str:
     """What `evslip train` was told beyond the network and the seed."""
-    return f"`{'`, `'.join(plan.training)}`" if plan.training else "the defaults of each network"
+    ways = {name: VARIANTS[name] for name in plan.networks if name in VARIANTS}
+    own = [f"`{name}` is `{kind}` with `{' '.join(way)}`" for name, (kind, way) in ways.items()]
+    told = f"`{'`, `'.join(plan.training)}`" if plan.training else "the defaults of each network"
+    return "; ".join([told, *own])
 
 
 def note_machine(plan: Plan) -> None:
