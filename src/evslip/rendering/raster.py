@@ -10,19 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.coverage import FULL, NEAR_M, accumulate
+from evslip.rendering.coverage import FULL, accumulate
 from evslip.rendering.facets import Facets
+from evslip.rendering.fragments import MOST, SAMPLES, gather_fragments, sample_place
 from evslip.rendering.lanes import f32, formula, kernel
-
-SAMPLES = 16
-STEP = 3
-"""Of the lattice of samples (k, STEP k mod SAMPLES): no two share a row or a column, neighbours are far apart."""
-MOST = 4
-"""Fragments in a pixel."""
-SAME_DEPTH = 0.05
-"""Relative difference of distances within one fragment."""
-DISTANCE, TEX_U, TEX_V, NORMAL = 0, 1, 2, 3
-"""Rows of a face's functions; the normal has three."""
+from evslip.rendering.projection import DISTANCE, project, rows_of
 
 
 class Raster(NamedTuple):
@@ -92,8 +84,8 @@ def trace(camera, turn, focal, place, axes, facets, raster, total, touched, full
     run in which it is 1.
     """
     height, width = total.shape
-    _project(camera, turn, focal, place, axes, facets, raster, width, height)
-    low, high = _box_of(raster, width, height)
+    project(camera, turn, focal, place, axes, facets, raster, width, height)
+    low, high = rows_of(raster, width, height)
     # Rows that the mesh does not reach keep what an earlier frame left there; nobody looks at them.
     first, last = max(0, low - 1), min(height, high + 1)
     raster.area[first:last] = 0.0
@@ -114,73 +106,7 @@ def trace(camera, turn, focal, place, axes, facets, raster, total, touched, full
     for face in range(facets.faces.shape[0]):
         if raster.facing[face]:
             _fill(face, facets.faces, raster)
-    return _gather(facets.patch, raster, total, touched)
-
-
-@kernel
-def _project(camera, turn, focal, place, axes, facets, raster, width, height):
-    points, image, functions, facing = raster.points, raster.image, raster.functions, raster.facing
-    matrix, move = np.zeros((3, 3)), np.zeros(3)
-    for i in range(3):
-        for j in range(3):
-            move[i] += turn[j, i] * (place[j] - camera[j])
-            for k in range(3):
-                matrix[i, k] += turn[j, i] * axes[j, k]
-    for v in range(points.shape[0]):
-        x, y, z = facets.vertices[v, 0], facets.vertices[v, 1], facets.vertices[v, 2]
-        for i in range(3):
-            points[v, i] = matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + move[i]
-        if points[v, 2] < -NEAR_M:
-            image[v, 0] = width * 0.5 - focal * points[v, 0] / points[v, 2]
-            image[v, 1] = height * 0.5 + focal * points[v, 1] / points[v, 2]
-    per_pixel, middle_x, middle_y = 1.0 / focal, width * 0.5 / focal, height * 0.5 / focal
-    values, rows = np.ones((6, 3)), np.empty((3, 3))
-    for f in range(facing.size):
-        ia, ib, ic = facets.faces[f, 0], facets.faces[f, 1], facets.faces[f, 2]
-        facing[f] = False
-        if points[ia, 2] >= -NEAR_M or points[ib, 2] >= -NEAR_M or points[ic, 2] >= -NEAR_M:
-            continue  # the edge to such a face counts as silhouette
-        a, b, c = points[ia], points[ib], points[ic]
-        rows[0, 0], rows[0, 1], rows[0, 2] = _cross(b, c)
-        rows[1, 0], rows[1, 1], rows[1, 2] = _cross(c, a)
-        rows[2, 0], rows[2, 1], rows[2, 2] = _cross(a, b)
-        volume = a[0] * rows[0, 0] + a[1] * rows[0, 1] + a[2] * rows[0, 2]
-        if volume > -1e-15:
-            continue
-        facing[f] = True
-        for k in range(3):
-            values[TEX_U, k], values[TEX_V, k] = facets.uv[f, k, 0], facets.uv[f, k, 1]
-            n0, n1, n2 = facets.normals[f, k, 0], facets.normals[f, k, 1], facets.normals[f, k, 2]
-            for i in range(3):
-                values[NORMAL + i, k] = matrix[i, 0] * n0 + matrix[i, 1] * n1 + matrix[i, 2] * n2
-        # A ray (x, y, -1) meets the plane at depth t with t (b x c . ray) / volume of corner a, and so on.
-        for m in range(6):
-            x, y, z = 0.0, 0.0, 0.0
-            for k in range(3):
-                x += values[m, k] * rows[k, 0]
-                y += values[m, k] * rows[k, 1]
-                z += values[m, k] * rows[k, 2]
-            functions[f, m, 0] = x * per_pixel / volume
-            functions[f, m, 1] = -y * per_pixel / volume
-            functions[f, m, 2] = (y * middle_y - x * middle_x - z) / volume
-
-
-@kernel
-def _cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@kernel
-def _box_of(raster, width, height):
-    """Rows that the vertices in front of the camera span; none if all are left or right of the image."""
-    low, high, left, right = 1e9, -1e9, 1e9, -1e9
-    for v in range(raster.points.shape[0]):
-        if raster.points[v, 2] < -NEAR_M:
-            x, y = raster.image[v, 0], raster.image[v, 1]
-            low, high, left, right = min(low, y), max(high, y), min(left, x), max(right, x)
-    if right <= 0 or left >= width or high <= 0 or low >= height:
-        return 0, 0
-    return max(0, math.floor(low)), min(height, math.ceil(high))
+    return gather_fragments(facets.patch, raster, total, touched)
 
 
 @kernel
@@ -283,7 +209,8 @@ def _fill(face, faces, raster):
             if k < 0:
                 continue
             for s in range(SAMPLES):
-                px, py = column + (s + 0.5) / SAMPLES, row + ((s * STEP) % SAMPLES + 0.5) / SAMPLES
+                across, down = sample_place(s)
+                px, py = column + across, row + down
                 ab = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
                 bc = (cx - bx) * (py - by) - (cy - by) * (px - bx)
                 ca = (ax - cx) * (py - cy) - (ay - cy) * (px - cx)
@@ -300,102 +227,3 @@ def _side(x0, y0, x1, y1):
     if y0 > y1:
         x0, y0, x1, y1 = x1, y1, x0, y0
     return x0, y0, x1, y1, (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
-
-
-@kernel
-def _gather(patch, raster, total, touched):
-    """List the fragments row by row, leave the depth of each pixel in `near`, and return how many they are."""
-    height, width = total.shape
-    count, face = 0, -1
-    cluster = np.empty((MOST, 4))
-    members = np.empty(MOST, np.int64)
-    for row in range(height):
-        for column in range(touched[row, 0], touched[row, 1]):
-            if total[row, column] <= f32(0):
-                continue
-            k = raster.slot[row, column]
-            if k < 0:
-                face = raster.owner[row, column]
-                if face < 0:
-                    total[row, column] = f32(0)  # a hole that rounding has made
-                    continue
-                _put(raster, count, row * width + column, face, column + 0.5, row + 0.5, total[row, column])
-                count += 1
-                continue
-            used = _merge(k, patch, raster, cluster, members)
-            if used == 0:
-                near = _inverse_depth(raster, raster.edge_owner[k], raster.edge_place[k, 0], raster.edge_place[k, 1])
-                raster.near[row, column] = f32(near)
-                _put(
-                    raster, count, row * width + column, raster.edge_owner[k],
-                    raster.edge_place[k, 0], raster.edge_place[k, 1], total[row, column],
-                )  # fmt: skip
-                count += 1
-                continue
-            hits = 0.0
-            for m in range(used):
-                hits += cluster[m, 0]
-                raster.near[row, column] = max(raster.near[row, column], f32(cluster[m, 3] / cluster[m, 0]))
-            for m in range(used):
-                x, y = column + cluster[m, 1] / cluster[m, 0], row + cluster[m, 2] / cluster[m, 0]
-                s = members[m]
-                face = raster.slot_owner[k, s]
-                # The cluster's middle may lie beyond the sample's own triangle, but not off its plane's near side.
-                if abs(_inverse_depth(raster, face, x, y) / raster.slot_near[k, s] - 1) > SAME_DEPTH:
-                    x, y = column + (s + 0.5) / SAMPLES, row + ((s * STEP) % SAMPLES + 0.5) / SAMPLES
-                _put(raster, count, row * width + column, face, x, y, total[row, column] * f32(cluster[m, 0] / hits))
-                count += 1
-    return count
-
-
-@kernel
-def _inverse_depth(raster, face, x, y):
-    d = raster.functions[face, DISTANCE]
-    return d[0] * x + d[1] * y + d[2]
-
-
-@kernel
-def _put(raster, at, pixel, face, x, y, share):
-    raster.fragment_pixel[at], raster.fragment_face[at] = pixel, face
-    raster.fragment_place[at, 0], raster.fragment_place[at, 1] = x, y
-    raster.fragment_share[at] = share
-
-
-@kernel
-def _merge(k, patch, raster, cluster, members):
-    """Gather a pixel's samples by smooth part and depth: count, sums of x, y and 1 / depth, and one sample of each that
-    lies near the middle. Returns how many clusters."""
-    used = 0
-    for s in range(SAMPLES):
-        face = raster.slot_owner[k, s]
-        if face < 0:
-            continue
-        near = raster.slot_near[k, s]
-        place = -1
-        for m in range(used):
-            other = raster.slot_owner[k, members[m]]
-            alike = abs(near * cluster[m, 0] / cluster[m, 3] - 1) < SAME_DEPTH
-            if patch[other] == patch[face] and alike:
-                place = m
-        if place < 0 and used < MOST:
-            place = used
-            used += 1
-            members[place] = s
-            cluster[place] = 0.0
-        place = max(place, 0)
-        cluster[place, 0] += 1.0
-        cluster[place, 1] += (s + 0.5) / SAMPLES
-        cluster[place, 2] += ((s * STEP) % SAMPLES + 0.5) / SAMPLES
-        cluster[place, 3] += near
-    for m in range(used):
-        best = 4.0
-        x, y = cluster[m, 1] / cluster[m, 0], cluster[m, 2] / cluster[m, 0]
-        chosen = patch[raster.slot_owner[k, members[m]]]
-        for s in range(SAMPLES):
-            if raster.slot_owner[k, s] >= 0 and patch[raster.slot_owner[k, s]] == chosen:
-                alike = abs(raster.slot_near[k, s] * cluster[m, 0] / cluster[m, 3] - 1) < SAME_DEPTH
-                off = ((s + 0.5) / SAMPLES - x) ** 2 + (((s * STEP) % SAMPLES + 0.5) / SAMPLES - y) ** 2
-                if alike and off < best:
-                    best = off
-                    members[m] = s
-    return used
