@@ -10,6 +10,7 @@ from evslip.rendering.links import CASTERS, COARSE, LinkPoses, hulls, in_view, o
 from evslip.rendering.passes import Passes
 from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting
+from evslip.rendering.skin import SkinTexture
 from evslip.rendering.texels import bake
 
 HALF = 0.5
@@ -24,7 +25,7 @@ class Arm:
         self._slopes = width / 2 / camera.focal_px, height / 2 / camera.focal_px
         self._gloss = gloss
         self._raster = None
-        self._cells, self._levels = bake(np.full((2, 2), WHITEST, np.float32), wrap=True)
+        self._texture = SkinTexture(*bake(np.full((2, 2), WHITEST, np.float32), wrap=True), (True, True))
         self.total = np.zeros((height, width), np.float32)
         """Share of each pixel that the arm covers."""
         self.touched, self._full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -49,13 +50,10 @@ class Arm:
 
     def draw(self, out: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters) -> None:
         """Add what `cover` found to `out`."""
-        lamp, raster = setting.lamp, self._raster
-        assert raster is not None
+        assert self._raster is not None
         passes.draw_skin(
-            out, view.camera, view.turn, view.focal, lamp.luminance, lamp.share,
-            setting.ambient.matrix, self._gloss, self._cells, self._levels, (True, True),
-            raster.functions, raster.fragment_pixel, raster.fragment_face, raster.fragment_place,
-            raster.fragment_share, self._count, casters, ARM_PART, self._keep, self._depth,
+            out, self._keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
+            self._count, casters, ARM_PART, self._depth,
         )  # fmt: skip
 
     def mark(self, bodies: np.ndarray, number: int) -> None:

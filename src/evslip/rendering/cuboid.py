@@ -14,6 +14,7 @@ from evslip.rendering.outline import Outline
 from evslip.rendering.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.passes import Passes
 from evslip.rendering.setting import Setting, channel_of
+from evslip.rendering.solid import Cover, FaceTextures
 from evslip.rendering.texels import bake, squared
 
 
@@ -25,7 +26,7 @@ class Cuboid:
         shape = params.object
         sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
         self.half = sides / 2
-        self._texture = bake_faces(channel_of(textures.load(shape.texture), channel), sides)
+        self._textures = bake_faces(channel_of(textures.load(shape.texture), channel), sides)
         self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -51,15 +52,22 @@ class Cuboid:
     def draw(
         self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
     ) -> None:
-        lamp, camera, turn, place, axes = setting.lamp, view.camera, view.turn, view.place, view.axes
+        cover = Cover(self._visible, self._faces, self._rows, self._area, self._spans)
         passes.draw_solid(
-            out, camera, turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance, lamp.share,
-            setting.ambient.matrix, self._gloss, place, axes, self.half, *self._texture,
-            casters, self._visible, self._faces, self._rows, self._area, self._spans, keep,
-        )  # fmt: skip
+            out,
+            keep,
+            view,
+            setting.lamp,
+            setting.ambient.matrix,
+            self._gloss,
+            self.half,
+            self._textures,
+            casters,
+            cover,
+        )
 
 
-def bake_faces(image: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def bake_faces(image: np.ndarray, sides: np.ndarray) -> FaceTextures:
     """The whole texture on every face of a box. Each pair of faces has a pyramid of its own."""
     cells, levels, starts, total = [], [], [0], 0
     for axis in range(3):
@@ -70,4 +78,4 @@ def bake_faces(image: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.nda
         levels.append(own_levels)
         starts.append(starts[-1] + len(own_levels))
         total += len(own_cells)
-    return np.concatenate(cells), np.concatenate(levels), np.array(starts)
+    return FaceTextures(np.concatenate(cells), np.concatenate(levels), np.array(starts))

@@ -5,13 +5,16 @@ Which pixels show them, and what all of them share, is found on the host.
 
 import numpy as np
 
+from evslip.rendering.body import View
 from evslip.rendering.casters import OBJECT_PART, Casters
 from evslip.rendering.cuda_device import Device, cuda, reception_of, room_for, shadows_of, upload
 from evslip.rendering.gripper import distance_of, open_fragments, shade_fragments
-from evslip.rendering.illumination import illuminate, lit_by
+from evslip.rendering.illumination import illuminate, lit_by, power_of
 from evslip.rendering.lanes import LANES, PART, RESULT, SCRATCH, ZERO, f32
-from evslip.rendering.skin import gather, leave_out, shade_skin
-from evslip.rendering.solid import Face, aim_at_face, shade_face, stand
+from evslip.rendering.raster import Raster
+from evslip.rendering.setting import Lamp
+from evslip.rendering.skin import SkinTexture, gather, leave_out, shade_skin
+from evslip.rendering.solid import Cover, Face, FaceTextures, aim_at_face, shade_face, stand, texture_of
 
 
 class CudaSolid:
@@ -22,39 +25,29 @@ class CudaSolid:
         self._image = cuda.device_array((height, width), np.float32)
 
     def __call__(
-        self, out: np.ndarray, camera: np.ndarray, turn: np.ndarray, focal: float, lamp: np.ndarray, lamp_radius: float,
-        lamp_luminance: float, lamp_share: float, ambient: np.ndarray, gloss: float, place: np.ndarray,
-        axes: np.ndarray, half: np.ndarray, cells: np.ndarray, levels: np.ndarray, level_starts: np.ndarray,
-        casters: Casters, visible: int, faces: np.ndarray, rows: np.ndarray, area: np.ndarray, spans: np.ndarray,
-        keep: np.ndarray,
+        self, out: np.ndarray, keep: np.ndarray, view: View, lamp: Lamp, ambient: np.ndarray, gloss: float,
+        half: np.ndarray, textures: FaceTextures, casters: Casters, cover: Cover,
     ) -> None:  # fmt: skip
         """The arguments are those of `solid.draw_solid` without scratch."""
-        if visible == 0:
+        if cover.visible == 0:
             return
-        top, bottom = int(rows[:visible, 0].min()), int(rows[:visible, 1].max())
+        top, bottom = int(cover.rows[: cover.visible, 0].min()), int(cover.rows[: cover.visible, 1].max())
+        number = np.arange(top, bottom)[:, None]
         picture, kept = self._image[top:bottom], cuda.to_device(keep[top:bottom])
         picture.copy_to_device(np.zeros(picture.shape, np.float32))
-        power, texture = f32(lamp_luminance * lamp_radius**2 * lamp_share), self._device.keep("face", cells)
-        room = room_for(casters)
-        for k in range(visible):
-            face = stand(
-                self._scratch, camera, turn, focal, lamp, lamp_radius, ambient, place, axes, half, faces[k], casters
-            )
-            own = levels[level_starts[faces[k] % 3] : level_starts[faces[k] % 3 + 1]]
+        cells, room = self._device.keep("face", textures.cells), room_for(casters)
+        for k in range(cover.visible):
+            face = stand(self._scratch, view, lamp, ambient, half, cover.faces[k], casters)
+            # Spans of rows that a face does not reach are of an earlier frame.
+            inside = (number >= cover.rows[k, 0]) & (number < cover.rows[k, 1])
             self._device.launch(
                 _draw_face, (bottom - top) * -(-out.shape[1] // LANES), face.reception.scratch.shape[1],
-                picture, top, out.shape[0], f32(1 / focal), power, f32(lamp_radius), f32(gloss),
-                upload(face[:-2]), shadows_of(upload(face.reception)), bool(face.shaded), texture, upload(own),
-                upload(area[k, top:bottom]), upload(np.where(_inside(rows[k], top, bottom), spans[k, top:bottom], 0)),
-                kept, room,
+                picture, top, out.shape[0], f32(1 / view.focal), power_of(lamp), f32(lamp.radius_m), f32(gloss),
+                upload(face[:-2]), shadows_of(upload(face.reception)), bool(face.shaded), cells,
+                upload(texture_of(textures, cover.faces[k])), upload(cover.area[k, top:bottom]),
+                upload(np.where(inside, cover.spans[k, top:bottom], 0)), kept, room,
             )  # fmt: skip
         out[top:bottom] += picture.copy_to_host()
-
-
-def _inside(rows: np.ndarray, top: int, bottom: int) -> np.ndarray:
-    """Which of the rows from `top` to `bottom` a face has, bool (n, 1): spans of others are of an earlier frame."""
-    number = np.arange(top, bottom)[:, None]
-    return (number >= rows[0]) & (number < rows[1])
 
 
 @cuda.jit
@@ -85,24 +78,24 @@ class CudaSkin:
         self._device = device
 
     def __call__(
-        self, out: np.ndarray, camera: np.ndarray, turn: np.ndarray, focal: float, lamp_luminance: float,
-        lamp_share: float, ambient: np.ndarray, gloss: float, cells: np.ndarray, levels: np.ndarray,
-        repeats: tuple[bool, bool], functions: np.ndarray, pixels: np.ndarray, faces: np.ndarray, places: np.ndarray,
-        shares: np.ndarray, count: int, casters: Casters, part: int, keep: np.ndarray, middle_depth: float,
+        self, out: np.ndarray, keep: np.ndarray, view: View, lamp: Lamp, ambient: np.ndarray, gloss: float,
+        texture: SkinTexture, raster: Raster, count: int, casters: Casters, part: int, depth: float,
     ) -> None:  # fmt: skip
         """The arguments are those of `skin.draw_skin` without scratch."""
         if count == 0:
             return
-        light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, middle_depth)
+        light = illuminate(view, lamp, ambient, casters, depth)
         leave_out(light.reception, part)
-        values = cuda.device_array(count, np.float32)
+        values, shares = cuda.device_array(count, np.float32), raster.fragment_share[:count]
+        cells = self._device.keep(f"skin {part}", texture.cells)
         self._device.launch(
             _draw_fragments, -(-count // LANES), light.reception.scratch.shape[1],
-            values, out.shape[1], out.shape[0], float(focal), upload(light[:-1]), shadows_of(upload(light.reception)),
-            part, f32(gloss), self._device.keep(f"skin {part}", cells), upload(levels), repeats, upload(functions),
-            upload(faces[:count]), upload(places[:count]), upload(shares[:count]), room_for(casters),
+            values, out.shape[1], out.shape[0], float(view.focal), upload(light[:-1]),
+            shadows_of(upload(light.reception)), part, f32(gloss), cells, upload(texture.levels), texture.repeats,
+            upload(raster.functions), upload(raster.fragment_face[:count]), upload(raster.fragment_place[:count]),
+            upload(shares), room_for(casters),
         )  # fmt: skip
-        gather(out, keep, pixels[:count], shares[:count], values.copy_to_host())
+        gather(out, keep, raster.fragment_pixel[:count], shares, values.copy_to_host())
 
 
 @cuda.jit
@@ -113,9 +106,10 @@ def _draw_fragments(
     S = cuda.shared.array(SCRATCH, np.float32)[cuda.threadIdx.x :]
     fetched = cuda.shared.array(LANES, np.uint64)[cuda.threadIdx.x :]
     own = lit_by(light, reception_of(shadows, lists[cuda.grid(1)]))
+    texture = SkinTexture(cells, levels, repeats)
     for i in range(cuda.grid(1), values.size, cuda.gridsize(1)):
         shade_skin(
-            S, 1, fetched, width, height, focal, own, part, gloss, cells, levels, repeats, functions,
+            S, 1, fetched, width, height, focal, own, part, gloss, texture, functions,
             faces[i : i + 1], places[i : i + 1], shares[i : i + 1], room,
         )  # fmt: skip
         values[i] = S[RESULT]
@@ -128,12 +122,11 @@ class CudaGripper:
         self._device = device
 
     def __call__(
-        self, values: np.ndarray, fragments: np.ndarray, albedo: int, camera: np.ndarray, turn: np.ndarray,
-        focal: float, lamp_luminance: float, lamp_share: float, ambient: np.ndarray, gloss: float, casters: Casters,
+        self, values: np.ndarray, view: View, lamp: Lamp, ambient: np.ndarray, gloss: float, fragments: np.ndarray,
+        albedo: int, casters: Casters,
     ) -> None:  # fmt: skip
         """The arguments are those of `gripper.shade_gripper` without scratch."""
-        depth = distance_of(camera, turn, casters)
-        light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, depth)
+        light = illuminate(view, lamp, ambient, casters, distance_of(view, casters))
         result = cuda.device_array(len(values), np.float32)
         self._device.launch(
             _draw_gripper, -(-len(values) // LANES), light.reception.scratch.shape[1],

@@ -21,24 +21,22 @@ TOUCHING_M = 0.0015
 
 
 @kernel
-def shade_gripper(
-    S, values, fragments, albedo, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss, casters
-):  # fmt: skip
+def shade_gripper(S, values, view, lamp, ambient, gloss, fragments, albedo, casters):
     """values (n,): luminance of every fragment.
 
-    albedo: row of the fragments' colour. A part of the gripper casts no shadow on itself.
+    view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; albedo: row of the fragments' colour. A part of
+    the gripper casts no shadow on itself.
     """
-    depth = distance_of(camera, turn, casters)
-    light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, depth)
+    light = illuminate(view, lamp, ambient, casters, distance_of(view, casters))
     _shade_all(S, values, fragments, albedo, light, f32(gloss), _open_to_object(S, fragments, light.blockers[0]))
 
 
 @kernel
-def distance_of(camera, turn, casters):
+def distance_of(view, casters):
     """How far before the camera the object is, in metres."""
     away = 0.0
     for j in range(3):
-        away -= turn[j, 2] * (casters.origin[j] - camera[j])
+        away -= view.turn[j, 2] * (casters.origin[j] - view.camera[j])
     return away
 
 

@@ -24,22 +24,27 @@ class Illumination(NamedTuple):
 
 
 @kernel
-def illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, depth):
-    """lamp_share: how much of the lamp stands above the surface's horizon. depth: for the blur of shadows over a
-    pixel, in metres."""
-    lamp = np.zeros(3)
+def illuminate(view, lamp, ambient, casters, depth):
+    """view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`. depth: of the body, in metres, for the blur
+    of shadows over a pixel."""
+    camera, turn, centre = view.camera, view.turn, np.zeros(3)
     for k in range(3):
         for j in range(3):
-            lamp[k] += turn[j, k] * (casters.lamp[j] - camera[j])
+            centre[k] += turn[j, k] * (lamp.position[j] - camera[j])
     reception = receive(casters, turn, camera)
     right, down = np.zeros(3), np.zeros(3)
-    right[0] = down[1] = depth / focal
+    right[0] = down[1] = depth / view.focal
     spread(reception, casters, right, down)
-    power = lamp_luminance * casters.lamp_radius**2 * lamp_share
     return Illumination(
-        turned(ambient, turn), lamp.astype(np.float32), f32(casters.lamp_radius), f32(power),
+        turned(ambient, turn), centre.astype(np.float32), f32(lamp.radius_m), power_of(lamp),
         describe_blockers(casters, turn, camera), reception,
     )  # fmt: skip
+
+
+@kernel
+def power_of(lamp):
+    """Luminance x radius^2 of what stands above the surface's horizon."""
+    return f32(lamp.luminance * lamp.radius_m**2 * lamp.share)
 
 
 @kernel

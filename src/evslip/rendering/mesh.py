@@ -15,6 +15,7 @@ from evslip.rendering.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.passes import Passes
 from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting, channel_of
+from evslip.rendering.skin import SkinTexture
 from evslip.rendering.texels import bake, squared
 from evslip.shapes import surface_of
 
@@ -28,7 +29,8 @@ class Mesh:
         self._size = float(np.linalg.norm(self._facets.vertices, axis=1).max())
         self.half = np.abs(self._facets.vertices).max(0)
         image = channel_of(textures.load(params.object.texture), channel)
-        self._texture = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
+        baked = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
+        self._texture = SkinTexture(*baked, self._facets.repeats)
         self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -46,13 +48,10 @@ class Mesh:
     def draw(
         self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
     ) -> None:
-        lamp, raster = setting.lamp, self._raster
+        depth = -float(view.turn[:, 2] @ (view.place - view.camera))
         passes.draw_skin(
-            out, view.camera, view.turn, view.focal, lamp.luminance, lamp.share,
-            setting.ambient.matrix, self._gloss, *self._texture, self._facets.repeats,
-            raster.functions, raster.fragment_pixel, raster.fragment_face, raster.fragment_place,
-            raster.fragment_share, self._count,
-            casters, OBJECT_PART, keep, -float(view.turn[:, 2] @ (view.place - view.camera)),
+            out, keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
+            self._count, casters, OBJECT_PART, depth,
         )  # fmt: skip
 
 

@@ -130,9 +130,8 @@ class Raycaster:
         else:
             plate.wipe(self._span, body.touched)
         self._passes.shade_gripper(
-            self._values, layers.fragments, self.albedo_row, view.camera, view.turn, view.focal,
-            lamp.luminance, lamp.share, ambient.matrix, GRIPPER_GLOSS, casters,
-        )  # fmt: skip
+            self._values, view, lamp, ambient.matrix, GRIPPER_GLOSS, layers.fragments, self.albedo_row, casters
+        )
         body.order(self._front, layers)
         fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
         merge_gripper(plate.light, plate.clear, self._keep, self._over, self._values, *fragments)

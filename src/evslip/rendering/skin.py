@@ -1,6 +1,9 @@
 """The look of a mesh: its fragments textured, lit with their smooth normals, and in the gripper's shadow."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from evslip.rendering.ambient import irradiance
 from evslip.rendering.casters import OBJECT_PART, shade
@@ -41,28 +44,34 @@ COARSEST = 0.25
 """Longest side of a pixel's footprint, in repetitions of the texture: at a rim it would grow without end."""
 
 
+class SkinTexture(NamedTuple):
+    cells: np.ndarray
+    """Of `texels.bake`."""
+    levels: np.ndarray
+    repeats: tuple[bool, bool]
+    """Of `Facets`."""
+
+
 @kernel
-def draw_skin(
-    S, fetched, out, camera, turn, focal, lamp_luminance, lamp_share, ambient, gloss,
-    cells, levels, repeats, functions, pixels, faces, places, shares, count,
-    casters, part, keep, middle_depth,
-):  # fmt: skip
+def draw_skin(S, fetched, out, keep, view, lamp, ambient, gloss, texture, raster, count, casters, part, depth):
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
-    part: number of this body among the casters. middle_depth: of the object, for the blur of shadows over a pixel.
+    view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; texture: `SkinTexture`; part: number of this
+    body among the casters; depth: its distance before the camera, for the blur of shadows over a pixel.
     """
     height, width = out.shape
-    light = illuminate(camera, turn, focal, lamp_luminance, lamp_share, ambient, casters, middle_depth)
+    light = illuminate(view, lamp, ambient, casters, depth)
     leave_out(light.reception, part)
     for start in range(0, count, LANES):
         n = min(LANES, count - start)
         own = slice(start, start + n)
+        shares = raster.fragment_share[own]
         shade_skin(
-            S, n, fetched, width, height, focal, light, part, f32(gloss), cells, levels, repeats, functions, faces[own],
-            places[own], shares[own], ZERO,
+            S, n, fetched, width, height, view.focal, light, part, f32(gloss), texture, raster.functions,
+            raster.fragment_face[own], raster.fragment_place[own], shares, ZERO,
         )  # fmt: skip
-        gather(out, keep, pixels[own], shares[own], S[RESULT : RESULT + n])
+        gather(out, keep, raster.fragment_pixel[own], shares, S[RESULT : RESULT + n])
 
 
 @kernel
@@ -82,8 +91,7 @@ def gather(out, keep, pixels, shares, values):
 
 @kernel
 def shade_skin(
-    S, n, fetched, width, height, focal, light, part, gloss, cells, levels, repeats, functions, faces, places, shares,
-    room,
+    S, n, fetched, width, height, focal, light, part, gloss, texture, functions, faces, places, shares, room
 ):  # fmt: skip
     """RESULT for n fragments: `faces`, `places`, `shares` of a `raster.Raster`, and its `functions`. room: of
     `casters.shade`."""
@@ -99,8 +107,8 @@ def shade_skin(
                 block(S, n, blockers[k], False)
     if lit > ZERO:
         shade(S, n, light.reception, True, True, room)
-    _look_up(S, n, functions, faces, places, shares, levels[0, 1], repeats)
-    sample_around(S, n, cells, fetched, levels, True, SQUARE)
+    _look_up(S, n, functions, faces, places, shares, texture.levels[0, 1], texture.repeats)
+    sample_around(S, n, texture.cells, fetched, texture.levels, True, SQUARE)
     for i in range(n):
         S[RESULT + i] = (
             S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]

@@ -8,6 +8,7 @@ import numpy as np
 from evslip.borrow import borrowed
 from evslip.rendering.ambient import irradiance
 from evslip.rendering.casters import OBJECT_PART, Reception, aim, receive, shade, spread
+from evslip.rendering.illumination import power_of
 from evslip.rendering.lanes import (
     HALF,
     LANES,
@@ -69,35 +70,57 @@ class Face(NamedTuple):
     """Whether any caster matters."""
 
 
-@kernel
-def draw_solid(
-    S, fetched, out, camera, turn, focal, lamp, lamp_radius, lamp_luminance, lamp_share, ambient, gloss,
-    place, axes, half, cells, levels, level_starts, casters, visible, faces, rows, area, spans, keep,
-):  # fmt: skip
-    """Add the object's faces to `out`, weighted by coverage (area, spans, rows of `cover_box`) and by keep (height,
-    width), the share of each pixel that no part of the gripper in front of the object covers.
+class FaceTextures(NamedTuple):
+    cells: np.ndarray
+    """Of `texels.bake`, of all faces."""
+    levels: np.ndarray
+    starts: np.ndarray
+    """Rows of `levels` that belong to the faces across x, y, z; int64 (4,)."""
 
-    lamp_share: how much of the lamp stands above the surface's horizon. level_starts (4,): rows of `levels` that belong
-    to the faces across x, y, z.
+
+class Cover(NamedTuple):
+    """Which pixels show which face; see `coverage.cover_box`, whose names these are."""
+
+    visible: int
+    faces: np.ndarray
+    rows: np.ndarray
+    area: np.ndarray
+    spans: np.ndarray
+
+
+@kernel
+def draw_solid(S, fetched, out, keep, view, lamp, ambient, gloss, half, textures, casters, cover):
+    """Add the object's faces to `out`, weighted by coverage and by keep (height, width), the share of each pixel that
+    no part of the gripper in front of the object covers.
+
+    view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; half: half the object's sides; textures:
+    `FaceTextures`; cover: `Cover`.
     """
-    radius, power = f32(lamp_radius), f32(lamp_luminance * lamp_radius**2 * lamp_share)
     for i in range(LANES):
         S[PART + i] = f32(OBJECT_PART)
-    for k in range(visible):
-        face = stand(S, camera, turn, focal, lamp, lamp_radius, ambient, place, axes, half, faces[k], casters)
-        own = levels[level_starts[faces[k] % 3] : level_starts[faces[k] % 3 + 1]]
+    for k in range(cover.visible):
+        face = stand(S, view, lamp, ambient, half, cover.faces[k], casters)
+        own = texture_of(textures, cover.faces[k])
         _draw_face(
-            S, fetched, out, f32(1.0 / focal), power, radius, gloss, face, cells, own, rows[k], area[k], spans[k], keep
-        )
+            S, fetched, out, f32(1.0 / view.focal), power_of(lamp), f32(lamp.radius_m), gloss, face, textures.cells,
+            own, cover.rows[k], cover.area[k], cover.spans[k], keep,
+        )  # fmt: skip
 
 
 @kernel
-def stand(S, camera, turn, focal, lamp, lamp_radius, ambient, place, axes, half, face, casters):
+def texture_of(textures, face):
+    """Levels of one face."""
+    return textures.levels[textures.starts[face % 3] : textures.starts[face % 3 + 1]]
+
+
+@kernel
+def stand(S, view, lamp, ambient, half, face, casters):
     """The `Face` of a number in `face_axes`."""
+    camera, turn, focal = view.camera, view.turn, view.focal
     u_axis, v_axis, normal, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     frame, plane = np.empty((3, 3)), np.zeros(PLANE)
-    half_u, half_v = face_axes(axes, half, place, face, u_axis, v_axis, normal, origin)
-    describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp)
+    half_u, half_v = face_axes(view.axes, half, view.place, face, u_axis, v_axis, normal, origin)
+    describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp.position)
     distance = 0.0
     for j in range(3):
         frame[j, 0], frame[j, 1], frame[j, 2] = u_axis[j], v_axis[j], normal[j]
@@ -107,7 +130,7 @@ def stand(S, camera, turn, focal, lamp, lamp_radius, ambient, place, axes, half,
     nodes = np.empty((FACE_NODES, FACE_NODES), np.float32)
     face_nodes(S, half_u, half_v, describe_blockers(casters, frame, origin)[1:], nodes)
     reception = receive(casters, frame, origin)
-    shaded = plane[14] > -lamp_radius and aim(reception, casters, origin, math.sqrt(half_u**2 + half_v**2) + 0.002)
+    shaded = plane[14] > -lamp.radius_m and aim(reception, casters, origin, math.sqrt(half_u**2 + half_v**2) + 0.002)
     if shaded:
         for c in range(casters.parts.size):
             if casters.parts[c] == OBJECT_PART or not _above(casters, c, normal, origin):
