@@ -1,6 +1,7 @@
 """Everything behind the object and the hand: the surface with its shadows, and the background sphere."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,68 +40,103 @@ from evslip.rendering.texels import TRIANGLE, sample_along, sample_around, unfol
 ENDLESS = f32(1e30)
 
 
+class Uncovered(NamedTuple):
+    """What gripper and object leave of the backdrop."""
+
+    seen: np.ndarray
+    """See `layers.Layers`."""
+    total: np.ndarray
+    """This and what follows: see `body.Body`."""
+    touched: np.ndarray
+    full: np.ndarray
+
+
+class Surface(NamedTuple):
+    """What all pixels that see the surface share, in single precision."""
+
+    cells: np.ndarray
+    """Of `texels.bake`."""
+    levels: np.ndarray
+    per_m: np.float32
+    """Repetitions of the texture a metre."""
+    ambient: np.float32
+    reflectance: np.float32
+    power: np.float32
+    """Of the lamp: luminance x radius^2."""
+    lamp_radius: np.float32
+    plane: np.ndarray
+    """Of `plane.describe`."""
+    sheen: np.ndarray
+
+
+class Sphere(NamedTuple):
+    """What all pixels that see the background share, in single precision."""
+
+    cells: np.ndarray
+    levels: np.ndarray
+    repetitions: np.float32
+    radius: np.float32
+    luminance: np.float32
+    camera: np.ndarray
+    turn: np.ndarray
+    towards: np.ndarray
+    """Unit vector to the lamp in camera axes."""
+    angle: np.float32
+    """The lamp's angular radius."""
+    lamp_luminance: np.float32
+
+
 @kernel
 def backdrop(
-    S, fetched, backdrops, grounds, slots, cell_height, cell_width,
-    camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-    surface_cells, surface_levels, tile_m, surface_ambient, reflectance, sheen,
-    sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance,
-    casters, seen, total, touched, full,
+    S, fetched, backdrops, grounds, slots, cell_height, cell_width, view, lamp, table, sky, casters, uncovered
 ):  # fmt: skip
-    """Shade what gripper (seen: `Layers.seen`) and object (total, touched, full of `cover_box`) leave visible in the
-    cells that `slots` (rows, columns) does not leave out with -1: into that place of `backdrops` (n, height, width);
-    and note in `grounds` whether it is the surface, 1, or the background, 0.
+    """Shade what is `Uncovered` in the cells that `slots` (rows, columns) does not leave out with -1: into that place
+    of `backdrops` (n, height, width); and note in `grounds` whether it is the surface, 1, or the background, 0.
+
+    view: `body.View`; lamp, table, sky: of a `setting.Setting`.
 
     Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle of the pixel
     there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
     height, width = backdrops.shape[1:]
-    scene = compose(
-        S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-        surface_cells, surface_levels, tile_m, surface_ambient, reflectance, sheen,
-        sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
-    )  # fmt: skip
-    _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, seen, total, touched, full)
+    scene = compose(S, height, width, view, lamp, table, sky, casters)
+    _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, uncovered)
 
 
 @kernel
-def compose(
-    S, height, width, camera, turn, focal, lamp, lamp_radius, lamp_luminance,
-    surface_cells, surface_levels, tile_m, surface_ambient, reflectance, sheen,
-    sphere_cells, sphere_levels, repetitions, sphere_radius, sphere_luminance, casters,
-):  # fmt: skip
+def compose(S, height, width, view, lamp, table, sky, casters):
     """What all pixels share: the view, the surface, the sphere, what casts shadows, and the openness of
     `surface_nodes`."""
+    camera, turn, focal, tile_m = view.camera, view.turn, view.focal, table.tile_m
     # The plane's origin lies below the camera on a whole repetition of the texture, so that float32 suffices.
     origin = np.array([math.floor(camera[0] / tile_m) * tile_m, math.floor(camera[1] / tile_m) * tile_m, 0.0])
     axes = np.eye(3)
     plane = np.zeros(PLANE)
-    describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp)
-    towards, angle = _bearing(camera, turn, lamp, lamp_radius)
-    surface = (
-        surface_cells, surface_levels, f32(1.0 / tile_m), f32(surface_ambient), f32(reflectance),
-        f32(lamp_luminance * lamp_radius**2), f32(lamp_radius), plane.astype(np.float32), sheen,
+    describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp.position)
+    towards, angle = _bearing(camera, turn, lamp.position, lamp.radius_m)
+    surface = Surface(
+        table.cells, table.levels, f32(1.0 / tile_m), f32(table.ambient), f32(table.reflectance),
+        f32(lamp.luminance * lamp.radius_m**2), f32(lamp.radius_m), plane.astype(np.float32), table.sheen,
     )  # fmt: skip
-    sphere = (
-        sphere_cells, sphere_levels, f32(repetitions), f32(sphere_radius), f32(sphere_luminance),
-        camera.astype(np.float32), turn.astype(np.float32), towards, angle, f32(lamp_luminance),
+    sphere = Sphere(
+        sky.cells, sky.levels, f32(sky.repetitions), f32(sky.radius_m), f32(sky.luminance),
+        camera.astype(np.float32), turn.astype(np.float32), towards, angle, f32(lamp.luminance),
     )  # fmt: skip
     for i in range(LANES):
         S[PART + i] = f32(NO_PART)
-    nodes = surface_nodes(S, width, height, camera, turn, focal, sphere_radius, origin, casters)
-    view = (camera, turn, focal, sphere_radius, plane)
-    return view, surface, sphere, (casters, receive(casters, axes, origin)), nodes
+    nodes = surface_nodes(S, width, height, camera, turn, focal, sky.radius_m, origin, casters)
+    return (camera, turn, focal, sky.radius_m, plane), surface, sphere, (casters, receive(casters, axes, origin)), nodes
 
 
 @kernel
 def _draw_tiles(
-    backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, seen, total, touched, full
+    backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, uncovered
 ):  # fmt: skip
     backdrops, grounds, S, fetched = borrowed(backdrops), borrowed(grounds), borrowed(S), borrowed(fetched)
     view, surface, sphere, shadows, nodes = borrowed(scene)
-    seen, total, touched, full = borrowed(seen), borrowed(total), borrowed(touched), borrowed(full)
+    seen, total, touched, full = borrowed(uncovered)
     height, width = backdrops.shape[1:]
-    focal, towards, angle, reception = view[2], sphere[7], sphere[8], shadows[1]
+    focal, reception = view[2], shadows[1]
     pixel = f32(1.0 / focal)
     for y0 in range(0, height, TILE_H):
         y1 = min(y0 + TILE_H, height)
@@ -111,7 +147,7 @@ def _draw_tiles(
                 continue
             out, bodies = backdrops[slot], grounds[slot]
             shaded = choose_casters(x0, y0, x1, y1, height, width, view, shadows)
-            lamp_here = lamp_in(towards, angle, x0, y0, x1, y1, height, width, focal)
+            lamp_here = lamp_in(sphere.towards, sphere.angle, x0, y0, x1, y1, height, width, focal)
             for row in range(y0, y1):
                 for run in range(seen.shape[1]):
                     if seen[row, run, 0] >= x1:
@@ -185,37 +221,36 @@ def uncovered_middle(total, row, column):
 def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, lamp_here):
     """RESULT and GROUND for n rays. room: how far around the place that they see casters are looked for beyond what a
     run of them needs."""
-    sphere_cells, sphere_levels, repetitions, radius, luminance, camera, turn, towards, angle, lamp_luminance = sphere
-    meet_sphere(S, n, turn, camera, radius, pixel)
+    meet_sphere(S, n, sphere.turn, sphere.camera, sphere.radius, pixel)
     lowest, highest = ENDLESS, -ENDLESS
     for i in range(n):
         lowest, highest = smaller(lowest, S[GROUND + i]), larger(highest, S[GROUND + i])
     if lowest < ONE:
-        aspect = sphere_levels[0, 1] / sphere_levels[0, 2]
+        aspect = sphere.levels[0, 1] / sphere.levels[0, 2]
         horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
-        unroll(S, n, repetitions, radius, pixel, aspect, horizon)
-        sample_around(S, n, sphere_cells, fetched, sphere_levels, True, TRIANGLE)
-        glow(S, n, luminance)
+        unroll(S, n, sphere.repetitions, sphere.radius, pixel, aspect, horizon)
+        sample_around(S, n, sphere.cells, fetched, sphere.levels, True, TRIANGLE)
+        glow(S, n, sphere.luminance)
         if lamp_here:
-            draw_lamp(S, n, towards, angle, pixel, lamp_luminance)
+            draw_lamp(S, n, sphere.towards, sphere.angle, pixel, sphere.lamp_luminance)
     if highest > ZERO:
         if lowest < ONE:
-            _look_below_horizon(S, n, turn, pixel)
-        cells, levels, per_m, ambient, reflectance, power, lamp_radius, plane, polynomial = surface
+            _look_below_horizon(S, n, sphere.turn, pixel)
+        plane = surface.plane
         meet_plane(S, n, plane, pixel)
-        light_plane(S, n, plane, power, lamp_radius)
-        if reflectance > ZERO:
-            glint(S, n, plane, WIDTH, reflectance)
+        light_plane(S, n, plane, surface.power, surface.lamp_radius)
+        if surface.reflectance > ZERO:
+            glint(S, n, plane, WIDTH, surface.reflectance)
         if shaded:
             shade(S, n, reception, False, True, room)
-        unfold(S, n, per_m, ZERO, -per_m, ZERO, True)
-        sample_along(S, n, cells, fetched, levels)
+        unfold(S, n, surface.per_m, ZERO, -surface.per_m, ZERO, True)
+        sample_along(S, n, surface.cells, fetched, surface.levels)
         if lowest >= ONE:
-            reflect(S, n, ambient)
+            reflect(S, n, surface.ambient)
         else:
-            reflect_below_horizon(S, n, ambient)
-        if reflectance > ZERO:
-            mirror(S, n, plane, polynomial)
+            reflect_below_horizon(S, n, surface.ambient)
+        if surface.reflectance > ZERO:
+            mirror(S, n, plane, surface.sheen)
 
 
 @kernel

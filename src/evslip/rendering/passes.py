@@ -9,7 +9,6 @@ import numpy as np
 from evslip.rendering.backdrop import backdrop
 from evslip.rendering.gripper import shade_gripper
 from evslip.rendering.lanes import LANES, SCRATCH
-from evslip.rendering.setting import Setting
 from evslip.rendering.skin import draw_skin
 from evslip.rendering.solid import draw_solid
 
@@ -23,7 +22,7 @@ class Passes(NamedTuple):
     shade_gripper: Callable[..., None]
 
 
-def make_passes(device: str, setting: Setting, height: int, width: int) -> Passes:
+def make_passes(device: str, height: int, width: int) -> Passes:
     """device: `render.device`. Raises MissingExtraError."""
     if device == "cuda":
         from evslip.rendering.cuda_backdrop import CudaBackdrop
@@ -31,9 +30,7 @@ def make_passes(device: str, setting: Setting, height: int, width: int) -> Passe
         from evslip.rendering.cuda_device import Device
 
         gpu = Device()
-        return Passes(
-            CudaBackdrop(gpu, setting, height, width), CudaSolid(gpu, height, width), CudaSkin(gpu), CudaGripper(gpu)
-        )
+        return Passes(CudaBackdrop(gpu, height, width), CudaSolid(gpu, height, width), CudaSkin(gpu), CudaGripper(gpu))
     S, fetched = np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64)
     return Passes(
         partial(backdrop, S, fetched), partial(draw_solid, S, fetched), partial(draw_skin, S, fetched),

@@ -9,6 +9,7 @@ from evslip.errors import ConfigError
 from evslip.frame import ARM
 from evslip.params import Params
 from evslip.rendering.arm import Arm, cast_links
+from evslip.rendering.backdrop import Uncovered
 from evslip.rendering.body import View, make_body
 from evslip.rendering.casters import ARM_PART, OBJECT_PART, Casters, cast
 from evslip.rendering.gripper import make_room, merge_gripper, put_over
@@ -52,7 +53,7 @@ class Raycaster:
         camera = self._lens.pinhole
         height, width = camera.height, camera.width
         self.camera, self.setting = camera, prepare(params, channel)
-        self._passes = make_passes(params.render.device, self.setting, height, width)
+        self._passes = make_passes(params.render.device, height, width)
         self.params = params
         self._closing = camera.rotation.T @ (1e-3, 1.0, 0.0)
         self.albedo_row = RED + channel
@@ -108,14 +109,11 @@ class Raycaster:
 
     def _draw_backdrop(self, reel: Reel, slots: np.ndarray) -> None:
         """Draw the cells that are due into their slots."""
-        lamp, ambient, view, body = self.setting.lamp, self.setting.ambient, self._view, self._body
-        background, surface = self.params.background, self.params.surface
+        setting, body = self.setting, self._body
+        uncovered = Uncovered(self._layers.seen, body.total, body.touched, body.full)
         self._passes.backdrop(
-            reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width,
-            view.camera, view.turn, view.focal, lamp.position, lamp.radius_m, lamp.luminance,
-            *self.setting.surface, surface.tile_m, ambient.surface, self.setting.reflectance, self.setting.sheen,
-            *self.setting.sphere, self.setting.repetitions, background.radius_m, background.luminance_cd_m2,
-            self._casters, self._layers.seen, body.total, body.touched, body.full,
+            reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, self._view, setting.lamp,
+            setting.table, setting.sky, self._casters, uncovered,
         )  # fmt: skip
 
     def _draw_plate(self, plate: Plate) -> None:

@@ -29,20 +29,40 @@ class Lamp(NamedTuple):
     """How much of its disc stands above the horizon of the surface."""
 
 
+class Table(NamedTuple):
+    """The surface."""
+
+    cells: np.ndarray
+    """Of `texels.bake`."""
+    levels: np.ndarray
+    tile_m: float
+    ambient: float
+    """Light from all around on it, as luminance of white."""
+    reflectance: float
+    """Seen straight from above; 0 if it is matt."""
+    sheen: np.ndarray
+    """What it mirrors of the background, see `sheen.sheen`; zeros if it is matt."""
+
+
+class Sky(NamedTuple):
+    """The background sphere."""
+
+    cells: np.ndarray
+    levels: np.ndarray
+    repetitions: float
+    """Of the texture around the horizon."""
+    radius_m: float
+    luminance: float
+    """Of white, in cd/m2."""
+
+
 class Setting(NamedTuple):
     """One colour channel (or luminance) of everything that is lit."""
 
     lamp: Lamp
     ambient: Ambient
-    surface: tuple[np.ndarray, np.ndarray]
-    """Cells and levels of `texels.bake`."""
-    reflectance: float
-    """Of the surface, seen straight from above; 0 if it is matt."""
-    sheen: np.ndarray
-    """What it mirrors of the background, see `sheen.sheen`; zeros if it is matt."""
-    sphere: tuple[np.ndarray, np.ndarray]
-    repetitions: int
-    """Of the background's texture around the horizon."""
+    table: Table
+    sky: Sky
 
 
 def channel_of(image: np.ndarray, channel: int) -> np.ndarray:
@@ -64,7 +84,11 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
     ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
     reflectance = float(REFLECTANCE) if shines(params.surface.texture) else 0.0
     mirrored = sheen(ambient.heights, float(WIDTH), reflectance) if reflectance else np.zeros(TERMS, np.float32)
-    return Setting(lamp, ambient, bake(table, wrap=True), reflectance, mirrored, bake(sky, wrap=True), repetitions)
+    return Setting(
+        lamp, ambient,
+        Table(*bake(table, wrap=True), params.surface.tile_m, ambient.surface, reflectance, mirrored),
+        Sky(*bake(sky, wrap=True), float(repetitions), background.radius_m, background.luminance_cd_m2),
+    )  # fmt: skip
 
 
 def make_lamp(params: Params) -> Lamp:
