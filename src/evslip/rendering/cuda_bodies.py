@@ -29,9 +29,10 @@ class CudaSolid:
         half: np.ndarray, textures: FaceTextures, casters: Casters, cover: Cover,
     ) -> None:  # fmt: skip
         """The arguments are those of `solid.draw_solid` without scratch."""
-        if cover.visible == 0:
+        rows = cover.rows[: cover.visible]
+        top, bottom = int(rows[:, 0].min(initial=out.shape[0])), int(rows[:, 1].max(initial=0))
+        if top >= bottom:
             return
-        top, bottom = int(cover.rows[: cover.visible, 0].min()), int(cover.rows[: cover.visible, 1].max())
         number = np.arange(top, bottom)[:, None]
         picture, kept = self._image[top:bottom], cuda.to_device(keep[top:bottom])
         picture.copy_to_device(np.zeros(picture.shape, np.float32))
@@ -126,6 +127,8 @@ class CudaGripper:
         albedo: int, casters: Casters,
     ) -> None:  # fmt: skip
         """The arguments are those of `gripper.shade_gripper` without scratch."""
+        if len(values) == 0:
+            return
         light = illuminate(view, lamp, ambient, casters, distance_of(view, casters))
         result = cuda.device_array(len(values), np.float32)
         self._device.launch(
