@@ -111,5 +111,5 @@ def test_the_shipped_detector_tells_a_slip_from_a_hold_that_it_has_not_seen() ->
     still = detect("default", holds.events, holds.size)
     assert holds.truth is not None
     held = np.interp(still.t_us, holds.truth.t_us, holds.truth.held) == 1
-    # On the test set 0.78 gives one false alarm a minute, see docs/results.md.
+    # At 0.78 it gives one false alarm a minute on the test set.
     assert held.sum() > 100 and still.p_slip[held].max() < 0.75 and np.mean(still.p_slip[held] >= 0.5) < 0.02
