@@ -3,7 +3,6 @@
 import numpy as np
 
 from evslip.camera import Camera
-from evslip.rendering.body import View
 from evslip.rendering.casters import ARM_PART, Casters
 from evslip.rendering.hand import WHITEST
 from evslip.rendering.links import CASTERS, COARSE, LinkPoses, hulls, in_view, outlines_of, posed
@@ -12,6 +11,7 @@ from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting
 from evslip.rendering.skin import SkinTexture
 from evslip.rendering.texels import bake
+from evslip.rendering.viewpoint import View
 
 HALF = 0.5
 """Share of a pixel that the arm covers for it to be the pixel's body."""

@@ -93,7 +93,7 @@ def backdrop(
     """Shade what is `Uncovered` in the cells that `slots` (rows, columns) does not leave out with -1: into that place
     of `backdrops` (n, height, width); and note in `grounds` whether it is the surface, 1, or the background, 0.
 
-    view: `body.View`; lamp, table, sky: of a `setting.Setting`.
+    view: `viewpoint.View`; lamp, table, sky: of a `setting.Setting`.
 
     Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle of the pixel
     there may be darkness that nobody sees, as at the foot of an object that stands on the surface.

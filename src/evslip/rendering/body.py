@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -13,21 +13,7 @@ from evslip.rendering.layers import Layers
 from evslip.rendering.outline import Outline
 from evslip.rendering.passes import Passes
 from evslip.rendering.setting import Setting
-
-
-class View(NamedTuple):
-    """Camera and object at one instant, in the world."""
-
-    camera: np.ndarray
-    """Position in metres, of shape (3,)."""
-    turn: np.ndarray
-    """The camera's axes as columns: right, up, backward; of shape (3, 3)."""
-    focal: float
-    """In pixels."""
-    place: np.ndarray
-    """The object's position, of shape (3,)."""
-    axes: np.ndarray
-    """Its axes as columns, of shape (3, 3)."""
+from evslip.rendering.viewpoint import View
 
 
 class Body(Protocol):

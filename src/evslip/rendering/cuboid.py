@@ -5,7 +5,6 @@ import numpy as np
 from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
-from evslip.rendering.body import View
 from evslip.rendering.casters import Casters
 from evslip.rendering.coverage import cover_box
 from evslip.rendering.gripper import order_by_faces
@@ -16,6 +15,7 @@ from evslip.rendering.passes import Passes
 from evslip.rendering.setting import Setting, channel_of
 from evslip.rendering.solid import Cover, FaceTextures
 from evslip.rendering.texels import bake, squared
+from evslip.rendering.viewpoint import View
 
 
 class Cuboid:

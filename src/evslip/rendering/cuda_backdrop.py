@@ -14,11 +14,11 @@ from evslip.rendering.backdrop import (
     lamp_in,
     shade_rays,
 )
-from evslip.rendering.body import View
 from evslip.rendering.casters import NO_PART, Casters, Reception
 from evslip.rendering.cuda_device import Device, cuda, upload
 from evslip.rendering.lanes import GROUND, HALF, LANES, PART, RESULT, SCRATCH, TILE_H, TILE_W, ZERO, f32, kernel
 from evslip.rendering.setting import Lamp, Sky, Table
+from evslip.rendering.viewpoint import View
 
 
 class Tiles(NamedTuple):

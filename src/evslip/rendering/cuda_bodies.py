@@ -5,7 +5,6 @@ Which pixels show them, and what all of them share, is found on the host.
 
 import numpy as np
 
-from evslip.rendering.body import View
 from evslip.rendering.casters import OBJECT_PART, Casters
 from evslip.rendering.cuda_device import Device, cuda, reception_of, room_for, shadows_of, upload
 from evslip.rendering.gripper import distance_of, open_fragments, shade_fragments
@@ -15,6 +14,7 @@ from evslip.rendering.raster import Raster
 from evslip.rendering.setting import Lamp
 from evslip.rendering.skin import SkinTexture, gather, leave_out, shade_skin
 from evslip.rendering.solid import Cover, Face, FaceTextures, aim_at_face, shade_face, stand, texture_of
+from evslip.rendering.viewpoint import View
 
 
 class CudaSolid:

@@ -24,8 +24,8 @@ TOUCHING_M = 0.0015
 def shade_gripper(S, values, view, lamp, ambient, gloss, fragments, albedo, casters):
     """values (n,): luminance of every fragment.
 
-    view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; albedo: row of the fragments' colour. A part of
-    the gripper casts no shadow on itself.
+    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; albedo: row of the fragments' colour. A
+    part of the gripper casts no shadow on itself.
     """
     light = illuminate(view, lamp, ambient, casters, distance_of(view, casters))
     _shade_all(S, values, fragments, albedo, light, f32(gloss), _open_to_object(S, fragments, light.blockers[0]))

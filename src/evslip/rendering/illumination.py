@@ -25,8 +25,8 @@ class Illumination(NamedTuple):
 
 @kernel
 def illuminate(view, lamp, ambient, casters, depth):
-    """view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`. depth: of the body, in metres, for the blur
-    of shadows over a pixel."""
+    """view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`. depth: of the body, in metres, for the
+    blur of shadows over a pixel."""
     camera, turn, centre = view.camera, view.turn, np.zeros(3)
     for k in range(3):
         for j in range(3):

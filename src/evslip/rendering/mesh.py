@@ -5,7 +5,6 @@ import numpy as np
 from evslip import textures
 from evslip.camera import Camera
 from evslip.params import Params
-from evslip.rendering.body import View
 from evslip.rendering.casters import OBJECT_PART, Casters
 from evslip.rendering.facets import Facets, prepare_facets
 from evslip.rendering.gripper import order_by_depth
@@ -17,6 +16,7 @@ from evslip.rendering.raster import make_raster, trace
 from evslip.rendering.setting import Setting, channel_of
 from evslip.rendering.skin import SkinTexture
 from evslip.rendering.texels import bake, squared
+from evslip.rendering.viewpoint import View
 from evslip.shapes import surface_of
 
 

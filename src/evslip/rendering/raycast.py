@@ -10,7 +10,7 @@ from evslip.frame import ARM
 from evslip.params import Params
 from evslip.rendering.arm import Arm, cast_links
 from evslip.rendering.backdrop import Uncovered
-from evslip.rendering.body import View, make_body
+from evslip.rendering.body import make_body
 from evslip.rendering.casters import ARM_PART, OBJECT_PART, Casters, cast
 from evslip.rendering.gripper import make_room, merge_gripper, put_over
 from evslip.rendering.hand import BOX_PARTS, Boxes
@@ -25,6 +25,7 @@ from evslip.rendering.passes import make_passes
 from evslip.rendering.plate import Plate, Reel, spans_of
 from evslip.rendering.poses import Poses
 from evslip.rendering.setting import LUMA, prepare
+from evslip.rendering.viewpoint import View
 
 PARTS = np.array([OBJECT_PART, *BOX_PARTS, *[ARM_PART] * CASTERS])
 """Body of each caster."""

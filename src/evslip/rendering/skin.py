@@ -57,8 +57,8 @@ def draw_skin(S, fetched, out, keep, view, lamp, ambient, gloss, texture, raster
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
-    view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; texture: `SkinTexture`; part: number of this
-    body among the casters; depth: its distance before the camera, for the blur of shadows over a pixel.
+    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; texture: `SkinTexture`; part: number of
+    this body among the casters; depth: its distance before the camera, for the blur of shadows over a pixel.
     """
     height, width = out.shape
     light = illuminate(view, lamp, ambient, casters, depth)

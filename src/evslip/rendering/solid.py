@@ -93,7 +93,7 @@ def draw_solid(S, fetched, out, keep, view, lamp, ambient, gloss, half, textures
     """Add the object's faces to `out`, weighted by coverage and by keep (height, width), the share of each pixel that
     no part of the gripper in front of the object covers.
 
-    view: `body.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; half: half the object's sides; textures:
+    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; half: half the object's sides; textures:
     `FaceTextures`; cover: `Cover`.
     """
     for i in range(LANES):
