@@ -53,6 +53,8 @@ def bare(value: Any) -> Any:
 def main(capability: str = "90") -> None:
     if find_spec("numba_cuda") is None:
         sys.exit("CUDA's compiler is missing; pip install 'evslip[cuda]'")
+    if not capability.isdecimal():
+        sys.exit(f"CAPABILITY: {capability!r} is wrong, expected digits, such as 90")
     modules, seen = (cuda_device, cuda_backdrop, cuda_bodies), set()
 
     def compile_one(device: Any, kernel: Any, chunks: int, longest: int, *arguments: Any) -> None:

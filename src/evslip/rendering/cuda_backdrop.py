@@ -15,7 +15,7 @@ from evslip.rendering.backdrop import (
     shade_rays,
 )
 from evslip.rendering.casters import NO_PART, Casters, Reception
-from evslip.rendering.cuda_device import Device, cuda, upload
+from evslip.rendering.cuda_device import Device, cuda, room_for, upload
 from evslip.rendering.lanes import GROUND, HALF, LANES, PART, RESULT, SCRATCH, TILE_H, TILE_W, ZERO, f32, kernel
 from evslip.rendering.setting import Lamp, Sky, Table
 from evslip.rendering.viewpoint import View
@@ -45,8 +45,8 @@ class Common(NamedTuple):
 
 
 class CudaBackdrop:
-    """`backdrop.backdrop` on the GPU, for one setting; equal to it but for rounding, and for casters that the
-    CPU's fixed margins miss: see docs/rendering.md."""
+    """`backdrop.backdrop` on the GPU; equal to it but for rounding, and for casters that the CPU's fixed margins miss:
+    see docs/rendering.md."""
 
     def __init__(self, device: Device, height: int, width: int):
         self._device, self._scratch = device, np.zeros(SCRATCH, np.float32)
@@ -91,7 +91,7 @@ def plan(S, height, width, view, lamp, table, sky, casters):
         boxes[tile], kinds[tile] = reception.boxes, reception.kinds
         outlines[tile], joint[tile] = reception.outlines, reception.joint
     tiles, longest = Tiles(boxes, kinds, outlines, joint, shaded, lamps), reception.scratch.shape[1]
-    shadows = Common(reception.edges, reception.starts, reception.rims, f32(np.max(casters.sizes)))
+    shadows = Common(reception.edges, reception.starts, reception.rims, room_for(casters))
     return surface, sphere, tiles, shadows, nodes, longest
 
 

@@ -6,7 +6,7 @@ Which pixels show them, and what all of them share, is found on the host.
 import numpy as np
 
 from evslip.rendering.casters import OBJECT_PART, Casters
-from evslip.rendering.cuda_device import Device, cuda, reception_of, room_for, shadows_of, upload
+from evslip.rendering.cuda_device import Device, cuda, reception_of, upload
 from evslip.rendering.gripper import distance_of, open_fragments, shade_fragments
 from evslip.rendering.illumination import illuminate, lit_by, power_of
 from evslip.rendering.lanes import LANES, PART, RESULT, SCRATCH, ZERO, f32
@@ -36,25 +36,25 @@ class CudaSolid:
         number = np.arange(top, bottom)[:, None]
         picture, kept = self._image[top:bottom], cuda.to_device(keep[top:bottom])
         picture.copy_to_device(np.zeros(picture.shape, np.float32))
-        cells, room = self._device.keep("face", textures.cells), room_for(casters)
+        cells = self._device.keep("face", textures.cells)
         for k in range(cover.visible):
             face = stand(self._scratch, view, lamp, ambient, half, cover.faces[k], casters)
             # Spans of rows that a face does not reach are of an earlier frame.
             inside = (number >= cover.rows[k, 0]) & (number < cover.rows[k, 1])
-            self._device.launch(
-                _draw_face, (bottom - top) * -(-out.shape[1] // LANES), face.reception.scratch.shape[1],
+            self._device.launch_in_shadow(
+                _draw_face, (bottom - top) * -(-out.shape[1] // LANES), face.reception, casters,
                 picture, top, out.shape[0], f32(1 / view.focal), power_of(lamp), f32(lamp.radius_m), f32(gloss),
-                upload(face[:-2]), shadows_of(upload(face.reception)), bool(face.shaded), cells,
+                upload(face[:-2]), bool(face.shaded), cells,
                 upload(texture_of(textures, cover.faces[k])), upload(cover.area[k, top:bottom]),
-                upload(np.where(inside, cover.spans[k, top:bottom], 0)), kept, room,
+                upload(np.where(inside, cover.spans[k, top:bottom], 0)), kept,
             )  # fmt: skip
         out[top:bottom] += picture.copy_to_host()
 
 
 @cuda.jit
 def _draw_face(
-    picture, top, height, pixel, power, radius, gloss, face, shadows, shaded, cells, levels, area, spans, keep,
-    room, lists,
+    picture, top, height, pixel, power, radius, gloss, face, shaded, cells, levels, area, spans, keep,
+    shadows, room, lists,
 ):  # fmt: skip
     S = cuda.shared.array(SCRATCH, np.float32)[cuda.threadIdx.x :]
     fetched = cuda.shared.array(LANES, np.uint64)[cuda.threadIdx.x :]
@@ -89,20 +89,19 @@ class CudaSkin:
         leave_out(light.reception, part)
         values, shares = cuda.device_array(count, np.float32), raster.fragment_share[:count]
         cells = self._device.keep(f"skin {part}", texture.cells)
-        self._device.launch(
-            _draw_fragments, -(-count // LANES), light.reception.scratch.shape[1],
-            values, out.shape[1], out.shape[0], float(view.focal), upload(light[:-1]),
-            shadows_of(upload(light.reception)), part, f32(gloss), cells, upload(texture.levels), texture.repeats,
-            upload(raster.functions), upload(raster.fragment_face[:count]), upload(raster.fragment_place[:count]),
-            upload(shares), room_for(casters),
+        self._device.launch_in_shadow(
+            _draw_fragments, -(-count // LANES), light.reception, casters,
+            values, out.shape[1], out.shape[0], float(view.focal), upload(light[:-1]), part, f32(gloss), cells,
+            upload(texture.levels), texture.repeats, upload(raster.functions), upload(raster.fragment_face[:count]),
+            upload(raster.fragment_place[:count]), upload(shares),
         )  # fmt: skip
         gather(out, keep, raster.fragment_pixel[:count], shares, values.copy_to_host())
 
 
 @cuda.jit
 def _draw_fragments(
-    values, width, height, focal, light, shadows, part, gloss, cells, levels, repeats, functions, faces, places, shares,
-    room, lists,
+    values, width, height, focal, light, part, gloss, cells, levels, repeats, functions, faces, places, shares,
+    shadows, room, lists,
 ):  # fmt: skip
     S = cuda.shared.array(SCRATCH, np.float32)[cuda.threadIdx.x :]
     fetched = cuda.shared.array(LANES, np.uint64)[cuda.threadIdx.x :]
@@ -131,16 +130,15 @@ class CudaGripper:
             return
         light = illuminate(view, lamp, ambient, casters, distance_of(view, casters))
         result = cuda.device_array(len(values), np.float32)
-        self._device.launch(
-            _draw_gripper, -(-len(values) // LANES), light.reception.scratch.shape[1],
-            result, self._device.keep("gripper", fragments), albedo, upload(light[:-1]),
-            shadows_of(upload(light.reception)), f32(gloss), room_for(casters),
+        self._device.launch_in_shadow(
+            _draw_gripper, -(-len(values) // LANES), light.reception, casters,
+            result, self._device.keep("gripper", fragments), albedo, upload(light[:-1]), f32(gloss),
         )  # fmt: skip
         result.copy_to_host(values)
 
 
 @cuda.jit
-def _draw_gripper(values, fragments, albedo, light, shadows, gloss, room, lists):
+def _draw_gripper(values, fragments, albedo, light, gloss, shadows, room, lists):
     S = cuda.shared.array(SCRATCH, np.float32)[cuda.threadIdx.x :]
     own = lit_by(light, reception_of(shadows, lists[cuda.grid(1)]))
     for i in range(cuda.grid(1), values.size, cuda.gridsize(1)):

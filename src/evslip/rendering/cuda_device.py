@@ -48,16 +48,23 @@ class Device:
     def lists(self, chunks: int, longest: int) -> Any:
         """A `Reception.scratch` of at least this length for every thread, of so many blocks as there are chunks of
         LANES pixels, or fewer."""
-        blocks, _, room = self._lists.shape[0] // LANES, *self._lists.shape[1:]
+        blocks, room = self._lists.shape[0] // LANES, self._lists.shape[2]
         if longest > room or min(chunks, _blocks(room)) > blocks:
             room = max(room, 2 * longest)  # outlines grow and shrink from frame to frame
-            self._lists = cuda.device_array((max(blocks, min(chunks, _blocks(room))) * LANES, 2, room), np.int64)
+            self._lists = cuda.device_array((min(max(chunks, blocks), _blocks(room)) * LANES, 2, room), np.int64)
         return self._lists
 
     def launch(self, kernel: Any, chunks: int, longest: int, *arguments: Any) -> None:
         """Run a kernel on so many chunks of pixels; its last argument are the threads' lists."""
         lists = self.lists(chunks, longest)
         kernel[lists.shape[0] // LANES, LANES](*arguments, lists)
+
+    def launch_in_shadow(
+        self, kernel: Any, chunks: int, reception: Reception, casters: Casters, *arguments: Any
+    ) -> None:
+        """As `launch`; the arguments before the lists are what throws shadows, `Shadows`, and the room for it."""
+        shadows = upload(Shadows(*reception[:-1]))
+        self.launch(kernel, chunks, reception.scratch.shape[1], *arguments, shadows, room_for(casters))
 
 
 def _blocks(room: int) -> int:
@@ -75,20 +82,16 @@ def upload(values: Any) -> Any:
     return f32(values)
 
 
-def room_for(casters: Casters) -> np.float32:
+@kernel
+def room_for(casters):
     """How far around a lone pixel casters are looked for, in metres: a pixel's blur widens a caster's shadow by no more
     than the caster's size."""
-    return f32(casters.sizes.max())
-
-
-def shadows_of(reception: Reception) -> Shadows:
-    """Without the scratch memory, on this side."""
-    return Shadows(*reception[:-1])
+    return f32(np.max(casters.sizes))
 
 
 @kernel
 def reception_of(shadows, scratch):
-    """What `shadows_of` took apart, for one thread and with its own list."""
+    """The `Reception` of one thread, with its own list."""
     return Reception(
         shadows.boxes, shadows.kinds, shadows.edges, shadows.starts, shadows.outlines, shadows.rims, shadows.joint,
         scratch,
