@@ -12,7 +12,7 @@ test: $(VENV)/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 # The paper's experiment, whole (many hours; run it again to go on), and every stage of it once in less than ten minutes.
 reproduce: $(VENV)/ready

@@ -5,16 +5,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from scipy.ndimage import binary_erosion
 
 from evslip.camera import hand_camera
 from evslip.config import load_config
 from evslip.draws import draw
-from evslip.frame import BACKGROUND, SURFACE
+from evslip.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import exposure_scale, frame_times, make_artist, render
-from evslip.rendering.pace import LAG, cell_motion, divide, plan_cells
+from evslip.rendering.foreground import foreground_motion
+from evslip.rendering.pace import LAG, STEADY_PX, cell_motion, divide, plan_cells
 from evslip.rendering.poses import Poses
+from evslip.rendering.schedule import object_motion
 from evslip.rendering.setting import make_lamp
-from made_up import still, turning
+from made_up import carried, still, turning
 
 render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function
 SPAN = (0, 1_000_000)
@@ -138,6 +141,45 @@ def test_cells_around_an_object_that_slides_are_drawn_anew_and_so_is_its_shadow(
     assert np.all(motion[10, at[0] // cells.height, at[1] // cells.width] > 0)
     assert motion[10].min() == 0  # elsewhere nothing moves
     assert np.sum(motion[10] > 0) > np.sum(unlit[10] > 0) > 0
+
+
+@pytest.mark.parametrize("radius_m", [1.0, 0.1])
+def test_what_is_held_is_drawn_seldom_and_shows_what_single_frames_show(radius_m, monkeypatch):
+    traj = carried(sample(light__polar_deg=40.0, light__radius_m=radius_m))
+    camera = hand_camera(traj.params, (173, 130))
+    times = frame_times(traj, *SPAN, camera=camera)
+    poses = Poses(traj, camera, times)
+    film, single = (make_artist(None, traj, camera, SPAN) for _ in range(2))
+    drawn, draw_plate = [], film._draw_plate
+    monkeypatch.setattr(film, "_draw_plate", lambda plate: (drawn.append(plate), draw_plate(plate)))
+    errors, steps, last = [], [], None
+    for k, (luminance, bodies) in enumerate(film.film(poses, 1.0)):
+        expected, known = single.draw(poses, k)
+        assert np.mean(bodies != known) < 0.01
+        held = binary_erosion(known >= OBJECT, iterations=3)  # without what the backdrop shines into
+        errors.append(np.abs(np.log((luminance + 1e-3) / (expected + 1e-3)))[held])
+        if last is not None:
+            steps.append(np.abs(np.log((expected + 1e-3) / (last + 1e-3)))[held])
+        last = expected
+    assert len(times) / LAG <= len(drawn) < 0.6 * len(times)
+    errors, steps = np.concatenate(errors), np.concatenate(steps)
+    assert 0 < errors.mean() < 0.02 * steps.mean()
+    assert np.percentile(errors, 99.9) < np.percentile(steps, 99.9) / 50
+
+
+def test_an_object_that_slips_is_drawn_whenever_its_edges_have_moved():
+    traj = still(sample())
+    half = np.radians(2.0) * np.linspace(0, 1, len(traj.t_us)) ** 2
+    traj.object_pose[:, 3], traj.object_pose[:, 5] = np.cos(half), np.sin(half)
+    camera = hand_camera(traj.params, (173, 130))
+    poses = Poses(traj, camera, np.arange(0, SPAN[1], 10_000))
+    moved = object_motion(poses, camera, traj.params)
+    motion = foreground_motion(poses, camera, traj.params, make_lamp(traj.params))
+    drawn = plan_cells(motion[:, None, None], np.zeros(len(motion), bool), 0.5).slots[:, 0, 0] >= 0
+    assert drawn[1:-1][moved[:-1] > STEADY_PX].all()
+    way = np.concatenate([[0.0], np.cumsum(moved)])[drawn]
+    gaps = np.diff(np.flatnonzero(drawn)) > 1
+    assert gaps.any() and np.diff(way)[gaps].max() <= 1.5 * STEADY_PX
 
 
 def test_a_plan_of_one_frame_draws_all_of_it():

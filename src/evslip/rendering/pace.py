@@ -25,8 +25,9 @@ ROWS, COLUMNS = 17, 6
 LAG = 5
 """A cell is drawn at least in every so-manieth frame."""
 STEADY_PX = 0.05
-"""An object that has moved so far has uncovered something: the cells around it are drawn anew. So they are where the
-surface has moved so far below one that is about to stand on it: the gap between them is dark."""
+"""An edge that has moved so far is drawn anew: over less than that, what it covers of a pixel grows as time does. An
+object's edge has uncovered something, so the cells around it are drawn anew, too. So they are where the surface has
+moved so far below an object that is about to stand on it: the gap between them is dark."""
 GAP_M = 0.01
 """How near the surface that is."""
 ASIDE_PX = 2.0

@@ -40,16 +40,21 @@ class Reel:
         )  # fmt: skip
         """Of all slots: a first axis more."""
 
-    def plate(self, index: int) -> Plate:
-        """That of a frame's number."""
-        slot = index % len(self.grounds)
+    def plate(self, slot: int) -> Plate:
+        """That of a slot."""
         return Plate(*(part[slot] for part in self.plates))
 
-    def develop(self, plan: Plan, index: int, cells: Cells, out: np.ndarray) -> np.ndarray:
-        """Put the frame of a number in the plan into `out` (height, width); returns its body indices."""
+    def develop(self, behind: Plan, before: Plan, index: int, cells: Cells, out: np.ndarray) -> np.ndarray:
+        """Put the frame of a number into `out` (height, width); returns its body indices.
+
+        behind: plan of the backdrop's cells; before: that of the plate, which is a single cell.
+        """
         bodies = np.empty(out.shape, np.uint8)
-        _hang(out, bodies, self.backdrops, self.grounds, *(part[index] for part in plan[1:]), cells.height, cells.width)
-        _put_before(out, bodies, *self.plate(index))
+        _hang(
+            out, bodies, self.backdrops, self.grounds, *(part[index] for part in behind[1:]), cells.height, cells.width
+        )
+        plates = (self.plate(int(part[index, 0, 0])) for part in before[1:4])
+        _put_before(out, bodies, *plates, *before.shares[index, 0, 0])
         return bodies
 
 
@@ -104,16 +109,32 @@ def _hang(out, bodies, backdrops, grounds, before, earlier, after, shares, cell_
 
 
 @kernel
-def _put_before(out, bodies, light, clear, marks, spans):
-    """Put a plate before a backdrop."""
-    out, bodies = borrowed(out), borrowed(bodies)
-    light, clear, marks = borrowed(light), borrowed(clear), borrowed(marks)
+def _put_before(out, bodies, before, earlier, after, share, bend):
+    """Put a plate, blended of up to three, before a backdrop; share, bend: weights of `after` and `earlier`."""
+    light, clear = np.empty(out.shape[1], np.float32), np.empty(out.shape[1], np.float32)
     for row in range(out.shape[0]):
-        run = slice(spans[row, 0], spans[row, 1])
-        line, lights, rest = out[row, run], light[row, run], clear[row, run]
+        first, last = before.spans[row, 0], before.spans[row, 1]
+        if share > ZERO:
+            first = min(first, earlier.spans[row, 0], after.spans[row, 0])
+            last = max(last, earlier.spans[row, 1], after.spans[row, 1])
+        if first >= last:
+            continue
+        lights, rest, line = light[: last - first], clear[: last - first], out[row, first:last]
+        if share > ZERO:
+            _blend(
+                lights, before.light[row, first:last], after.light[row, first:last], earlier.light[row, first:last],
+                share, bend,
+            )  # fmt: skip
+            _blend(
+                rest, before.clear[row, first:last], after.clear[row, first:last], earlier.clear[row, first:last],
+                share, bend,
+            )  # fmt: skip
+        else:
+            lights[:], rest[:] = before.light[row, first:last], before.clear[row, first:last]
         for x in range(line.size):
             line[x] = line[x] * rest[x] + lights[x]
-        found, own = bodies[row, run], marks[row, run]
+        found = bodies[row, first:last]
+        own = before.marks[row, first:last] if share < HALF else after.marks[row, first:last]
         for x in range(own.size):
             found[x] = own[x] if own[x] > 0 else found[x]
 

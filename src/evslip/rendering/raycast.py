@@ -12,6 +12,7 @@ from evslip.rendering.arm import Arm, cast_links
 from evslip.rendering.backdrop import Uncovered
 from evslip.rendering.body import make_body
 from evslip.rendering.casters import ARM_PART, OBJECT_PART, Casters, cast
+from evslip.rendering.foreground import foreground_motion
 from evslip.rendering.gripper import make_room, merge_gripper, put_over
 from evslip.rendering.hand import BOX_PARTS, Boxes
 from evslip.rendering.layers import RED
@@ -19,7 +20,7 @@ from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.links import CASTERS
 from evslip.rendering.openings import Opening, Openings
 from evslip.rendering.outline import Outline
-from evslip.rendering.pace import LAG, Plan, cell_motion, divide, plan_cells, plan_still
+from evslip.rendering.pace import LAG, Cells, Plan, cell_motion, divide, plan_cells, plan_still
 from evslip.rendering.paint import GRIPPER_GLOSS
 from evslip.rendering.passes import make_passes
 from evslip.rendering.plate import Plate, Reel, spans_of
@@ -65,20 +66,21 @@ class Raycaster:
         self._channels: list[Raycaster] = []
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
         self._cells = divide(height, width)
-        self._stills, self._whole = Reel(1, height, width), plan_still(self._cells)
+        self._stills = Reel(1, height, width)
+        self._whole, self._alone = plan_still(self._cells), plan_still(Cells(1, 1, height, width))
 
     def draw(self, poses: Poses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Luminance in cd/m2 times `scale`, float32, and body indices, uint8, both new arrays (height, width)."""
         self._prepare(poses, index)
         self._draw_backdrop(self._stills, self._whole.slots[0])
         self._draw_plate(self._stills.plate(0))
-        return self._develop(self._stills, self._whole, 0, scale)
+        return self._develop(self._stills, self._whole, self._alone, 0, scale)
 
     def film(self, poses: Poses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """As `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
 
-        Each cell of the backdrop is drawn as often as it moves by as much as a frame may, see `pace`; so a frame is
-        ready LAG frames after it was begun.
+        Each cell of the backdrop, and what stands before it, is drawn as often as it moves by as much as a frame may,
+        see `pace` and `foreground`; so a frame is ready LAG frames after it was begun.
         """
         count = len(poses.travel_m)
         if self.params.render.device == "cuda":  # all cells are drawn at once
@@ -86,15 +88,19 @@ class Raycaster:
             return
         motion = self._sensor.stretch() * cell_motion(poses, self.camera, self.params, self.setting.lamp)
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
-        plan = plan_cells(motion, changes, self.params.render.max_motion_px)
+        behind = plan_cells(motion, changes, self.params.render.max_motion_px)
+        motion = self._sensor.stretch() * foreground_motion(poses, self.camera, self.params, self.setting.lamp)
+        before = plan_cells(motion[:, None, None], changes, self.params.render.max_motion_px)
         reel = Reel(LAG + 2, *self._image.shape)
         for index in range(count + LAG):
             if index < count:
                 self._prepare(poses, index)
-                self._draw_backdrop(reel, plan.slots[index])
-                self._draw_plate(reel.plate(index))
+                self._draw_backdrop(reel, behind.slots[index])
+                slot = int(before.slots[index, 0, 0])
+                if slot >= 0:
+                    self._draw_plate(reel.plate(slot))
             if index >= LAG:
-                yield self._develop(reel, plan, index - LAG, scale)
+                yield self._develop(reel, behind, before, index - LAG, scale)
 
     def _prepare(self, poses: Poses, index: int) -> None:
         """Put everything where it is."""
@@ -138,9 +144,11 @@ class Raycaster:
         body.draw(plate.light, self._keep, self._passes, view, self.setting, casters)
         put_over(plate.light, plate.marks, self._keep, body.total, body.touched, self._over, *fragments)
 
-    def _develop(self, reel: Reel, plan: Plan, index: int, scale: float) -> tuple[np.ndarray, np.ndarray]:
-        """The frame of this number in the plan."""
-        bodies = reel.develop(plan, index, self._cells, self._image)
+    def _develop(
+        self, reel: Reel, behind: Plan, before: Plan, index: int, scale: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The frame of this number in the plans of backdrop and plate."""
+        bodies = reel.develop(behind, before, index, self._cells, self._image)
         return self._lens.form(self._image, scale, SPREAD), self._lens.bend_mask(bodies)
 
     def color(self, poses: Poses, index: int, scale: float = 1.0) -> np.ndarray:

@@ -59,7 +59,7 @@ def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     """
     plain, radius_m = camera.pinhole(), params.background.radius_m
     moved = np.maximum(object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
-    return camera.stretch() * np.maximum(moved, _arm_motion(poses, plain))
+    return camera.stretch() * np.maximum(moved, arm_motion(poses, plain))
 
 
 def object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
@@ -68,7 +68,8 @@ def object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     return _corner_motion(poses, camera, poses.object_position, poses.object_rotation, corners)
 
 
-def _arm_motion(poses: Poses, camera: Camera) -> np.ndarray | float:
+def arm_motion(poses: Poses, camera: Camera) -> np.ndarray | float:
+    """The same of the corners of the arm's links; 0 where there is no arm."""
     links, parts = poses.links, hulls()
     if links is None:
         return 0.0

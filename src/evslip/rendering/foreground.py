@@ -1,0 +1,38 @@
+"""How fast what stands before the backdrop changes in the image: object, gripper and arm.
+
+A held object and the fingers around it stand still in the image of a camera on the hand; what changes is the light on
+them, and that slowly.
+"""
+
+import numpy as np
+
+from evslip.camera import Camera
+from evslip.params import Params
+from evslip.rendering.pace import STEADY_PX
+from evslip.rendering.poses import Poses
+from evslip.rendering.schedule import arm_motion, into, object_motion
+from evslip.rendering.setting import Lamp
+
+SOFT = 0.2
+"""A shadow that moves by this share of its penumbra counts as a sharp edge that moves by a pixel."""
+
+
+def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+    """Movement in pixels between consecutive poses, (m - 1,), that counts as much as that of the backdrop.
+
+    camera: a pinhole. Edges of object and arm count more: STEADY_PX of theirs as render.max_motion_px of the backdrop.
+    Not followed are fingers that open or close, and the links' shadows, whose edges are far from what casts them and
+    broad: drawn more often, they changed nothing, not even under a lamp a tenth as large (`benchmarks/film.py`).
+    """
+    often = params.render.max_motion_px / STEADY_PX
+    edges = often * np.maximum(object_motion(poses, camera, params), arm_motion(poses, camera))
+    return np.maximum(edges, _shadow_motion(poses, camera, lamp)) if lamp.luminance > 0 else edges
+
+
+def _shadow_motion(poses: Poses, camera: Camera, lamp: Lamp) -> np.ndarray:
+    """How far the shadows that object and gripper cast on each other may move: they turn about what casts them as the
+    lamp turns about the camera."""
+    towards = into(poses.camera_position[:, None], poses.camera_rotation, lamp.position)[:, 0]
+    away = np.linalg.norm(towards, axis=1)
+    turned = np.linalg.norm(np.diff(towards / away[:, None], axis=0), axis=1)
+    return turned * np.minimum(camera.focal_px, away[1:] / (SOFT * lamp.radius_m))
