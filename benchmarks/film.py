@@ -65,7 +65,7 @@ def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
         print(
             f"| {index} | {len(times)} | {drawn[0]:.2f} | {drawn[1]:.2f} | {each[0]:.2f} | {each[1]:.2f} "
             + "".join(
-                f"| {error:.4f} | {step:.4f} "
+                f"| {error:.5f} | {step:.4f} "
                 for error, step in zip(np.mean(errors, 0), np.mean(steps, 0), strict=True)
             )
             + "|"
