@@ -21,8 +21,8 @@ def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) 
     """Movement in pixels between consecutive poses, (m - 1,), that counts as much as that of the backdrop.
 
     camera: a pinhole. Edges of object and arm count more: STEADY_PX of theirs as render.max_motion_px of the backdrop.
-    Not followed are fingers that open or close, and the links' shadows, whose edges are far from what casts them and
-    broad: drawn more often, they changed nothing, not even under a lamp a tenth as large (`benchmarks/film.py`).
+    Not followed are fingers that open or close, and the links' shadows: drawn as often as those move, bodies were no
+    nearer to those of single frames (see docs/rendering.md).
     """
     often = params.render.max_motion_px / STEADY_PX
     edges = often * np.maximum(object_motion(poses, camera, params), arm_motion(poses, camera))
