@@ -5,8 +5,8 @@ import os
 from hypothesis import settings
 
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # As many tests run at once as there are cores: two that share them are slower than one after the other.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # As many tests run at once as there are cores: threads that wait must not spin on the cores that others need.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 # On a developer's machine every run explores other examples; in CI a red run shall mean that the change broke it.
 settings.register_profile("ci", derandomize=True)
