@@ -15,6 +15,7 @@ import numpy as np
 from evslip.camera import hand_camera
 from evslip.config import load_config, parse_override
 from evslip.draws import draw
+from evslip.errors import ConfigError
 from evslip.frame import OBJECT
 from evslip.rendering import exposure_scale, frame_times, make_artist, recorded_span
 from evslip.rendering.foreground import foreground_motion
@@ -28,12 +29,15 @@ TURN, EVERY, DARK = 50, 7, 1e-3
 
 
 def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
+    try:
+        config = load_config(preset, dict(map(parse_override, changes)))
+    except ConfigError as error:
+        sys.exit(str(error))
     print(
         "| sample | frames | drawn: cells | bodies | CPU-ms a frame: whole | film "
         "| error | change from frame to frame | of bodies: error | change |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
-    config = load_config(preset, dict(map(parse_override, changes)))
     for index in range(int(count)):
         traj = simulate(draw(config, index))
         camera, span, params = hand_camera(traj.params), recorded_span(traj), traj.params
