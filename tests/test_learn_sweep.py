@@ -152,6 +152,27 @@ def test_the_presets_fit_every_network(name: str, model: str) -> None:
     space_of(name, model).check(model)
 
 
+def test_the_space_for_few_windows_is_around_what_suits_the_network() -> None:
+    space, usual = space_of("augmented", "snn"), TrainSettings.of("snn")
+    assert space.searched["lr"] == Range(usual.lr / 4, 4 * usual.lr, log=True)
+    assert {"shift_px", "time_dropout", "event_dropout", "weight_decay"} <= space.searched.keys()
+
+
+def test_a_trial_s_command_trains_the_same_again(windows, tmp_path) -> None:
+    searched = {"lr": Range(1e-3, 1e-2, log=True), "weight_decay": Range(1e-4, 1e-1), "time_dropout": (0.3,)}
+    settings = SweepSettings("voxelnet", Space(searched, {"epochs": 1, "flip": False, "val_fraction": 0.4}), trials=1)
+    best = sweep(windows, tmp_path / "sweep", settings).best
+    assert best is not None
+    windows.save(tmp_path / "windows.h5")
+    words = settings.training(best.settings).words()
+    assert "--no-flip" in words and "--val-fraction" in words
+    command = [sys.executable, "-c", "from evslip.cli import main; main()", "train"]
+    subprocess.run([*command, str(tmp_path / "windows.h5"), str(tmp_path / "again"), *words], check=True)
+    names = ("model.safetensors", "model.json")
+    pairs = [(tmp_path / "sweep" / best.folder / name, tmp_path / "again" / name) for name in names]
+    assert all(one.read_bytes() == other.read_bytes() for one, other in pairs)
+
+
 def test_the_paper_s_grids_are_the_paper_s() -> None:
     simple, complex_ = space_of("paper-simple", "cnn3d"), space_of("paper-complex", "snn")
     assert simple.searched["batch"] == (8, 16, 32, 64, 96, 128, 160, 256, 512)

@@ -91,7 +91,10 @@ def train(
     lr: float | None = None,
     schedule: Literal["cycle", "constant"] | None = None,
     optimiser: Literal["adam", "rmsprop"] | None = None,
+    weight_decay: float | None = None,
+    smoothing: float | None = None,
     patience: int | None = None,
+    val_fraction: float = 0.2,
     protocol: Literal["trajectory", "paper"] = "trajectory",
     flip: bool = True,
     shift_px: int = 0,
@@ -112,12 +115,15 @@ def train(
         model: Name of a network: mlp, snn, cnn3d, cnn3d_bn, voxelnet, countnet, evgru, event_rate, rate_map, flow,
             boosting.
         epochs: Most passes over the windows; training stops earlier when validation stops improving. What is not given
-            here and in the next five options is what suits the network.
+            here and in the next seven options is what suits the network.
         batch: Windows a step.
         lr: Learning rate.
         schedule: cycle: the rate rises, then falls to nothing. constant: as in the paper.
         optimiser: adam (AdamW) or rmsprop.
+        weight_decay: How strongly weights are pulled towards 0.
+        smoothing: Label smoothing: keeps the probabilities of few windows from running to 0 and 1.
         patience: Epochs without a better validation loss before training stops.
+        val_fraction: Share of the trajectories kept for validation.
         protocol: trajectory: validation on other trajectories. paper: on other windows of the same ones, as the paper's
             public code does; for comparison alone.
         flip: Mirror half of the windows left to right.
@@ -134,9 +140,10 @@ def train(
     from evslip.window_set import load_windows
 
     settings = TrainSettings.of(
-        model, epochs=epochs, batch=batch, lr=lr, schedule=schedule, optimiser=optimiser, patience=patience,
-        protocol=protocol, flip=flip, shift_px=shift_px, time_dropout=time_dropout, event_dropout=event_dropout,
-        noise_hz=noise_hz, noise=str(noise or ""), seed=seed,
+        model, epochs=epochs, batch=batch, lr=lr, schedule=schedule, optimiser=optimiser, weight_decay=weight_decay,
+        smoothing=smoothing, patience=patience, val_fraction=val_fraction, protocol=protocol, flip=flip,
+        shift_px=shift_px, time_dropout=time_dropout, event_dropout=event_dropout, noise_hz=noise_hz,
+        noise=str(noise or ""), seed=seed,
     )  # fmt: skip
     result = run(load_windows(windows), out, settings, wandb=wandb)
     console.print(f"{out}: {result.summary()}")

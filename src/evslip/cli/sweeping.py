@@ -1,5 +1,6 @@
 """The verb that searches settings of training."""
 
+import shlex
 from pathlib import Path
 from typing import Literal
 
@@ -29,8 +30,8 @@ def sweep(
         windows: HDF5 file made by `evslip windows`.
         out: Folder of the sweep: its journal, the models, sweep.csv and sweep.html.
         model: Name of a network.
-        space: What is tried: short, paper-simple or paper-complex (the paper's grids, long), or a TOML file with lines
-            such as lr = { min = 1e-4, max = 1e-2, log = true }, batch = [8, 16], epochs = 10.
+        space: What is tried: short; augmented, for few windows; paper-simple or paper-complex, the paper's grids, long;
+            or a TOML file with lines such as lr = { min = 1e-4, max = 1e-2, log = true }, batch = [8, 16], epochs = 10.
         trials: How many there shall be in all, of all processes together.
         sampler: How settings are drawn; tpe learns from the trials that have ended.
         pruner: What stops trials early that do badly.
@@ -55,4 +56,6 @@ def sweep(
     print_table(sweep_table(found, most=10, short=True))
     if found.best is not None:
         console.print(f"best: trial {found.best.number}, model in {out / found.best.folder}")
+        again = ["evslip", "train", str(windows), "OUT", *settings.training(found.best.settings).words()]
+        console.print(f"the same again: {shlex.join(again)}", soft_wrap=True)
     console.print(f"{out / 'sweep.html'}, sweep.csv")

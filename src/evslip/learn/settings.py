@@ -28,6 +28,7 @@ class TrainSettings:
     optimiser: Optimiser = "adam"
     """adam (AdamW) or rmsprop."""
     weight_decay: float = 1e-4
+    """How strongly weights are pulled towards 0: apart from the gradient with adam, as an L2 penalty with rmsprop."""
     smoothing: float = 0.05
     """Label smoothing: keeps the probabilities of few windows from running to 0 and 1."""
     patience: int = 6
@@ -85,3 +86,17 @@ class TrainSettings:
         if unknown:
             raise ConfigError(f"{min(unknown)}: no setting of training; see TrainSettings")
         return cls(**{"model": model, **network_class(model).recommended, **given})
+
+    def words(self) -> list[str]:
+        """Options of `evslip train` that give these settings."""
+        usual = TrainSettings.of(self.model)
+        words = ["--model", self.model]
+        for field in fields(self):
+            option, value = field.name.replace("_", "-"), getattr(self, field.name)
+            if value == getattr(usual, field.name) and field.name != "seed":
+                continue
+            if isinstance(value, bool):
+                words.append(f"--{option}" if value else f"--no-{option}")
+            else:
+                words += [f"--{option}", str(value)]
+        return words

@@ -1,6 +1,7 @@
 """Spaces of training settings to search: the paper's grids, and files."""
 
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -84,7 +85,26 @@ def _short() -> Space:
     return Space(searched, {"epochs": 12})
 
 
-PRESETS = ("short", "paper-simple", "paper-complex")
+def _augmented(model: str) -> Space:
+    """For few windows: what keeps a network from learning them by heart, at rates around those that suit it."""
+    usual = TrainSettings.of(model)
+    searched: dict[str, Range | tuple[Value, ...]] = {
+        "lr": Range(usual.lr / 4, usual.lr * 4, log=True),
+        "weight_decay": Range(1e-4, 1e-1, log=True),
+        "shift_px": (0, 2, 4, 8, 16),
+        "time_dropout": (0.0, 0.3),
+        "event_dropout": (0.0, 0.5),
+    }
+    return Space(searched, {"epochs": 30, "patience": 10})
+
+
+PRESETS: dict[str, Callable[[str], Space]] = {
+    "short": lambda model: _short(),
+    "augmented": _augmented,
+    "paper-simple": lambda model: _paper_simple(),
+    "paper-complex": _paper_complex,
+}
+"""By name: what makes the space for a network."""
 
 
 def space_of(name: str, model: str) -> Space:
@@ -92,8 +112,7 @@ def space_of(name: str, model: str) -> Space:
     if name.endswith(".toml"):
         space = _from_file(Path(name))
     elif name in PRESETS:
-        made = {"short": _short, "paper-simple": _paper_simple}
-        space = made[name]() if name in made else _paper_complex(model)
+        space = PRESETS[name](model)
     else:
         raise ConfigError(f"space: {name!r} is unknown; expected one of {', '.join(PRESETS)}, or a .toml file")
     space.check(model)

@@ -62,6 +62,10 @@ class SweepSettings:
             raise ConfigError(f"trials {self.trials}, seed {self.seed}: expected at least 1, at least 0")
         self.space.check(self.model)
 
+    def training(self, drawn: dict[str, Any]) -> TrainSettings:
+        """Of the trial for which these settings were drawn."""
+        return TrainSettings.of(self.model, **{**self.space.fixed, "seed": self.seed, **drawn})
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -109,7 +113,7 @@ def sweep(
     out = Path(out)
     study = _open(out, settings)
     _identify(study, out, settings, windows)
-    split(windows, _training(settings, {}))  # too little data is no trial's fault: say so before any
+    split(windows, settings.training({}))  # too little data is no trial's fault: say so before any
     while True:
         _take_up(study)
         if _counted(study) >= settings.trials:
@@ -232,7 +236,7 @@ def _run(study: Any, trial: Any, windows: Windows, out: Path, settings: SweepSet
                 raise optuna.TrialPruned
 
     try:
-        result = train(windows, out / name, _training(settings, chosen), quiet=True, watch=watch)
+        result = train(windows, out / name, settings.training(chosen), quiet=True, watch=watch)
     except optuna.TrialPruned:
         study.tell(trial, state=optuna.trial.TrialState.PRUNED)
         shutil.rmtree(out / name, ignore_errors=True)  # half trained, of no use
@@ -242,10 +246,6 @@ def _run(study: Any, trial: Any, windows: Windows, out: Path, settings: SweepSet
     else:
         trial.set_user_attr("figures", _figures(result, before_s + time.monotonic() - start))
         study.tell(trial, _value(result, settings.goal))
-
-
-def _training(settings: SweepSettings, chosen: dict[str, Any]) -> TrainSettings:
-    return TrainSettings.of(settings.model, **{**settings.space.fixed, "seed": settings.seed, **chosen})
 
 
 def _drawn(trial: Any, name: str, values: Range | tuple[Any, ...]) -> Any:
