@@ -19,6 +19,8 @@ BOUNCES = 8
 """Longest path of light, from the lamp to the camera, in segments."""
 MOST_PATHS = 1 << 24
 """Traced at a time: bounds the memory."""
+LEAST_RAYS = 1 << 12
+"""Of a bundle; fewer cost as much."""
 UNDER_M = np.array([0.0, 0.0, -5.0])
 NEAR_M, FAR_M = 0.01, 1e5
 
@@ -104,11 +106,15 @@ class Stage:
                 for ray in rays.reshape(-1, 3)
             ]
             return np.reshape(light, (len(rays), spp, 3)).mean(1)
-        sampler.seed(0, rays.shape[0] * spp)
-        origins = np.repeat(place[:, None], rays.shape[0] * spp, 1)
-        bundle = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origins), mi.Vector3f(rays.reshape(-1, 3).T)))
+        # For each number of rays Mitsuba compiles a kernel, which takes longer than most bundles: few numbers are used.
+        count = rays.shape[0] * spp
+        filled = max(LEAST_RAYS, 1 << (count - 1).bit_length())
+        directions = np.resize(rays, (filled, 3))
+        sampler.seed(0, filled)
+        origins = np.repeat(place[:, None], filled, 1)
+        bundle = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origins), mi.Vector3f(directions.T)))
         light = np.array(self.integrator.sample(self.scene, sampler, bundle)[0])
-        return light.T.reshape(len(rays), spp, 3).mean(1)
+        return light.T[:count].reshape(len(rays), spp, 3).mean(1)
 
 
 def frames_of(poses: Poses, index: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
