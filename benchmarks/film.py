@@ -44,7 +44,7 @@ def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
         times = frame_times(traj, *span, camera=camera)
         poses = Poses(traj, camera, times)
         scene = (poses, camera.pinhole(), params, make_lamp(params))
-        motions = (cell_motion(*scene), foreground_motion(*scene)[:, None, None])
+        motions = (cell_motion(*scene), foreground_motion(*scene))
         still = np.zeros(len(times) - 1, bool)
         drawn = [
             np.mean(plan_cells(camera.stretch() * motion, still, params.render.max_motion_px).slots >= 0)

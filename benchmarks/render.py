@@ -6,6 +6,7 @@ KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motio
 where there is one.
 """
 
+import argparse
 import sys
 import time
 
@@ -13,24 +14,22 @@ import numpy as np
 
 from evslip.config import load_config, parse_override
 from evslip.draws import draw
-from evslip.errors import MissingExtraError
+from evslip.errors import EvslipError
 from evslip.gpu import require_cuda
 from evslip.rendering import OUTPUTS, render
 from evslip.simulation import simulate
 
 
-def main(*words: str) -> None:
-    outputs = OUTPUTS if "outputs" in words else ()
-    words = tuple(word for word in words if word != "outputs")
-    if "--device" in words:
-        at = words.index("--device")
-        words = (*words[:at], f"render.device={words[at + 1]}", *words[at + 2 :])
-    overrides = dict(parse_override(word) for word in words if "=" in word)
-    if overrides.get("render.device") == "cuda":
-        try:
-            require_cuda("--device")
-        except MissingExtraError as error:
-            sys.exit(str(error))
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("words", nargs="*")
+    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
+    asked = parser.parse_intermixed_args()
+    outputs = OUTPUTS if "outputs" in asked.words else ()
+    words = [word for word in asked.words if word != "outputs"]
+    overrides = {"render.device": asked.device, **dict(parse_override(word) for word in words if "=" in word)}
+    if overrides["render.device"] == "cuda":
+        require_cuda("--device")
     preset, count, *size = [*(plain := [word for word in words if "=" not in word]), *("complex", "5")[len(plain) :]]
     shape = (int(size[0]), int(size[1])) if size else None
     config = load_config(preset, overrides)
@@ -54,4 +53,7 @@ def main(*words: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    try:
+        main()
+    except (EvslipError, ValueError) as error:
+        sys.exit(f"render.py: {error}")

@@ -175,7 +175,7 @@ def test_an_object_that_slips_is_drawn_whenever_its_edges_have_moved():
     poses = Poses(traj, camera, np.arange(0, SPAN[1], 10_000))
     moved = object_motion(poses, camera, traj.params)
     motion = foreground_motion(poses, camera, traj.params, make_lamp(traj.params))
-    drawn = plan_cells(motion[:, None, None], np.zeros(len(motion), bool), 0.5).slots[:, 0, 0] >= 0
+    drawn = plan_cells(motion, np.zeros(len(motion), bool), 0.5).slots[:, 0, 0] >= 0
     assert drawn[1:-1][moved[:-1] > STEADY_PX].all()
     way = np.concatenate([[0.0], np.cumsum(moved)])[drawn]
     gaps = np.diff(np.flatnonzero(drawn)) > 1

@@ -25,8 +25,8 @@ class Dataset:
     Records are read when asked for. `rejections` and `status` speak of all samples.
     """
 
-    def __init__(self, root: Path, splits: tuple[str, ...] = SPLITS):
-        self.root = root
+    def __init__(self, root: str | Path, splits: tuple[str, ...] = SPLITS):
+        self.root = root = Path(root)
         self.splits = splits
         self.entries = [entry for key, entry in sorted(finished(root).items(), key=_order) if key[0] in splits]
         """Of every finished sample, rejected ones included."""

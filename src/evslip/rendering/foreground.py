@@ -18,7 +18,8 @@ SOFT = 0.2
 
 
 def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
-    """Movement in pixels between consecutive poses, (m - 1,), that counts as much as that of the backdrop.
+    """Movement in pixels between consecutive poses that counts as much as that of the backdrop, of a single cell: of
+    shape (m - 1, 1, 1).
 
     camera: a pinhole. Edges of object and arm count more: STEADY_PX of theirs as render.max_motion_px of the backdrop.
     Not followed are fingers that open or close, and the links' shadows: drawn as often as those move, bodies were no
@@ -26,7 +27,8 @@ def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) 
     """
     often = params.render.max_motion_px / STEADY_PX
     edges = often * np.maximum(object_motion(poses, camera, params), arm_motion(poses, camera))
-    return np.maximum(edges, _shadow_motion(poses, camera, lamp)) if lamp.luminance > 0 else edges
+    motion = np.maximum(edges, _shadow_motion(poses, camera, lamp)) if lamp.luminance > 0 else edges
+    return motion[:, None, None]
 
 
 def _shadow_motion(poses: Poses, camera: Camera, lamp: Lamp) -> np.ndarray:

@@ -86,11 +86,12 @@ class Raycaster:
         if self.params.render.device == "cuda":  # all cells are drawn at once
             yield from (self.draw(poses, index, scale) for index in range(count))
             return
-        motion = self._sensor.stretch() * cell_motion(poses, self.camera, self.params, self.setting.lamp)
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
-        behind = plan_cells(motion, changes, self.params.render.max_motion_px)
-        motion = self._sensor.stretch() * foreground_motion(poses, self.camera, self.params, self.setting.lamp)
-        before = plan_cells(motion[:, None, None], changes, self.params.render.max_motion_px)
+        scene = poses, self.camera, self.params, self.setting.lamp
+        behind, before = (
+            plan_cells(self._sensor.stretch() * motion, changes, self.params.render.max_motion_px)
+            for motion in (cell_motion(*scene), foreground_motion(*scene))
+        )
         reel = Reel(LAG + 2, *self._image.shape)
         for index in range(count + LAG):
             if index < count:
