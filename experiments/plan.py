@@ -12,6 +12,10 @@ BASELINES = ("event_rate", "rate_map", "flow", "boosting")
 VARIANTS = {"countnet+noise": ("countnet", ("--noise-hz", "5"))}
 """Networks that are trained in another way: what is trained, and how."""
 NETWORKS = (*PAPERS, "cnn3d_bn", "voxelnet", "countnet", *VARIANTS, "evgru", *BASELINES)
+SWEEPS = tuple(
+    f"{group}/{name}" for group in ("simple", "complex") for name in NETWORKS if name not in {*VARIANTS, *BASELINES}
+)
+"""What can be swept."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +51,11 @@ class Plan:
     """From one training window's start to the next one's."""
     training: tuple[str, ...] = ()
     """OPTION=VALUE or NETWORK:OPTION=VALUE, given to `evslip train`."""
-    trials: int = 0
-    """Trials of `evslip sweep` for each network; 0: no sweep."""
-    space: str = "short"
+    sweeps: tuple[str, ...] = ("simple/mlp", "simple/snn")
+    """SET/NETWORK whose settings are searched."""
+    trials: int = 16
+    """Of each sweep; 0: no sweep."""
+    space: str = "augmented"
     """What a sweep tries."""
     hop_s: float = 0.01
     """Time between two answers in evaluations; latencies are exact to it."""
@@ -72,6 +78,9 @@ class Plan:
 
     def model(self, group: str, network: str, seed: int) -> Path:
         return self.out / "models" / group / f"{network}-{seed}"
+
+    def sweep(self, place: str) -> Path:
+        return self.out / "sweeps" / place
 
     def evaluation(self, exam: str, network: str, seed: int) -> Path:
         return self.out / "evaluations" / exam / f"{network}-{seed}"
@@ -112,7 +121,8 @@ SMALL = Plan(
     ),
     window_hop_s=0.04,
     training=("epochs=2",),
-    trials=1,
+    sweeps=("simple/mlp", "complex/voxelnet"),
+    trials=2,
     space="experiments/small_space.toml",
     hop_s=0.08,
     resamples=100,

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import results
 import stages
-from plan import NETWORKS, SMALL, Plan
+from plan import NETWORKS, SMALL, SWEEPS, Plan
 from ship import ship
 from steps import Runner
 from worlds import FIXED, WORLDS, write_mesh
@@ -34,6 +34,7 @@ def train(plan: Plan, runner: Runner) -> None:
 
 def sweep(plan: Plan, runner: Runner) -> None:
     runner.run(stages.sweep(plan), together=True)
+    runner.run(stages.tuned(plan), together=True)
 
 
 def test(plan: Plan, runner: Runner) -> None:
@@ -119,7 +120,7 @@ NUMBERS = {
     "traced": "... but of the path-traced one, which takes a thousand times as long",
     "ablation-train": "training samples of each step of the ablation",
     "ablation-test": "test samples of the ablation",
-    "trials": "of `evslip sweep` for each network; 0: no sweep",
+    "trials": "of each sweep; 0: no sweep",
     "resamples": "of the trajectories, for confidence intervals",
     "workers": "processes that generate; default: one a core",
     "jobs": "trainings and evaluations at the same time",
@@ -146,6 +147,7 @@ def read_plan() -> tuple[Plan, tuple[str, ...]]:
     add("--real", type=Path, help="folder with real recordings; default: none are tried")
     add("--keys", nargs="*", metavar="KEY=VALUE", help="keys replaced in every data set")
     add("--training", nargs="*", metavar="[NETWORK:]OPTION=VALUE", help="options of `evslip train`")
+    add("--sweeps", nargs="*", choices=SWEEPS, help="sets and networks whose settings are searched")
     add("--space", help="what a sweep tries")
     add("--ship-model", metavar="NETWORK-SEED", help="model to ship; default: the best final by validation")
     add("--ship-to", type=Path, help="folder to ship it to; default: the folder `default` of the experiment")

@@ -32,22 +32,21 @@ TABLES: dict[str, Callable[[Plan], str]] = {
 FULL = Plan(Path())
 WHOLE = "ran all of it and wrote this page"
 PARTLY = f"wrote this page before all of it was run (cells that say *{MISSING}* wait for it)"
+FIRST_SEEDS = "wrote this page before every seed was run (a cell without a range is of the first seed)"
 
 
 def write(plan: Plan, command: Sequence[str]) -> list[str]:
     """Write results.md, which says that `command` made all of it, and results.png. Returns what is not there, a line
     each: tables with a gap, missing results."""
     parts = {name: make(plan) for name, make in TABLES.items()}
-    gaps = [f"the table of {name}" for name, text in parts.items() if MISSING in text]
+    holes = [f"the table of {name}" for name, text in parts.items() if MISSING in text]
     absent = [step.name for step in stages.results(plan) if not stages.result(step).exists()]
-    if absent:
-        gaps.append(f"{len(absent)} results, such as `{absent[0]}`")
     text = Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         parts,
         verdict=goals.verdict(plan),
         size=size(plan),
         command=shlex.join(command),
-        ran=WHOLE if not gaps else PARTLY,
+        ran=PARTLY if holes else FIRST_SEEDS if absent else WHOLE,
         machines="\n".join(f"* {line}" for line in machine.describe(machines(plan))),
         seeds=", ".join(map(str, plan.seeds)),
         hop_ms=f"{1000 * plan.hop_s:g}",
@@ -57,7 +56,7 @@ def write(plan: Plan, command: Sequence[str]) -> list[str]:
         picture=picture(plan),
     )
     (plan.out / "results.md").write_text(text, encoding="utf-8")
-    return gaps
+    return [*holes, *([f"{len(absent)} results, such as `{absent[0]}`"] if absent else [])]
 
 
 def size(plan: Plan) -> str:

@@ -1,17 +1,21 @@
 """The experiment's stages: which commands of evslip each of them is."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
 
-from plan import BASELINES, PAPERS, VARIANTS, Plan
+from plan import PAPERS, VARIANTS, Plan
 from steps import Step
 from worlds import EVERYTHING, FIXED, MESH, WORLDS
 
 from evslip.config import dump_config, load_config, parse_override
 from evslip.dataset import finished
 from evslip.layout import CONFIG
+from evslip.learn.settings import TrainSettings
+from evslip.learn.sweep import JOURNAL, Sweep, Trial, read_sweep
+from evslip.view.detector_files import read_detector
 
 SETS = {"simple": "simple", "complex": "complex", "simple-paper": "simple", "complex-paper": "complex"}
 """What detectors are trained on, and the data set that its windows come from."""
@@ -110,19 +114,43 @@ def train(plan: Plan) -> list[Step]:
 def sweep(plan: Plan) -> list[Step]:
     """Search settings on the training windows."""
     files, steps = windows(plan), []
-    for group, network in product(("simple", "complex"), plan.networks):
-        if not plan.trials or network in (*BASELINES, *VARIANTS):
-            continue
-        folder = plan.out / "sweeps" / group / network
+    for place in plan.sweeps if plan.trials else ():
+        group, network = place.split("/")
+        folder = plan.sweep(place)
         words = ("sweep", str(result(files[group])), str(folder), "--model", network, "--space", plan.space)
         more = ("--trials", str(plan.trials))
         is_done = partial(_has_trials, folder / "sweep.csv", plan.trials)
-        steps.append(Step(f"sweep {group}/{network}", words, needs=(files[group],), aside=more, is_done=is_done))
+        steps.append(Step(f"sweep {place}", words, needs=(files[group],), aside=more, is_done=is_done))
     return steps
 
 
 def _has_trials(path: Path, count: int) -> bool:
     return path.is_file() and len(path.read_text().splitlines()) > count
+
+
+def swept(plan: Plan, place: str) -> tuple[Sweep, Trial] | None:
+    """What the sweep of a set and network has found, and the best of it; None if there is none yet."""
+    folder = plan.sweep(place)
+    found = read_sweep(folder) if (folder / JOURNAL).is_file() else None
+    return None if found is None or found.best is None else (found, found.best)
+
+
+def tuned(plan: Plan) -> list[Step]:
+    """The best settings of each sweep with every seed: how much of the find was luck."""
+    files, steps = windows(plan), []
+    for place in plan.sweeps if plan.trials else ():
+        known = swept(plan, place)
+        if known is None:
+            continue
+        (found, best), (group, network) = known, place.split("/")
+        told = read_detector(found.folder / best.folder).description
+        assert told is not None
+        settings = TrainSettings(**told.training["settings"])
+        for seed in plan.seeds:
+            folder = plan.model(f"{group}-tuned", network, seed)
+            words = ("train", str(result(files[group])), str(folder), *replace(settings, seed=seed).words())
+            steps.append(Step(f"train {group}-tuned/{network}-{seed}", words, folder / "model.json", (files[group],)))
+    return steps
 
 
 def evaluated(plan: Plan, exam: str, network: str, seed: int, model: Step, made: Step, folder: Path) -> Step:
@@ -202,4 +230,4 @@ def real(plan: Plan) -> Iterator[tuple[Path, Step, dict[str, Step]]]:
 def results(plan: Plan) -> list[Step]:
     """All steps that the tables are read from, but those of sweeps and real recordings."""
     (_, trials), (_, _, ablated) = worlds(plan), ablation(plan)
-    return [*train(plan), *test(plan), *trials, *ablated]
+    return [*train(plan), *test(plan), *tuned(plan), *trials, *ablated]

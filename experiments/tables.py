@@ -5,7 +5,7 @@ import json
 from collections.abc import Sequence
 
 import stages
-from figures import MISSING, PAPER, percent, samples, spread, tested, validated
+from figures import MISSING, PAPER, percent, samples, spread, tested, training, validated
 from plan import PAPERS, Plan
 from steps import done_path, log_path, read_json, seconds_of
 from worlds import FIXED, WORLDS
@@ -113,22 +113,38 @@ def _two_scores(found: Sequence[Assessment]) -> str:
     return f"{percent(accuracy)}; {spread(area, 3)}"
 
 
+SEARCHED = """Trainings with settings drawn at random (`{space}`), the best by its validation loss. Accuracy, % of
+validation, by trajectory as in Table 2. The best run and its settings were chosen by the split of one seed; the next
+column trains with them for every seed, each with a split of its own."""
+
+
 def sweeps(plan: Plan) -> str:
-    """How many runs, and the best of each network."""
-    if not plan.trials:
+    """What searching settings brings, beside the defaults."""
+    if not (plan.trials and plan.sweeps):
         return "No sweep was run (`--trials N`)."
+    head = (
+        "set, network",
+        "runs",
+        "best run",
+        "its settings, all seeds",
+        "defaults, all seeds",
+        "paper",
+        "its settings",
+    )
     lines = []
-    for step in stages.sweep(plan):
-        path = plan.out / "sweeps" / step.name.removeprefix("sweep ") / "sweep.csv"
-        rows = list(csv.DictReader(path.read_text().splitlines())) if path.exists() else []
-        ended = [row for row in rows if row.get("val_accuracy")]
-        best = max(ended, key=lambda row: float(row["val_accuracy"]), default=None)
-        columns = list(rows[0]) if rows else []
-        drawn = columns[3 : columns.index("val_accuracy")] if rows else []
-        told = MISSING if best is None else ", ".join(f"{name} {best[name]}" for name in drawn)
-        score = MISSING if best is None else f"{100 * float(best['val_accuracy']):.1f}"
-        lines.append([step.name.removeprefix("sweep "), str(len(rows)) if rows else MISSING, score, told])
-    return table(("set, network", "runs", "best balanced validation accuracy, %", "its settings"), lines)
+    for place in plan.sweeps:
+        known, (group, network) = stages.swept(plan, place), place.split("/")
+        if known is None:
+            lines.append([place, *[MISSING] * (len(head) - 1)])
+            continue
+        found, best = known
+        first = training(found.folder / best.folder)
+        ours = [percent(validation(plan, name, network)[1]) for name in (f"{group}-tuned", group)]
+        paper = f"{PAPER[network][group == 'complex']:g}" if network in PAPER else "–"
+        drawn = ", ".join(f"{k} {v:.2g}" if isinstance(v, float) else f"{k} {v}" for k, v in best.settings.items())
+        accuracy = percent([] if first is None else [first.accuracy])
+        lines.append([place, str(len(found.trials)), accuracy, *ours, paper, drawn])
+    return f"{SEARCHED.format(space=plan.space)}\n\n{table(head, lines)}"
 
 
 def real(plan: Plan) -> str:

@@ -20,8 +20,8 @@ KEYS = (
 TINY = (
     "--small", "--simple", 12, "--complex-train", 8, "--complex-test", 4, "--world", 3, "--ablation-train", 8,
     "--ablation-test", 4, "--networks", "mlp", "event_rate", "--finals", "event_rate", "--ablated", "event_rate",
-    "--seeds", 0, "--worlds", "front", "--ablations", "noise", "--trials", 0, "--resamples", 20, "--jobs", 2,
-    "--window-hop-s", 0.01, "--training", "epochs=1", "--keys", *KEYS,
+    "--seeds", 0, "--worlds", "front", "--ablations", "noise", "--sweeps", "simple/mlp", "--trials", 1,
+    "--resamples", 20, "--jobs", 2, "--window-hop-s", 0.01, "--training", "epochs=1", "--keys", *KEYS,
 )  # fmt: skip
 
 
@@ -76,6 +76,9 @@ def test_every_cell_is_what_the_product_measured(tmp_path: Path) -> None:
         assert rows(text, "AUPRC")[f"`{network}`"][1] == f"{test['scores']['f1']:.3f}"
     assert table2["`mlp`"][1] == validation(out / "models/simple-paper/mlp-0")
     assert table2["`mlp`"][4] == validation(out / "models/complex-paper/mlp-0")
+    swept = rows(text, "best run")["simple/mlp"]
+    found, again = (validation(out / name) for name in ("sweeps/simple/mlp/trials/0000", "models/simple-tuned/mlp-0"))
+    assert swept[:5] == ["1", found, again, table2["`mlp`"][2], "98"]
     for head, line, exam in (
         ("world", "camera in front of the hand", "worlds/front"),
         ("fixed", "noise", "ablation/noise"),
