@@ -13,9 +13,9 @@ from worlds import EVERYTHING, FIXED, MESH, WORLDS
 from evslip.config import dump_config, load_config, parse_override
 from evslip.dataset import finished
 from evslip.layout import CONFIG
+from evslip.learn.checkpoint import read_description
 from evslip.learn.settings import TrainSettings
 from evslip.learn.sweep import JOURNAL, Sweep, Trial, read_sweep
-from evslip.view.detector_files import read_detector
 
 SETS = {"simple": "simple", "complex": "complex", "simple-paper": "simple", "complex-paper": "complex"}
 """What detectors are trained on, and the data set that its windows come from."""
@@ -143,9 +143,7 @@ def tuned(plan: Plan) -> list[Step]:
         if known is None:
             continue
         (found, best), (group, network) = known, place.split("/")
-        told = read_detector(found.folder / best.folder).description
-        assert told is not None
-        settings = TrainSettings(**told.training["settings"])
+        settings = TrainSettings(**read_description(found.folder / best.folder).training["settings"])
         for seed in plan.seeds:
             folder = plan.model(f"{group}-tuned", network, seed)
             words = ("train", str(result(files[group])), str(folder), *replace(settings, seed=seed).words())
