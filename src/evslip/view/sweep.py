@@ -38,10 +38,16 @@ def write_sweep(found: Sweep) -> None:
 
 
 def sweep_table(found: Sweep, most: int, short: bool = False) -> list[list[str]]:
-    """Head and lines, best first; `short` ends each with the settings."""
+    """Head and lines, best first; `short` is for a terminal: each ends with the settings."""
     ranked = sorted(found.trials, key=lambda trial: _rank(found, trial))[:most]
-    columns = -len(FIGURES) - 1 if short else None
-    return [[_text(cell) for cell in row[:columns]] for row in _rows(found, ranked)]
+    head, *rows = _rows(found, ranked)
+    if not short:
+        return [head, *([_text(cell) for cell in row] for row in rows)]
+    end = -len(FIGURES) - 1
+    return [
+        [title.replace("_", " ") for title in head[:end]],
+        *([*(_text(cell, 3) for cell in row[:3]), *(_text(cell, 2) for cell in row[3:end])] for row in rows),
+    ]
 
 
 def parallel_coordinates(found: Sweep) -> Figure:
@@ -172,7 +178,7 @@ def _table(lines: Sequence[Sequence[str]]) -> str:
     return page.table(lines[0], lines[1:])
 
 
-def _text(value: Any) -> str:
+def _text(value: Any, digits: int = 4) -> str:
     if value is None:
         return "–"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
