@@ -143,7 +143,8 @@ def sweeps(plan: Plan) -> str:
         paper = f"{PAPER[network][group == 'complex']:g}" if network in PAPER else "–"
         drawn = ", ".join(f"{k} {v:.2g}" if isinstance(v, float) else f"{k} {v}" for k, v in best.settings.items())
         accuracy = percent([] if first is None else [first.accuracy])
-        lines.append([place, str(len(found.trials)), accuracy, *ours, paper, drawn])
+        ended = sum(trial.state in ("complete", "pruned", "failed") for trial in found.trials)
+        lines.append([place, str(ended), accuracy, *ours, paper, drawn])
     return f"{SEARCHED.format(space=plan.space)}\n\n{table(head, lines)}"
 
 
