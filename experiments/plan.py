@@ -31,7 +31,7 @@ class Plan:
     world: int = 60
     """Samples of each shifted world ..."""
     traced: int = 10
-    """... but of the path-traced one, which takes a thousand times as long."""
+    """... but of the path-traced one, which takes some seventy times as long."""
     ablation_train: int = 200
     """Training samples of each step of the ablation."""
     ablation_test: int = 60

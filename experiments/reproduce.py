@@ -117,7 +117,7 @@ NUMBERS = {
     "complex-train": "training samples of the Complex Set",
     "complex-test": "test samples of the Complex Set",
     "world": "samples of each shifted world ...",
-    "traced": "... but of the path-traced one, which takes a thousand times as long",
+    "traced": "... but of the path-traced one, which takes some seventy times as long",
     "ablation-train": "training samples of each step of the ablation",
     "ablation-test": "test samples of the ablation",
     "trials": "of each sweep; 0: no sweep",
