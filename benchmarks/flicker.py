@@ -1,0 +1,55 @@
+"""How much the light on what is held changes from one traced frame to the next: true changes, and noise of tracing.
+
+python benchmarks/flicker.py [PRESET] [INDEX] [TIME_S] [PATHS ...]
+
+The fast renderer has no noise, so what it shows to change is true. Noise of the same random numbers stands still only
+where all that light meets on its way does; it halves with four times the paths. Needs the extra [photo].
+"""
+
+import sys
+
+import numpy as np
+
+from evslip.camera import hand_camera
+from evslip.config import load_config
+from evslip.draws import draw
+from evslip.errors import EvslipError
+from evslip.frame import BODIES, GRIPPER, OBJECT
+from evslip.rendering import exposure_scale, frame_times, make_artist, recorded_span
+from evslip.rendering.pathtrace.keyframes import plan
+from evslip.rendering.poses import Poses
+from evslip.rendering.schedule import image_motion
+from evslip.simulation import simulate
+
+FRAMES = 4
+"""Traced ones, `render.key_motion_px` of the image apart."""
+
+
+def main(preset: str = "complex", index: str = "3", time_s: str = "2.57", *paths: str) -> None:
+    counts = [int(count) for count in paths] or [16, 64, 256]
+    print("| paths a pixel | body | mean change of ln luminance | share of pixels over 0.15 |")
+    print("|---|---|---|---|")
+    for spp in (None, *counts):
+        keys = {} if spp is None else {"render.renderer": "pathtrace", "render.spp": spp}
+        traj = simulate(draw(load_config(preset, keys), int(index), "test"))
+        camera, span = hand_camera(traj.params), recorded_span(traj)
+        times = frame_times(traj, *span, camera=camera)
+        motion = image_motion(Poses(traj, camera, times), camera.pinhole(), traj.params)
+        traced = times[plan(motion, traj.params.render.key_motion_px).keys]
+        first = np.searchsorted(traced, float(time_s) * 1e6)
+        artist = make_artist(None, traj, camera, span)
+        poses = Poses(traj, camera, traced[first : first + FRAMES])
+        scale = exposure_scale(artist, traj, camera, span[0])
+        pictures, bodies = zip(*(artist.draw(poses, k, scale) for k in range(len(poses.travel_m))), strict=True)
+        changes = np.abs(np.diff(np.log(np.array(pictures) + 0.01), axis=0))
+        for body in (OBJECT, GRIPPER):
+            found = changes[:, np.all(np.array(bodies) == body, 0)]
+            name = "none: the fast renderer" if spp is None else spp
+            print(f"| {name} | {BODIES[body]} | {found.mean():.4f} | {np.mean(found > 0.15):.3f} |", flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except (EvslipError, ValueError) as error:
+        sys.exit(f"flicker.py: {error}")
