@@ -37,6 +37,8 @@ def main(preset: str = "complex", index: str = "3", time_s: str = "2.57", *paths
         motion = image_motion(Poses(traj, camera, times), camera.pinhole(), traj.params)
         traced = times[plan(motion, traj.params.render.key_motion_px).keys]
         first = np.searchsorted(traced, float(time_s) * 1e6)
+        if first > len(traced) - FRAMES:
+            raise ValueError(f"TIME_S: {time_s} is too late, expected at most {traced[-FRAMES] / 1e6:g}")
         artist = make_artist(None, traj, camera, span)
         poses = Poses(traj, camera, traced[first : first + FRAMES])
         scale = exposure_scale(artist, traj, camera, span[0])
