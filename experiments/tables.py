@@ -129,7 +129,7 @@ def sweeps(plan: Plan) -> str:
         "its settings, all seeds",
         "defaults, all seeds",
         "paper",
-        "its settings",
+        "the settings",
     )
     lines = []
     for place in plan.sweeps:
