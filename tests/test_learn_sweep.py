@@ -1,8 +1,11 @@
 """Sweeps: what is drawn, who does it, and what a kill leaves behind."""
 
 import json
+import os
 import subprocess
 import sys
+import time
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -11,7 +14,7 @@ from evslip.errors import ConfigError, DataError
 from evslip.learn import Range, Space, SweepSettings, sweep
 from evslip.learn.settings import TrainSettings
 from evslip.learn.spaces import PRESETS, space_of
-from evslip.learn.sweep import JOURNAL, read_sweep
+from evslip.learn.sweep import JOURNAL, STALE_S, _claim, _is_dead, _open, read_sweep
 from evslip.learn.train import train
 from evslip.view.sweep import parallel_coordinates, sweep_table, write_sweep
 from slip_records import slip_windows
@@ -116,6 +119,36 @@ sweep(load_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, t
     assert (out / trial.folder / weights).read_bytes() == (tmp_path / "whole" / weights).read_bytes()
 
 
+def test_a_trial_can_be_looked_at_between_any_two_notes_of_its_claim(tmp_path) -> None:
+    study = _open(tmp_path, settings_of())
+    trial = study.ask()
+    looks = []
+
+    class Watched:
+        def set_user_attr(self, key, value):
+            # As if another process had claimed it, one that lives.
+            trial.set_user_attr(key, os.getppid() if key == "pid" else value)
+            (seen,) = _open(tmp_path, settings_of()).get_trials()
+            looks.append((set(seen.user_attrs), _is_dead(seen)))
+
+    _claim(Watched(), "trials/0000")
+    assert looks == [(keys, False) for keys, _ in looks] and looks[-1][0] == {"folder", "host", "beat", "pid"}
+
+
+def test_a_trial_without_a_sign_for_long_is_taken_for_dead(tmp_path) -> None:
+    study = _open(tmp_path, settings_of())
+    trial = study.ask()
+    (drawn,) = study.get_trials()
+    assert not _is_dead(drawn)
+    drawn.datetime_start -= timedelta(seconds=STALE_S + 1)  # killed before it could note who it was
+    assert _is_dead(drawn)
+    for key, value in {"host": "elsewhere", "pid": 1, "beat": time.time()}.items():
+        trial.set_user_attr(key, value)
+    assert not _is_dead(study.get_trials()[0])
+    trial.set_user_attr("beat", time.time() - STALE_S - 1)
+    assert _is_dead(study.get_trials()[0])
+
+
 @pytest.mark.slow
 def test_processes_share_a_sweep(windows, tmp_path) -> None:
     windows.save(tmp_path / "w.h5")
@@ -123,7 +156,7 @@ def test_processes_share_a_sweep(windows, tmp_path) -> None:
     command = [sys.executable, "-c", "from evslip.cli import main; main()", *arguments]
     both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     outputs = [process.communicate(timeout=120) for process in both]
-    assert [process.returncode for process in both] == [0, 0], outputs
+    assert [process.returncode for process in both] == [0, 0], "\n".join(err for _, err in outputs)
     found = read_sweep(tmp_path / "s")
     # Both may begin the last one.
     assert len(found.trials) in (4, 5) and all(trial.state == "complete" for trial in found.trials)

@@ -223,8 +223,7 @@ def _run(study: Any, trial: Any, windows: Windows, out: Path, settings: SweepSet
     name = trial.user_attrs.get("folder", f"{TRIALS}/{trial.number:04d}")
     before_s = trial.user_attrs.get("seconds", 0.0)
     start = time.monotonic()
-    for key, value in {"folder": name, "host": socket.gethostname(), "pid": os.getpid(), "beat": time.time()}.items():
-        trial.set_user_attr(key, value)
+    _claim(trial, name)
 
     def watch(epoch: int, row: dict[str, float]) -> None:
         trial.set_user_attr("beat", time.time())
@@ -246,6 +245,12 @@ def _run(study: Any, trial: Any, windows: Windows, out: Path, settings: SweepSet
     else:
         trial.set_user_attr("figures", _figures(result, before_s + time.monotonic() - start))
         study.tell(trial, _value(result, settings.goal))
+
+
+def _claim(trial: Any, folder: str) -> None:
+    """Note who runs a trial. Each note is an entry of the journal, and others may read between any two."""
+    for key, value in {"folder": folder, "host": socket.gethostname(), "beat": time.time(), "pid": os.getpid()}.items():
+        trial.set_user_attr(key, value)
 
 
 def _drawn(trial: Any, name: str, values: Range | tuple[Any, ...]) -> Any:
@@ -281,7 +286,7 @@ def _take_up(study: Any) -> None:
     from optuna.trial import TrialState
 
     for trial in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
-        if not _is_dead(trial.user_attrs):
+        if not _is_dead(trial):
             continue
         try:
             study.tell(trial.number, state=TrialState.FAIL)
@@ -291,17 +296,17 @@ def _take_up(study: Any) -> None:
         study.enqueue_trial(trial.params, user_attrs=kept)
 
 
-def _is_dead(attributes: dict[str, Any]) -> bool:
-    if "pid" not in attributes:
-        return False  # it has only just been drawn
-    if attributes["host"] == socket.gethostname() and attributes["pid"] != os.getpid():
+def _is_dead(trial: Any) -> bool:
+    """Whether nobody runs a running trial any more, as far as its notes tell: all of them, or the first few."""
+    notes = trial.user_attrs
+    if notes.get("host") == socket.gethostname() and notes.get("pid", os.getpid()) != os.getpid():
         try:
-            os.kill(attributes["pid"], 0)
+            os.kill(notes["pid"], 0)
         except ProcessLookupError:
             return True
         except PermissionError:
             return False
-    return time.time() - attributes["beat"] > STALE_S
+    return time.time() - notes.get("beat", trial.datetime_start.timestamp()) > STALE_S
 
 
 def _trial(trial: Any) -> Trial:
