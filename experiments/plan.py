@@ -70,6 +70,11 @@ class Plan:
     ship_to: Path | None = None
     """Where to; None: the folder `default` of the experiment."""
 
+    @property
+    def searched(self) -> tuple[str, ...]:
+        """The sweeps that are run."""
+        return self.sweeps if self.trials else ()
+
     def data(self, name: str) -> Path:
         return self.out / "data" / name
 

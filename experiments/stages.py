@@ -114,7 +114,7 @@ def train(plan: Plan) -> list[Step]:
 def sweep(plan: Plan) -> list[Step]:
     """Search settings on the training windows."""
     files, steps = windows(plan), []
-    for place in plan.sweeps if plan.trials else ():
+    for place in plan.searched:
         group, network = place.split("/")
         folder = plan.sweep(place)
         words = ("sweep", str(result(files[group])), str(folder), "--model", network, "--space", plan.space)
@@ -138,7 +138,7 @@ def swept(plan: Plan, place: str) -> tuple[Sweep, Trial] | None:
 def tuned(plan: Plan) -> list[Step]:
     """The best settings of each sweep with every seed: how much of the find was luck."""
     files, steps = windows(plan), []
-    for place in plan.sweeps if plan.trials else ():
+    for place in plan.searched:
         known = swept(plan, place)
         if known is None:
             continue

@@ -120,7 +120,7 @@ column trains with them for every seed, each with a split of its own."""
 
 def sweeps(plan: Plan) -> str:
     """What searching settings brings, beside the defaults."""
-    if not (plan.trials and plan.sweeps):
+    if not plan.searched:
         return "No sweep was run (`--trials N`)."
     head = (
         "set, network",
@@ -132,7 +132,7 @@ def sweeps(plan: Plan) -> str:
         "the settings",
     )
     lines = []
-    for place in plan.sweeps:
+    for place in plan.searched:
         known, (group, network) = stages.swept(plan, place), place.split("/")
         if known is None:
             lines.append([place, *[MISSING] * (len(head) - 1)])
