@@ -86,7 +86,7 @@ def events() -> Events:
     return random_events(np.random.default_rng(0), 500)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 2**32), st.sampled_from([0, 1, 400]), st.integers(-(2**40), 2**60), st.booleans())
 @pytest.mark.parametrize("suffix", WRITABLE)
 def test_what_is_read_is_what_was_written(

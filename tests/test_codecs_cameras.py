@@ -61,7 +61,7 @@ def words_by_brute_force(encoding: str, body: bytes) -> list[tuple[int, int, int
     return events
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 2**32), st.sampled_from([0, 1, 300]), st.sampled_from([0, 70, 10**5, 2**30]), st.data())
 @pytest.mark.parametrize("suffix", LATEST_US)
 def test_what_is_read_is_what_was_written(
@@ -103,7 +103,7 @@ def test_the_words_mean_what_the_description_says(tmp_path: Path, suffix: str, e
     assert words_by_brute_force(encoding, body) == rows(events)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.integers(0, 0xFFFF), max_size=60))
 def test_any_words_of_evt3_are_read_as_described(tmp_path: Path, words: list[int]):
     # Times that only grow; the rest comes as it likes, vectors and unknown words included.

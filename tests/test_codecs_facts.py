@@ -46,7 +46,7 @@ def told(facts: Facts) -> dict:
     return facts.as_json() | {"most": facts.busiest[2]}
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 2**32), st.integers(1, 400), st.sampled_from([5, 3000]))
 def test_facts_are_those_of_a_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int, count: int, step: int):
     monkeypatch.setattr(source, "BLOCK_BYTES", 800)

@@ -26,7 +26,7 @@ def with_mesh(folder, body, **values):
     return params_with(object__shape="mesh", object__mesh=str(path), object__mesh_fit="own", **values)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(radius=st.floats(0.01, 0.035), force=st.floats(0.5, 20), offset=st.floats(-0.5, 0.5))
 def test_a_cylinder_is_touched_along_the_strip_of_an_elastic_foundation(radius, force, offset):
     params = params_with(object__shape="cylinder", object__depth_m=2 * radius, grip__force_n=force, grip__offset=offset)
@@ -41,7 +41,7 @@ def test_a_cylinder_is_touched_along_the_strip_of_an_elastic_foundation(radius, 
     assert weights @ points[:, 0] == pytest.approx(-0.9 * PAD_HALF_M * offset, abs=2e-5)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(offset=st.floats(-0.9, 0.9), depth=st.floats(-0.005, 0.02))
 def test_a_box_from_a_file_is_gripped_like_a_cuboid(tmp_path_factory, offset, depth):
     grip = {"grip__offset": offset, "grip__depth_m": depth}

@@ -26,7 +26,6 @@ def test_logarithms():
     np.testing.assert_allclose(out, np.log(values.astype(float)), atol=1.2e-6)
 
 
-@settings(deadline=None)
 @given(logs, st.floats(-0.25, 0.25), st.floats(-2.0, 2.0), corners)
 def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
     base, gain = (F(number) for number in corner)
@@ -65,7 +64,7 @@ def test_many_tiny_steps_are_not_rounded_away():
     assert abs((float(lag) + float(rest)) / expected - 1.0) < 1e-6
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(logs, st.floats(-0.25, 0.25), st.floats(-1.0, 1.0), corners, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_a_pixel_that_is_let_off_stays_within_its_fences(log, change, lag, corner, above, below):
     base, gain = (F(number) for number in corner)

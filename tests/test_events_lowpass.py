@@ -20,7 +20,7 @@ def by_integration(log_0: float, change: float, filtered: float, base: float, ga
     return solve_ivp(rate, (0.0, 1.0), [filtered], method="LSODA", rtol=1e-11, atol=1e-12).y[0, -1]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(logs, changes, st.floats(-2.0, 2.0), st.floats(1e-4, 1.0), st.floats(1e-6, 0.02))
 def test_any_interval_solves_the_differential_equation(log_0, change, lag, base, gain):
     current = math.exp(log_0)
@@ -28,7 +28,6 @@ def test_any_interval_solves_the_differential_equation(log_0, change, lag, base,
     assert ours == pytest.approx(by_integration(log_0, change, log_0 + lag, base, gain), abs=1e-6)
 
 
-@settings(deadline=None)
 @given(logs, changes, st.lists(st.floats(0.01, 0.99), max_size=30), st.floats(1e-4, 1.0), st.floats(1e-6, 0.02))
 def test_a_ramp_may_be_cut_anywhere(log_0, change, cuts, base, gain):
     whole = advance_far(
@@ -42,7 +41,6 @@ def test_a_ramp_may_be_cut_anywhere(log_0, change, cuts, base, gain):
     assert lp == pytest.approx(whole, abs=1e-6)
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 100.0), st.floats(-3.0, 3.0))
 def test_a_step_decays_exponentially(k, lag):
     # Constant input: lp approaches it as exp(-K), whatever K is.

@@ -40,7 +40,6 @@ def assert_same(a: Events, b: Events, tolerance_us: int = 1) -> None:
     assert np.all(np.abs(a.t_us[order_a] - b.t_us[order_b]) <= tolerance_us)
 
 
-@settings(deadline=None)
 @given(st.floats(0.01, 0.5), st.floats(0.05, 3.0), st.sampled_from([1, -1]), st.integers(1000, 10**8))
 def test_a_ramp_fires_at_the_closed_form_times(theta, change, sign, length_us):
     events = follow(camera(theta=theta), [0, length_us], [[-3.0], [-3.0 + sign * change]])
@@ -52,7 +51,6 @@ def test_a_ramp_fires_at_the_closed_form_times(theta, change, sign, length_us):
     assert np.all(events.cause == SIGNAL)
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(-10, 10), st.floats(0.01, 0.99)), min_size=1, max_size=20))
 def test_a_path_fires_as_often_as_the_reference_steps(steps):
     # Brute force: move along the straight pieces, stepping the reference whenever it is theta away.
@@ -89,7 +87,7 @@ def cut_paths(draw):
     ],
 )
 def test_events_do_not_depend_on_how_a_path_is_cut_into_frames(preset, noise):
-    @settings(deadline=None, max_examples=40)
+    @settings(max_examples=40)
     @given(cut_paths(), st.integers(0, 2**64 - 1))
     def check(path, seed):
         knots, levels, fine, fine_levels = path
@@ -122,7 +120,6 @@ def test_the_dark_is_slower():
     assert first[0] > 5 * first[1]
 
 
-@settings(deadline=None)
 @given(st.floats(1.0, 20_000.0), st.floats(0.05, 3.0), st.integers(0, 5))
 def test_no_two_events_of_a_pixel_within_the_refractory_period(refractory_us, change, seed):
     pixels = 20

@@ -13,7 +13,7 @@ SIZES = st.lists(st.integers(1, 7), max_size=5)
 
 
 @given(SIZES, st.integers(0, 10**12))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_every_combination_comes_once_then_they_begin_again(sizes, start):
     number = math.prod(sizes)
     seen = [tuple(places(index, sizes)) for index in range(start, start + number)]
@@ -22,7 +22,6 @@ def test_every_combination_comes_once_then_they_begin_again(sizes, start):
 
 
 @given(SIZES)
-@settings(deadline=None)
 def test_the_first_index_has_the_first_entries(sizes):
     assert places(0, sizes) == [0] * len(sizes)
 

@@ -29,7 +29,7 @@ def random_window(seed: int, count: int, width: int = 200, height: int = 250) ->
 
 
 @given(st.integers(0, 10**6), st.integers(0, 3000), st.sampled_from([150, 350]))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_binning_is_binary_occupancy_averaged_over_four_by_four(seed, count, bins):
     events = random_window(seed, count)
     full = torch.zeros(2, bins, 250, 200)

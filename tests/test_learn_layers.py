@@ -33,7 +33,7 @@ def random_occupancy(seed: int, share: float = 0.2) -> Occupancy:
 
 
 @given(st.integers(0, 10**6), st.floats(0, 1))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_trains_hold_what_the_grid_holds(seed: int, share: float) -> None:
     batch = [random_occupancy(seed, share), random_occupancy(seed + 1, 0.0)]
     found = trains.dense([trains.trains(sample, GRID) for sample in batch], 7, 24)
@@ -46,7 +46,7 @@ def test_trains_hold_what_the_grid_holds(seed: int, share: float) -> None:
 
 
 @given(st.integers(0, 10**6), st.sampled_from([1, 3, 8]))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_the_sparse_linear_layer_and_its_gradient_equal_the_dense_ones(seed: int, outputs: int) -> None:
     batch = [trains.trains(random_occupancy(seed + k), GRID) for k in range(3)]
     weight = torch.randn(outputs, 24, generator=torch.Generator().manual_seed(seed), requires_grad=True)
@@ -93,7 +93,7 @@ def test_the_snn_on_patterns_equals_the_dense_one() -> None:
 
 
 @given(st.integers(0, 10**6), st.integers(1, 5), st.integers(1, 6), st.sampled_from([2, 3, 32]))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_the_linear_layer_of_patterns_and_its_gradient_equal_the_dense_ones(
     seed: int, rows: int, columns: int, outputs: int
 ) -> None:

@@ -15,7 +15,7 @@ windows = st.lists(st.tuples(st.booleans(), st.integers(0, 12), st.integers(0, 3
 
 
 @given(windows)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_every_score_is_that_of_scikit_learn(rows) -> None:
     labels, twelfths, weights = rows
     p_slip = twelfths / 12

@@ -93,7 +93,7 @@ def test_every_kind_moves_as_it_says(kind):
 
 
 @given(st.floats(0.3, 3), st.floats(0.3, 3), st.floats(0.3, 3), st.floats(3, 20))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_times_of_ones_own_lengthen_or_shorten_the_whole(lift, tilt, lower, duration):
     params = with_values(motion__duration_s=duration)
     k = duration / 7.5

@@ -90,7 +90,7 @@ def test_the_load_of_an_upright_lift_is_the_second_derivative_of_its_height():
 offsets, depths = st.floats(-0.9, 0.9), st.floats(-0.004, 0.02)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(offset=offsets, depth=depths, factor=st.floats(1.1, 3.0))
 def test_onset_is_proportional_to_force_and_friction(offset, depth, factor):
     grip = {"grip.offset": offset, "grip.depth_m": depth}
@@ -99,7 +99,7 @@ def test_onset_is_proportional_to_force_and_friction(offset, depth, factor):
     assert onset_mass(with_values(**grip, **{"grip.friction": 0.5 * factor})) == pytest.approx(factor * reference)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(offset=offsets, depth=depths, tilt=st.floats(-40, 40))
 def test_mirroring_grip_and_tilt_leaves_the_onset_alone(offset, depth, tilt):
     one = with_values(**{"grip.offset": offset, "grip.depth_m": depth, "motion.tilt_deg": tilt})
@@ -107,7 +107,7 @@ def test_mirroring_grip_and_tilt_leaves_the_onset_alone(offset, depth, tilt):
     assert onset_mass(one) == pytest.approx(onset_mass(other), rel=2e-3)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(scale=st.floats(0.3, 3.0), seed=st.integers(0, 1000))
 def test_a_patch_twice_as_large_carries_twice_the_torque(scale, seed):
     rng = np.random.default_rng(seed)

@@ -52,7 +52,7 @@ def records(draw_from: st.DrawFn) -> Record:
     )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(records())
 def test_what_is_read_is_what_was_written(tmp_path: Path, sample: Record):
     record.write(tmp_path / "a.h5", sample)

@@ -36,7 +36,7 @@ def coverage(polygon):
     return image
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.integers(0, 10**6), st.integers(3, 6), st.floats(0.3, 30))
 def test_every_pixel_gets_the_exact_area(seed, corners, size):
     rng = np.random.default_rng(seed)
@@ -59,7 +59,7 @@ def box(camera, place, axes, half, width=64, height=48, focal=60.0):
     return count, total, touched, full
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 10**6))
 def test_the_faces_of_a_box_tile_its_silhouette(seed):
     rng = np.random.default_rng(seed)

@@ -72,7 +72,7 @@ def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6), all_edges=False):
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_edges_that_are_left_out_hide_nothing(seed):
     rng = np.random.default_rng(seed)
     facets = prepare_facets(*surface_of(sample(object__shape="cylinder")))

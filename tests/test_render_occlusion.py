@@ -58,7 +58,7 @@ def kept_away(points, normal, box, above):
     return (1 - S[OPEN : OPEN + n]) / DARK
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6))
 def test_what_a_box_hides_of_the_sky_matches_rays(seed):
     rng = np.random.default_rng(seed)
@@ -80,7 +80,7 @@ def test_a_normal_that_turns_sees_the_box_change_smoothly():
     assert np.abs(np.diff(found)).max() < 0.02
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=15, derandomize=True)
 @given(st.integers(0, 10**6))
 def test_a_box_half_below_the_horizon_hides_about_what_rays_say(seed):
     rng = np.random.default_rng(seed)

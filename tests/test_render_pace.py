@@ -33,7 +33,7 @@ def sample(**scene):
     return draw(load_config("simple", {key.replace("__", "."): value for key, value in scene.items()}), 0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     hnp.arrays(float, st.tuples(st.integers(0, 60), st.just(1), st.just(2)), elements=st.floats(0, 1)),
     st.data(),

@@ -54,7 +54,7 @@ def test_lamp_shares_match_their_integrals(x):
     assert risen(np.float32(x)) == pytest.approx(np.sum(chord * np.maximum(0, x + y)) * step, abs=0.004)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_hidden_share_of_the_lamp_matches_rays(seed):
     rng = np.random.default_rng(seed)
@@ -98,7 +98,7 @@ def test_shadow_edges_are_no_sharper_than_a_pixel_and_keep_their_place():
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_what_is_around_points_holds_them(seed):
     rng = np.random.default_rng(seed)
     S, points = (
@@ -114,7 +114,7 @@ def test_what_is_around_points_holds_them(seed):
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_culling_never_drops_a_shadow(seed):
     rng = np.random.default_rng(seed)
     turn, half, place = rotation(rng), rng.uniform(0.01, 0.06, 3), np.array([0.0, 0.0, 0.15])

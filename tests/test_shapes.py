@@ -75,7 +75,7 @@ def test_the_outline_contains_the_body(params):
     assert (surface_of(params).vertices @ hull.face_normals.T - offsets).max() < 1e-7
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(x=st.floats(-0.02, 0.02), z=st.floats(-0.03, 0.03), step=st.floats(1e-4, 2e-3), side=st.sampled_from([-1, 1]))
 def test_heights_of_a_mesh_are_those_of_rays(cup, x, z, step, side):
     params = of_shape("mesh", cup)
@@ -119,7 +119,7 @@ def test_an_even_cuboid_has_the_inertia_of_the_books():
 
 
 @given(x=st.floats(-0.0249, 0.0249), z=st.floats(-0.0399, 0.0399))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_no_mass_reaches_beyond_the_object(x, z):
     params = params_with(object__com_x_m=x, object__com_z_m=z)
     spread = np.diag(spread_m2(params))

@@ -50,7 +50,7 @@ def configurations(draw_):
 
 
 @given(configurations())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_no_configuration_shares_a_value_between_the_splits(changes):
     try:
         config = load_config("complex", changes)

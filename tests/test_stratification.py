@@ -12,7 +12,7 @@ from evslip.values import extremes
 
 
 @given(st.floats(0, 1), st.integers(0, 50), st.integers(1, 30), st.sampled_from(["train", "test"]))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_the_wanted_share_slips_in_every_block(fraction, seed, blocks, split):
     config = load_config("complex", {"slip_fraction": fraction, "seed": seed})
     slips = [bool(shall_slip(config, index, split)) for index in range(blocks * BLOCK)]

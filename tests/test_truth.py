@@ -40,7 +40,7 @@ def ramp(start: int, end: int, height: float) -> np.ndarray:
 
 
 @given(st.integers(0, 1000), st.floats(0.01, 170))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_theta_is_the_papers_formula(seed, height):
     trajectory = scripted(ramp(2000, 3000, height), np.zeros(N), seed)
     gripper, cube = (
@@ -106,7 +106,7 @@ def test_spin_is_signed_and_counts_whole_turns():
 
 
 @given(st.floats(-50, 50), st.floats(-0.05, 0.05), st.integers(0, 100))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_slip_speeds_are_those_of_a_steady_slip(deg_s, m_s, seed):
     seconds = np.clip(np.arange(N) - 3000, 0, 1000) / 1e3
     truth = measure(scripted(deg_s * seconds, m_s * seconds, seed))

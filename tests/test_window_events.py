@@ -19,7 +19,7 @@ def events_of(gaps: list[int], seed: int = 0) -> WindowEvents:
 
 
 @given(st.lists(st.one_of(st.integers(0, 3), st.sampled_from([126, 127, 128, 254, 100_000])), max_size=40))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_unpacking_undoes_packing(gaps: list[int]) -> None:
     events = events_of(gaps)
     packed = pack(events)
@@ -58,7 +58,7 @@ def test_merging_keeps_all_events_in_order() -> None:
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_augmentation_is_a_window_again_and_obeys_its_generator(seed: int) -> None:
     settings = TrainSettings(shift_px=20, time_dropout=0.5, event_dropout=0.5, noise_hz=0.1)
     augment = Augmentation(settings, WindowSettings())

@@ -40,7 +40,7 @@ def windows() -> Windows:
 @given(
     rate=st.floats(-50, 50), begin=st.integers(0, STEPS), end=st.integers(0, STEPS), slide=st.floats(-20, 20)
 )  # fmt: skip
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_movement_of_a_constant_turn_and_slide(rate: float, begin: int, end: int, slide: float) -> None:
     clock = np.clip(np.arange(STEPS), min(begin, end), max(begin, end)) / 1e3
     truth = truth_of(rate * clock, slide * clock)
@@ -61,7 +61,7 @@ def test_a_slip_that_lowers_theta_counts_and_so_does_one_that_returns() -> None:
 
 
 @given(st.floats(0.01, 0.4), st.floats(0.01, 0.5), st.integers(0, 700), st.integers(200, 700))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_windows_lie_in_the_held_time(length_s: float, hop_s: float, first: int, duration: int) -> None:
     truth = truth_of(np.zeros(STEPS), held=slice(first, first + duration))
     found = movements(truth, WindowSettings(length_s=length_s, hop_s=hop_s))
@@ -171,7 +171,7 @@ def test_balance_removes_only_the_commoner_label_and_obeys_the_seed() -> None:
 
 
 @given(fraction=st.floats(0.05, 0.6), seed=st.integers(0, 2**31))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_split_never_shares_a_trajectory(windows: Windows, fraction: float, seed: int) -> None:
     first, second = windows.split_by_trajectory(fraction, seed)
     assert not set(first.name) & set(second.name)

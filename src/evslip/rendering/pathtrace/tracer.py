@@ -1,4 +1,4 @@
-"""The renderer that traces light paths: what the fast one leaves out is here, at a thousand times its cost."""
+"""The renderer that traces light paths: what the fast one leaves out is here, at many times its cost."""
 
 from collections.abc import Iterator
 
