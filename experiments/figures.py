@@ -72,7 +72,7 @@ def spread(values: list[float], digits: int = 1, factor: float = 1.0) -> str:
     if any(math.isnan(value) for value in values):
         return "–"
     texts = [f"{factor * value:.{digits}f}" if math.isfinite(value) else "never" for value in values]
-    if len(values) == 1:
+    if len(values) == 1 or not any(map(math.isfinite, values)):
         return texts[0]
     if not all(map(math.isfinite, values)):
         return ", ".join(texts)

@@ -54,6 +54,7 @@ def test_a_cell_of_several_seeds_has_mean_and_range(monkeypatch: pytest.MonkeyPa
     assert spread([0.81, 0.9, 0.84], 1, 100) == "85.0 (81.0–90.0)"
     assert spread([0.81], 1, 100) == "81.0"
     assert spread([0.02, math.inf], 0, 1000) == "20, never"
+    assert spread([math.inf, math.inf], 0, 1000) == "never"
     assert spread([math.nan, 0.5]) == "–"
     assert spread([]) == "not run"
 
