@@ -29,7 +29,7 @@ from evslip.window_set import Windows
 
 JOURNAL, TRIALS = "journal.log", "trials"
 STALE_S = 3600.0
-"""A trial on another machine that has not ended an epoch for so long counts as killed."""
+"""A trial that has not ended an epoch for so long counts as killed; one whose process this machine misses, at once."""
 
 Sampler = Literal["random", "tpe"]
 Pruner = Literal["none", "median", "hyperband"]
