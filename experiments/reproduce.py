@@ -125,6 +125,7 @@ NUMBERS = {
     "workers": "processes that generate; default: one a core",
     "jobs": "trainings and evaluations at the same time",
 }
+MAY_BE_NONE = ("trials", "resamples")
 
 
 def read_plan() -> tuple[Plan, tuple[str, ...]]:
@@ -157,7 +158,13 @@ def read_plan() -> tuple[Plan, tuple[str, ...]]:
 
 
 def checked(plan: Plan) -> Plan:
-    """Without what this machine cannot do; finals are among the networks."""
+    """Without what this machine cannot do; finals are among the networks. Exits with one line if a value is wrong."""
+    for name in NUMBERS:
+        value, least = getattr(plan, name.replace("-", "_")), int(name not in MAY_BE_NONE)
+        if value is not None and value < least:
+            raise SystemExit(f"{name}: {value} is out of range, expected {least} or more")
+    if min(plan.seeds) < 0:
+        raise SystemExit(f"seeds: {min(plan.seeds)} is out of range, expected 0 or more")
     finals = tuple(name for name in plan.finals if name in plan.networks)
     plan = replace(plan, finals=finals or plan.networks[-1:])
     if "pathtraced" in plan.worlds and find_spec("mitsuba") is None:

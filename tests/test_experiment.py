@@ -115,6 +115,9 @@ def resumes_and_notices(out: Path) -> None:
     ("arguments", "words"),
     [
         (("--keys", "camera.width"), "expected KEY=VALUE"),
+        (("--trials", "-1"), "trials: -1 is out of range, expected 0 or more"),
+        (("--jobs", "0"), "jobs: 0 is out of range, expected 1 or more"),
+        (("--seeds", "0", "-1"), "seeds: -1 is out of range"),
         (("--real", "nowhere"), "nowhere is no folder"),
         (("--stages", "ship"), "run the stage"),
         (("--stages", "ship", "--ship-model", "mlp"), "expected NETWORK-SEED"),
