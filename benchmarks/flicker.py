@@ -27,18 +27,19 @@ FRAMES = 4
 
 def main(preset: str = "complex", index: str = "3", time_s: str = "2.57", *paths: str) -> None:
     counts = [int(count) for count in paths] or [16, 64, 256]
+    fast = simulate(draw(load_config(preset), int(index), "test"))
+    camera, span = hand_camera(fast.params), recorded_span(fast)
+    times = frame_times(fast, *span, camera=camera)
+    motion = image_motion(Poses(fast, camera, times), camera.pinhole(), fast.params)
+    traced = times[plan(motion, fast.params.render.key_motion_px).keys]
+    first = np.searchsorted(traced, float(time_s) * 1e6)
+    if first > len(traced) - FRAMES:
+        raise ValueError(f"TIME_S: {time_s} is too late, expected at most {traced[-FRAMES] / 1e6:g}")
     print("| paths a pixel | body | mean change of ln luminance | share of pixels over 0.15 |")
     print("|---|---|---|---|")
     for spp in (None, *counts):
         keys = {} if spp is None else {"render.renderer": "pathtrace", "render.spp": spp}
-        traj = simulate(draw(load_config(preset, keys), int(index), "test"))
-        camera, span = hand_camera(traj.params), recorded_span(traj)
-        times = frame_times(traj, *span, camera=camera)
-        motion = image_motion(Poses(traj, camera, times), camera.pinhole(), traj.params)
-        traced = times[plan(motion, traj.params.render.key_motion_px).keys]
-        first = np.searchsorted(traced, float(time_s) * 1e6)
-        if first > len(traced) - FRAMES:
-            raise ValueError(f"TIME_S: {time_s} is too late, expected at most {traced[-FRAMES] / 1e6:g}")
+        traj = fast._replace(params=draw(load_config(preset, keys), int(index), "test"))
         artist = make_artist(None, traj, camera, span)
         poses = Poses(traj, camera, traced[first : first + FRAMES])
         scale = exposure_scale(artist, traj, camera, span[0])
