@@ -1,0 +1,40 @@
+"""What of a detector's calibration error is the share of slips: python benchmarks/calibration.py EVALUATION ...
+
+Training windows are half slips. Where a share s slips, the odds p / (1 - p) want multiplying by s / (1 - s) (Saerens,
+Latinne, Decaestecker 2002). Printed are ECE and Brier score of folders of `evslip evaluate`, before and after.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from evslip.errors import EvslipError
+from evslip.learn import tally
+from evslip.learn.stored import FILE, read_evaluation
+from evslip.window_set import SLIP
+
+
+def main(*paths: str) -> None:
+    if not paths:
+        raise ValueError("expected folders that `evslip evaluate` wrote")
+    print("| detector | share of slips | ECE | corrected | Brier | corrected |")
+    print("|---|---|---|---|---|---|")
+    for path in paths:
+        found = read_evaluation(Path(path) / FILE)
+        if not isinstance(found, list):
+            raise ValueError(f"{path}: holds scores of `evslip.evaluate`, expected an evaluation of `evslip evaluate`")
+        for one in found:
+            label, p = np.asarray(one.scores.labels), np.asarray(one.scores.probabilities, float)
+            share = float(np.mean(label == SLIP))
+            corrected = p * share / (p * share + (1 - p) * (1 - share))
+            both = [tally.tally(label, each) for each in (p, corrected)]
+            cells = [f"{figure(each):.4f}" for figure in (tally.calibration_error, tally.brier) for each in both]
+            print(f"| {one.model} | {share:.3f} | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except (EvslipError, ValueError) as error:
+        sys.exit(f"calibration.py: {error}")
