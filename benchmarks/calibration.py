@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.errors import EvslipError
-from evslip.learn import tally
-from evslip.learn.stored import FILE, read_evaluation
-from evslip.window_set import SLIP
+from evslip.learn.evaluation.stored import FILE, read_evaluation
+from evslip.learn.scores import tally
+from evslip.utils.errors import EvslipError
+from evslip.windows.window_set import SLIP
 
 
 def main(*paths: str) -> None:

@@ -23,8 +23,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import evslip
-from evslip import building, layout, split_plan
-from evslip.generation import Job, make_sample
+from evslip.data import building, layout, split_plan
+from evslip.generation.generate import Job, make_sample
 
 CHEAP = Path(__file__).with_name("cheap.toml")
 COMMAND = "from evslip.cli import main; main()"

@@ -17,7 +17,7 @@ WIDTH, HEIGHT = 288, 192
 RUN = """
 import re, sys
 from pathlib import Path
-from evslip.conversion import Conversion, convert, open_conversion
+from evslip.exchange.conversion import Conversion, convert, open_conversion
 conversion = Conversion(clip=Path(sys.argv[1]), camera="noisy")
 preview = Path(sys.argv[3]) if len(sys.argv) > 3 else None
 made = convert(conversion, open_conversion(conversion), Path(sys.argv[2]), preview=preview)

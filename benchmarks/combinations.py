@@ -13,13 +13,13 @@ import sys
 from collections import Counter, defaultdict
 
 import evslip
-from evslip.config import parse_override
-from evslip.draws import draw, grid_size
-from evslip.errors import GraspFailed, PlanRejected
-from evslip.stratification import SURE_HOLD, SURE_SLIP
-from evslip.truth import Truth
-from evslip.window_set import SLIP, WindowSettings
-from evslip.windows import label_of, movements
+from evslip.config.loading import parse_override
+from evslip.draws.draw import draw, grid_size
+from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
+from evslip.physics.truth import Truth
+from evslip.utils.errors import GraspFailed, PlanRejected
+from evslip.windows.cutting import label_of, movements
+from evslip.windows.window_set import SLIP, WindowSettings
 
 
 def main() -> None:

@@ -20,10 +20,10 @@ from numba import cuda as numba_cuda
 from numba import typeof
 
 import evslip.rendering as rendering
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.rendering import cuda_backdrop, cuda_bodies, cuda_device
-from evslip.simulation import simulate
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.physics.simulation import simulate
+from evslip.rendering.raycast import cuda_backdrop, cuda_bodies, cuda_device
 
 cuda: Any = numba_cuda
 

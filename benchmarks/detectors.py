@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from evslip.learn import NETWORKS, TrainSettings, build_model, evaluate, train
-from evslip.window_set import Windows, load_windows
+from evslip.windows.window_set import Windows, load_windows
 
 
 def main() -> None:

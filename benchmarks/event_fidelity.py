@@ -18,17 +18,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import EvslipError
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
 from evslip.events import EventCamera, Events, concatenate
-from evslip.phases import phase_times
-from evslip.rendering import raycast, render
+from evslip.physics.motion.phases import phase_times
+from evslip.physics.simulation import simulate
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import measure
+from evslip.rendering import render
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.lens import SPREAD, expose
-from evslip.simulation import simulate
-from evslip.trajectory import Trajectory
-from evslip.truth import measure
+from evslip.rendering.raycast import renderer
+from evslip.utils.errors import EvslipError
 
 FINE = 4
 STEP_US = 100
@@ -63,7 +64,7 @@ def converged(traj: Trajectory, times_us: np.ndarray) -> Iterator[Image]:
     """The mean of FINE x FINE finer pixels, blurred by the same lens as the fast renderer's pixels."""
     camera = hand_camera(traj.params)
     scratch = np.empty((camera.height, camera.width), np.float32)
-    raycast.SPREAD = np.float32(0)
+    renderer.SPREAD = np.float32(0)
     try:
         for frame in render(traj, times_us=times_us, size=(camera.width * FINE, camera.height * FINE)):
             luminance = frame.luminance.reshape(camera.height, FINE, camera.width, FINE).mean((1, 3))
@@ -71,7 +72,7 @@ def converged(traj: Trajectory, times_us: np.ndarray) -> Iterator[Image]:
             expose(luminance, np.float32(1), SPREAD, scratch, spread)
             yield frame.t_us, spread
     finally:
-        raycast.SPREAD = SPREAD
+        renderer.SPREAD = SPREAD
 
 
 def film(frames: Iterator[Image], size: tuple[int, int]) -> tuple[list[Events], int]:

@@ -24,25 +24,25 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import binary_erosion, gaussian_filter
 
-from evslip.camera import Camera, hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import GraspFailed, PlanRejected
-from evslip.frame import BODIES, GRIPPER, SURFACE
-from evslip.params import Params
+from evslip.config.loading import load_config
+from evslip.config.params import Params
+from evslip.draws.draw import draw
+from evslip.events.frame import BODIES, GRIPPER, SURFACE
+from evslip.physics.simulation import simulate
+from evslip.physics.trajectory import Trajectory
 from evslip.rendering import exposure_scale, recorded_span
-from evslip.rendering.layers import SHARE
+from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.pathtrace.parts import TABLE
 from evslip.rendering.pathtrace.stage import Stage
 from evslip.rendering.pathtrace.tracer import Pathtracer
 from evslip.rendering.pathtrace.variant import SCALAR, describe, mitsuba
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.rendering.setting import LUMA, channel_of, make_lamp
-from evslip.simulation import simulate
-from evslip.textures import linear_to_srgb
-from evslip.trajectory import Trajectory
+from evslip.rendering.raycast.layers import SHARE
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.raycast.setting import LUMA, channel_of, make_lamp
+from evslip.scene.textures.library import linear_to_srgb
+from evslip.utils.errors import GraspFailed, PlanRejected
 
 FLOOR = 0.01
 GRID = 8

@@ -12,17 +12,17 @@ import time
 
 import numpy as np
 
-from evslip.camera import hand_camera
-from evslip.config import load_config, parse_override
-from evslip.draws import draw
-from evslip.errors import ConfigError
-from evslip.frame import OBJECT
+from evslip.config.loading import load_config, parse_override
+from evslip.draws.draw import draw
+from evslip.events.frame import OBJECT
+from evslip.physics.simulation import simulate
 from evslip.rendering import exposure_scale, frame_times, make_artist, recorded_span
-from evslip.rendering.foreground import foreground_motion
-from evslip.rendering.pace import cell_motion, plan_cells
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import Poses
-from evslip.rendering.setting import make_lamp
-from evslip.simulation import simulate
+from evslip.rendering.raycast.setting import make_lamp
+from evslip.rendering.timing.foreground import foreground_motion
+from evslip.rendering.timing.update_schedule import cell_motion, plan_cells
+from evslip.utils.errors import ConfigError
 
 TURN, EVERY, DARK = 50, 7, 1e-3
 """Frames in a row; every so-manieth is compared, no multiple of `pace.LAG`; added to luminance before its logarithm."""

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from evslip import scene
-from evslip.grip import grip_point_m
-from evslip.motions.steps import step
-from evslip.params import Params
-from evslip.robot import fixed_hand
+from evslip.config.params import Params
+from evslip.physics import scene_model
+from evslip.physics.grip import grip_point_m
+from evslip.physics.robot import fixed_hand
+from evslip.scene.motions.steps import step
 
 CLOSED_S, LOADED_S, END_S = 0.35, 0.75, 1.25
 """The fingers close; then the weight comes smoothly; then it stays."""
@@ -37,22 +37,22 @@ class Hang(NamedTuple):
 
 
 def hang(params: Params, pads: dict[str, float] | None = None) -> Hang:
-    """Close the hand on the object, let it hang by its weight. `pads` replaces constants of evslip.scene by name."""
-    kept = {name: getattr(scene, name) for name in pads or {}}
+    """Close the hand on the object, let it hang by its weight. `pads` replaces constants of the scene model."""
+    kept = {name: getattr(scene_model, name) for name in pads or {}}
     for name, value in (pads or {}).items():
-        setattr(scene, name, value)
+        setattr(scene_model, name, value)
     try:
         return _hang(params, _model(params))
     finally:
         for name, value in kept.items():
-            setattr(scene, name, value)
+            setattr(scene_model, name, value)
 
 
 def _model(params: Params) -> mujoco.MjModel:
     obj, point = params.object, grip_point_m(params)
     tcp = (obj.x_m + float(point[0]), obj.y_m, obj.height_m / 2 + float(point[1]))
-    model = scene.assemble(fixed_hand(params.grip.force_n, tcp), params)
-    surface = model.geom(scene.SURFACE)
+    model = scene_model.assemble(fixed_hand(params.grip.force_n, tcp), params)
+    surface = model.geom(scene_model.SURFACE)
     surface.contype[:], surface.conaffinity[:] = 0, 0  # let it fall
     return model
 
@@ -60,9 +60,9 @@ def _model(params: Params) -> mujoco.MjModel:
 def _hang(params: Params, model: mujoco.MjModel) -> Hang:
     data = mujoco.MjData(model)
     half = params.object.depth_m / 2
-    t_s = np.arange(round(END_S / scene.TIMESTEP_S)) * scene.TIMESTEP_S
+    t_s = np.arange(round(END_S / scene_model.TIMESTEP_S)) * scene_model.TIMESTEP_S
     fingers = half + 0.002 - 0.014 * step(t_s, 0, 0.2)
-    gravity = -scene.GRAVITY_M_S2 * step(t_s, CLOSED_S, LOADED_S - CLOSED_S)
+    gravity = -scene_model.GRAVITY_M_S2 * step(t_s, CLOSED_S, LOADED_S - CLOSED_S)
     data.qpos[:2] = fingers[0]
     rows = np.empty((len(t_s), model.nsensordata))
     for k in range(len(t_s)):
@@ -70,7 +70,7 @@ def _hang(params: Params, model: mujoco.MjModel) -> Hang:
         model.opt.gravity[2] = gravity[k]
         mujoco.mj_step(model, data)
         rows[k] = data.sensordata
-    _, pose, _, pads, *_ = scene.split_sensors(rows)
+    _, pose, _, pads, *_ = scene_model.split_sensors(rows)
     closed = int(np.searchsorted(t_s, CLOSED_S))
     turn = Rotation.from_quat(pose[:, 3:], scalar_first=True)
     turned = np.degrees((turn[closed].inv() * turn).magnitude())

@@ -10,16 +10,16 @@ import sys
 
 import numpy as np
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import EvslipError
-from evslip.frame import BODIES, GRIPPER, OBJECT
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import BODIES, GRIPPER, OBJECT
+from evslip.physics.simulation import simulate
 from evslip.rendering import exposure_scale, frame_times, make_artist, recorded_span
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace.keyframes import plan
 from evslip.rendering.poses import Poses
-from evslip.rendering.schedule import image_motion
-from evslip.simulation import simulate
+from evslip.rendering.timing.schedule import image_motion
+from evslip.utils.errors import EvslipError
 
 FRAMES = 4
 """Traced ones, `render.key_motion_px` of the image apart."""

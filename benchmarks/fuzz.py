@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip import record
 from evslip.codecs import FORMATS, READ_ONLY, codec, raw_source, read_events, read_recording, write_events
-from evslip.errors import EvslipError
+from evslip.data import record
 from evslip.events.stream import Events
+from evslip.utils.errors import EvslipError
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from foreign_files import aedat2, bag  # pyright: ignore[reportMissingImports]

@@ -21,10 +21,11 @@ from typing import Any, get_args
 from unittest import mock
 
 import evslip
-from evslip import cli, generation
-from evslip.config import PRESETS, dump_config, load_config
-from evslip.draws import draw
-from evslip.schema import SLIP_KINDS, OneOf, SampleSpec, Within
+from evslip import cli
+from evslip.config.loading import PRESETS, dump_config, load_config
+from evslip.config.schema import SLIP_KINDS, OneOf, SampleSpec, Within
+from evslip.draws.draw import draw
+from evslip.generation import generate
 
 CPU_S, MORE_BYTES = 60, 3_000_000_000
 MODELS: dict[str, Any] = {name: field.annotation for name, field in SampleSpec.model_fields.items()}
@@ -73,7 +74,7 @@ def told(path: Path) -> tuple[str, str]:
     """What the command line makes of a file, short of making samples."""
     words = io.StringIO()
     arguments = ["evslip", "generate", str(path), str(path.with_name("out")), "--count", "5"]
-    nobody = mock.patch.object(generation, "runner", lambda name: lambda *_: iter(()))
+    nobody = mock.patch.object(generate, "runner", lambda name: lambda *_: iter(()))
     with nobody, mock.patch.object(sys, "argv", arguments):
         try:
             with contextlib.redirect_stderr(words), contextlib.redirect_stdout(io.StringIO()):
@@ -89,7 +90,7 @@ def told(path: Path) -> tuple[str, str]:
 def sample(path: Path) -> tuple[str, str]:
     """A whole sample of a valid file, with a small camera."""
     config = load_config(path, {"camera.width": 24, "camera.height": 16, "render.max_motion_px": 16.0})
-    record = generation.make_record(draw(config, 0))
+    record = generate.make_record(draw(config, 0))
     return record.kind, dump_config(config)[:0]
 
 

@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 
 import evslip
-from evslip import building, dataset, layout
-from evslip.config import dump_config
-from evslip.generation import STAGES, Job, make_sample
-from evslip.journal import Entry, Journal, encode
-from evslip.runners.attempts import attempt, give_back_memory
-from evslip.runners.local import TASKS_PER_WORKER
+from evslip.config.loading import dump_config
+from evslip.data import building, dataset, layout
+from evslip.data.journal import Entry, Journal, encode
+from evslip.generation.generate import STAGES, Job, make_sample
+from evslip.generation.runners.attempts import attempt, give_back_memory
+from evslip.generation.runners.local import TASKS_PER_WORKER
 
 WARM = 20
 """Samples after which a worker has met all kinds of work, and its memory should stay what it is."""

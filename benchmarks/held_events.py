@@ -22,15 +22,15 @@ from PIL import Image
 from scipy.ndimage import binary_erosion
 from scipy.spatial.transform import Rotation
 
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import GraspFailed, PlanRejected
+from evslip.config.loading import load_config
+from evslip.config.params import Params
+from evslip.draws.draw import draw
 from evslip.events import EventCamera
-from evslip.frame import GRIPPER, OBJECT
-from evslip.params import Params
+from evslip.events.frame import GRIPPER, OBJECT
+from evslip.physics.simulation import simulate
+from evslip.physics.trajectory import Trajectory
 from evslip.rendering import recorded_span, render
-from evslip.simulation import simulate
-from evslip.trajectory import Trajectory
+from evslip.utils.errors import GraspFailed, PlanRejected
 
 NOISELESS: dict[str, Any] = {"sigma": 0.0, "leak_rate_hz": 0.0, "shot_rate_hz": 0.0}
 MARGIN_PX = 2

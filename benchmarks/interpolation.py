@@ -15,11 +15,11 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from evslip.clips.hold import held
-from evslip.clips.rife import smoothed
-from evslip.errors import MissingExtraError
+from evslip.codecs.clips.hold import held
+from evslip.codecs.clips.rife import smoothed
+from evslip.codecs.clips.sources import TimedImage
 from evslip.events import EventCamera, Events
-from evslip.events.sources import TimedImage
+from evslip.utils.errors import MissingExtraError
 
 SIZE = (160, 128)
 FPS, DENSE = 60, 32

@@ -23,7 +23,7 @@ from evslip.learn.layers.occupancy import Binner, dense
 from evslip.learn.networks.cnn3d import CNN3d
 from evslip.learn.networks.mlp import MLP
 from evslip.learn.networks.snn import SNN
-from evslip.window_set import WindowEvents, load_windows
+from evslip.windows.window_set import WindowEvents, load_windows
 
 
 def main() -> None:

@@ -17,8 +17,8 @@ import numpy as np
 from playwright.sync_api import Page, sync_playwright
 from view import find_chromium, served
 
-from evslip import dataset, layout
-from evslip.journal import Journal
+from evslip.data import dataset, layout
+from evslip.data.journal import Journal
 
 
 def mislabelled(data: Path, root: Path, seed: int) -> str:

@@ -25,12 +25,12 @@ from fixed_hand import hang
 from scipy.spatial.transform import Rotation
 
 import evslip
-from evslip import scene
-from evslip.errors import GraspFailed
-from evslip.grip import grip_point_m
-from evslip.inertia import centre_of_mass_m
-from evslip.onset import PADS, pad_surface
-from evslip.params import Params
+from evslip.config.params import Params
+from evslip.physics import scene_model
+from evslip.physics.grip import grip_point_m
+from evslip.physics.inertia import centre_of_mass_m
+from evslip.physics.onset import PADS, pad_surface
+from evslip.utils.errors import GraspFailed
 
 DEPTHS_MM, OFFSETS_MM = (-4, 0, 4, 8, 12), (0, 5, 10, 15, 20)
 FORCES_N, FRICTIONS = (2, 5, 20), (0.3, 0.5, 1.0)
@@ -91,7 +91,7 @@ def gripped(depth_mm: float, offset_mm: float, force_n: float, friction: float) 
 def hanging_onset_kg(params: Params) -> float:
     """Mass at which an object at rest must slip."""
     arm, _ = centre_of_mass_m(params) - grip_point_m(params)
-    weight = scene.GRAVITY_M_S2 * np.array([0.0, 1.0, -arm])
+    weight = scene_model.GRAVITY_M_S2 * np.array([0.0, 1.0, -arm])
     return float(1 / pad_surface(params).utilisation(weight, PADS * params.grip.friction * params.grip.force_n))
 
 
@@ -155,7 +155,7 @@ def creep(count: int, seed: int, robot: str) -> bool:
 def _windows(params: Params) -> tuple[float, float]:
     """Largest rotation in degrees and translation in millimetres within a held window."""
     truth = evslip.measure(evslip.simulate(params))
-    span = round(WINDOW_S / scene.TIMESTEP_S)
+    span = round(WINDOW_S / scene_model.TIMESTEP_S)
     turn = Rotation.from_quat(truth.rotation[truth.held].astype(np.float64), scalar_first=True)
     place = truth.position_m[truth.held].astype(np.float64)
     turned = np.degrees((turn[:-span].inv() * turn[span:]).magnitude())

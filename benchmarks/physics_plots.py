@@ -12,9 +12,9 @@ import numpy as np
 from fixed_hand import hang
 from physics import CUBOID, OFFSETS_MM, STIFF, bisected, gripped, hanging_onset_kg, params_of, weighing
 
-from evslip.grip import contact_points
-from evslip.limit_surface import LimitSurface
-from evslip.onset import pad_surface
+from evslip.physics.grip import contact_points
+from evslip.physics.limit_surface import LimitSurface
+from evslip.physics.onset import pad_surface
 
 PREDICTED, SIMULATED, OTHER = "#1f4e79", "#e07b00", "#9a9a9a"
 

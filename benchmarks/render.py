@@ -12,12 +12,12 @@ import time
 
 import numpy as np
 
-from evslip.config import load_config, parse_override
-from evslip.draws import draw
-from evslip.errors import EvslipError
-from evslip.gpu import require_cuda
+from evslip.config.loading import load_config, parse_override
+from evslip.draws.draw import draw
+from evslip.physics.simulation import simulate
 from evslip.rendering import OUTPUTS, render
-from evslip.simulation import simulate
+from evslip.utils.errors import EvslipError
+from evslip.utils.gpu import require_cuda
 
 
 def main() -> None:

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.config import load_config
-from evslip.draws import draw
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.physics.simulation import simulate
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import measure
 from evslip.rendering import render
-from evslip.simulation import simulate
-from evslip.trajectory import Trajectory
-from evslip.truth import measure
 
 SIZES = ((173, 130), (346, 260), (640, 480), (1280, 720))
 

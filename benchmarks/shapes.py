@@ -18,12 +18,12 @@ import trimesh
 from fixed_hand import hang
 
 import evslip
-from evslip.errors import GraspFailed, PlanRejected
-from evslip.grip import grip_point_m
-from evslip.inertia import centre_of_mass_m
-from evslip.onset import PADS, pad_surface
-from evslip.params import Params
-from evslip.scene import GRAVITY_M_S2
+from evslip.config.params import Params
+from evslip.physics.grip import grip_point_m
+from evslip.physics.inertia import centre_of_mass_m
+from evslip.physics.onset import PADS, pad_surface
+from evslip.physics.scene_model import GRAVITY_M_S2
+from evslip.utils.errors import GraspFailed, PlanRejected
 
 HELD, SLIPPING = 0.85, 1.25
 """Masses, in multiples of the onset, at which every pick-and-place must hold and slip."""

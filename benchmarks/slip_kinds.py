@@ -9,14 +9,14 @@ from collections import Counter
 import numpy as np
 
 import evslip
-from evslip.config import parse_override
-from evslip.errors import EvslipError
-from evslip.schema import SLIP_KINDS
-from evslip.seeds import SPLITS
-from evslip.slip import shows
-from evslip.truth import Truth
-from evslip.window_set import HOLD, SLIP, WindowSettings
-from evslip.windows import label_of, movements
+from evslip.config.loading import parse_override
+from evslip.config.schema import SLIP_KINDS
+from evslip.draws.slip_kinds import shows
+from evslip.physics.truth import Truth
+from evslip.utils.errors import EvslipError
+from evslip.utils.seeds import SPLITS
+from evslip.windows.cutting import label_of, movements
+from evslip.windows.window_set import HOLD, SLIP, WindowSettings
 
 
 def main() -> None:

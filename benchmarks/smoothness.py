@@ -14,15 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.params import Params
-from evslip.rendering import raycast
+from evslip.config.loading import load_config
+from evslip.config.params import Params
+from evslip.draws.draw import draw
+from evslip.physics.trajectory import Trajectory
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.lens import SPREAD, expose
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.trajectory import Trajectory
+from evslip.rendering.raycast import renderer
+from evslip.rendering.raycast.renderer import Raycaster
 
 STEP_PX = 0.05
 SMALLEST, SHARE = 0.02, 0.12
@@ -84,14 +84,14 @@ def converged(params: Params, traj: Trajectory) -> np.ndarray:
     camera = hand_camera(params)
     fine = hand_camera(params, (camera.width * FINE, camera.height * FINE))
     poses = Poses(traj, fine, traj.t_us)
-    raycast.SPREAD = np.float32(0)
+    renderer.SPREAD = np.float32(0)
     artist, logs = Raycaster(params, fine, float(poses.travel_m[0])), []
     for index in range(len(traj.t_us)):
         luminance = artist.draw(poses, index)[0].reshape(camera.height, FINE, camera.width, FINE).mean((1, 3))
         spread = np.empty_like(luminance)
         expose(luminance, np.float32(1), SPREAD, np.empty_like(luminance), spread)
         logs.append(np.log(spread))
-    raycast.SPREAD = SPREAD
+    renderer.SPREAD = SPREAD
     return np.array(logs)
 
 

@@ -19,8 +19,8 @@ import numpy as np
 from evslip.events.stream import Events
 from evslip.learn import NETWORKS, Detector, build_model
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.cost import one_core
-from evslip.window_set import WindowSettings
+from evslip.learn.evaluation.cost import one_core
+from evslip.windows.window_set import WindowSettings
 
 SIZE = (346, 260)
 

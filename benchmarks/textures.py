@@ -10,8 +10,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from evslip import patterns, textures
-from evslip.rendering.layers import LUMA_WEIGHTS
+from evslip.rendering.raycast.layers import LUMA_WEIGHTS
+from evslip.scene.textures import library, patterns
 
 
 def statistics(image: np.ndarray) -> tuple[float, float]:
@@ -28,14 +28,14 @@ def statistics(image: np.ndarray) -> tuple[float, float]:
 
 
 def main(pattern: str = "*") -> None:
-    names = textures.expand(pattern, is_background=True)
+    names = library.expand(pattern, is_background=True)
     rows = []
     for name in names if isinstance(names, tuple) else (pattern,):
         family, _, number = name.rpartition("-")
         start = time.process_time()
         image = patterns.make(family, int(number))
         spent = (time.process_time() - start) * 1e3
-        upper = image[: len(image) // 2] if textures.is_panorama(image) else image
+        upper = image[: len(image) // 2] if library.is_panorama(image) else image
         exponent, contrast = statistics(upper)
         rows.append((family, spent, exponent, contrast))
         print(f"{name:12} {spent:6.0f} ms  1/f^{exponent:.2f}  contrast {contrast:.2f}")

@@ -22,13 +22,13 @@ import uvicorn
 from playwright.sync_api import Page, sync_playwright
 
 import evslip
-from evslip import building, record
-from evslip.config import dump_config, load_config
+from evslip.config.loading import dump_config, load_config
+from evslip.data import building, record
+from evslip.data.record import Record
 from evslip.events.stream import Events
-from evslip.explorer.app import Explorer, make_app
-from evslip.explorer.shelf import open_shelf
-from evslip.record import Record
-from evslip.truth import measure
+from evslip.physics.truth import measure
+from evslip.view.explorer.app import Explorer, make_app
+from evslip.view.explorer.shelf import open_shelf
 
 CONFIG = load_config("simple")
 

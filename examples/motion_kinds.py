@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import evslip
-from evslip.motion import duration_s, tool_path
-from evslip.motions import KINDS
-from evslip.phases import phase_bounds_s
+from evslip.physics.motion.phases import phase_bounds_s
+from evslip.physics.motion.servo_plan import duration_s, tool_path
+from evslip.scene.motions import KINDS
 
 WAY = [{"y_m": -0.1, "z_m": 0.05, "tilt_deg": 20.0, "time_s": 1.5}, {"x_m": 0.04, "y_m": -0.2, "z_m": 0.02}]
 COLORS = ("#9467bd", "#2ca02c", "#1f77b4")

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from evslip.importing import Importing, import_recording
-from evslip.recordings import open_samples
-from evslip.window_set import SLIP, WindowSettings
+from evslip.data.recordings import open_samples
+from evslip.exchange.importing import Importing, import_recording
+from evslip.windows.window_set import SLIP, WindowSettings
 
 SIDES = [f"{side}_{part}" for side in ("gripper", "object") for part in ("x", "y", "z", "qw", "qx", "qy", "qz")]
 

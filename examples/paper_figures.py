@@ -19,17 +19,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 import evslip
-from evslip.camera import hand_camera
 from evslip.codecs import read_recording
-from evslip.frame import OBJECT
-from evslip.phases import phase_times
-from evslip.record import Record
+from evslip.data.record import Record
+from evslip.events.frame import OBJECT
+from evslip.physics.motion.phases import phase_times
 from evslip.rendering import render_color
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import matrices
-from evslip.view.figures import HOLD_COLOR, SLIP_COLOR
-from evslip.view.pictures import OFF_COLOR, ON_COLOR, overlay
-from evslip.window_set import SLIP, WindowSettings
-from evslip.windows import UNCERTAIN, label_of, movements
+from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
+from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, overlay
+from evslip.windows.cutting import UNCERTAIN, label_of, movements
+from evslip.windows.window_set import SLIP, WindowSettings
 
 PHASES = ("initial", "lift", "tilt", "back", "placement")
 SHOWN_US = 15_000

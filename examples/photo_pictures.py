@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.phases import phase_times
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.physics.motion.phases import phase_times
+from evslip.physics.simulation import simulate
+from evslip.physics.trajectory import Trajectory
 from evslip.rendering import pictures
 from evslip.rendering.pathtrace.variant import describe
-from evslip.simulation import simulate
-from evslip.trajectory import Trajectory
 
 SIZE = 240, 180
 QUALITY = 85

@@ -12,15 +12,15 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.params import Params
+from evslip.config.loading import load_config
+from evslip.config.params import Params
+from evslip.draws.draw import draw
+from evslip.physics.trajectory import Trajectory
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.outputs import OUTPUTS, Outputs
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.textures import linear_to_srgb
-from evslip.trajectory import Trajectory
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.scene.textures.library import linear_to_srgb
 
 SMALL_LAMP, LARGE_LAMP = 0.3, 3.0
 ZOOM = 4

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 import evslip
 from evslip.events import camera_for
-from evslip.phases import phase_times
+from evslip.physics.motion.phases import phase_times
 from evslip.rendering import render_color
-from evslip.view.pictures import overlay
+from evslip.view.pictures.images import overlay
 
 PHASES = ("initial", "lift", "tilt", "back", "placement")
 SHOWN_US = 20_000

@@ -12,14 +12,15 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 import evslip
-from evslip import scene, textures
-from evslip.camera import hand_camera
-from evslip.motion import tool_path
-from evslip.rendering.hand import load_mesh
+from evslip.physics import scene_model
+from evslip.physics.motion.servo_plan import tool_path
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.geometry.hand import load_mesh
 from evslip.rendering.poses import matrices
-from evslip.rendering.setting import make_lamp
-from evslip.shapes import surface_of
-from evslip.textures import linear_to_srgb
+from evslip.rendering.raycast.setting import make_lamp
+from evslip.scene.shapes import surface_of
+from evslip.scene.textures import library
+from evslip.scene.textures.library import linear_to_srgb
 
 EYE, LOOK_AT, ZOOM = np.array([1.45, -1.3, 0.95]), np.array([0.3, -0.08, 0.32]), 1450.0
 SIZE = (1000, 800)
@@ -48,7 +49,7 @@ def project(points: np.ndarray) -> np.ndarray:
 
 def robot_and_object(trajectory: Any, index: int) -> list[Triangles]:
     params = trajectory.params
-    model = scene.build(params)
+    model = scene_model.build(params)
     data = mujoco.MjData(model)
     data.qpos[:9] = trajectory.joints[index]
     mujoco.mj_kinematics(model, data)
@@ -71,7 +72,7 @@ def finer(corners: np.ndarray, uv: np.ndarray, texture: str) -> tuple[np.ndarray
         a, b, c = both.transpose(1, 0, 2)
         ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
         both = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
-    image = textures.load(texture)
+    image = library.load(texture)
     middle = both[..., 3:].mean(axis=1) % 1 * image.shape[0]
     return both[..., :3], image[middle[:, 1].astype(int), middle[:, 0].astype(int)]
 
@@ -93,7 +94,7 @@ def table(texture: str, tile_m: float) -> tuple[np.ndarray, np.ndarray]:
     x, y = (grid.ravel() for grid in np.meshgrid(sides[0][:-1], sides[1][:-1]))
     dx, dy = (side[1] - side[0] for side in sides)
     corners = [np.stack([x + i * dx, y + j * dy, 0 * x], axis=1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    image = textures.load(texture)
+    image = library.load(texture)
     column, row = ((side / tile_m % 1 * image.shape[0]).astype(int) for side in (x, -y))
     return project(np.stack(corners, axis=1))[..., :2], linear_to_srgb(0.9 * image[row, column])
 

@@ -9,12 +9,12 @@ from typing import Any
 
 from plan import Plan
 
-from evslip.dataset import Dataset, open_dataset
-from evslip.layout import CONFIG
-from evslip.learn.alarms import quantile
-from evslip.learn.assessment import Assessment
-from evslip.learn.stored import FILE, read_evaluation
-from evslip.view.detector_files import DESCRIPTION, HISTORY, read_detector
+from evslip.data.dataset import Dataset, open_dataset
+from evslip.data.layout import CONFIG
+from evslip.learn.evaluation.alarms import quantile
+from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.stored import FILE, read_evaluation
+from evslip.view.report.detector_files import DESCRIPTION, HISTORY, read_detector
 
 MISSING = "not run"
 """A cell whose figure is not there."""

@@ -8,7 +8,7 @@ from figures import MISSING, PAPER, detected, latency, mean, spread, tested, val
 from plan import Plan
 from tables import table
 
-from evslip.learn.assessment import Assessment
+from evslip.learn.evaluation.assessment import Assessment
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import tables
 from figures import MISSING, samples, tested
 from plan import VARIANTS, Plan
 
-from evslip.config import load_config
-from evslip.dataset import Dataset
+from evslip.config.loading import load_config
+from evslip.data.dataset import Dataset
 
 TEMPLATE = Path(__file__).with_name("results_template.md")
 TABLES: dict[str, Callable[[Plan], str]] = {
@@ -119,7 +119,7 @@ def machines(plan: Plan) -> list[dict]:
 
 def picture(plan: Plan) -> str:
     """Curves of the finals' first seeds on the test set, as results.png; a line that shows it."""
-    from evslip.view.evaluation_plots import write_scores_png
+    from evslip.view.evaluation.plots import write_scores_png
 
     firsts = {name: found[0] for name in plan.finals if (found := tested(plan, "test", name))}
     if not firsts:

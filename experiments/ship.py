@@ -8,8 +8,8 @@ from figures import assessment, detected, latency, samples, training
 from plan import Plan
 from steps import read_json
 
-from evslip.layout import CONFIG
-from evslip.learn.assessment import Assessment
+from evslip.data.layout import CONFIG
+from evslip.learn.evaluation.assessment import Assessment
 
 TEMPLATE = Path(__file__).with_name("card_template.md")
 SCORES = {"balanced_accuracy": "balanced accuracy", "auroc": "AUROC", "ece": "ECE", "brier": "Brier"}

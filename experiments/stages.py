@@ -10,12 +10,12 @@ from plan import PAPERS, VARIANTS, Plan
 from steps import Step
 from worlds import EVERYTHING, FIXED, MESH, WORLDS
 
-from evslip.config import dump_config, load_config, parse_override
-from evslip.dataset import finished
-from evslip.layout import CONFIG
+from evslip.config.loading import dump_config, load_config, parse_override
+from evslip.data.dataset import finished
+from evslip.data.layout import CONFIG
 from evslip.learn.checkpoint import read_description
-from evslip.learn.settings import TrainSettings
-from evslip.learn.sweep import JOURNAL, Sweep, Trial, read_sweep
+from evslip.learn.search.sweep import JOURNAL, Sweep, Trial, read_sweep
+from evslip.learn.training.settings import TrainSettings
 
 SETS = {"simple": "simple", "complex": "complex", "simple-paper": "simple", "complex-paper": "complex"}
 """What detectors are trained on, and the data set that its windows come from."""

@@ -10,7 +10,7 @@ from plan import PAPERS, Plan
 from steps import done_path, log_path, read_json, seconds_of
 from worlds import FIXED, WORLDS
 
-from evslip.learn.assessment import Assessment
+from evslip.learn.evaluation.assessment import Assessment
 
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:

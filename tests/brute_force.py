@@ -9,13 +9,13 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-from evslip import textures
-from evslip.camera import Camera, hand_camera
-from evslip.params import Params
-from evslip.rendering import raycast
-from evslip.rendering.ambient import Ambient
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
+from evslip.rendering.raycast import renderer
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.shading.ambient import Ambient
+from evslip.scene.textures import library
 
 LUMA = np.array([0.2126, 0.7152, 0.0722])
 
@@ -73,7 +73,7 @@ def _sky(params, c, d):
     b = d @ c
     t = -b + np.sqrt(b * b - (c @ c - params.background.radius_m**2))
     p = c + t[:, None] * d
-    image = textures.load(params.background.texture, is_background=True) @ LUMA
+    image = library.load(params.background.texture, is_background=True) @ LUMA
     azimuth, elevation = np.arctan2(p[:, 1], p[:, 0]), np.arctan2(p[:, 2], np.hypot(p[:, 0], p[:, 1]))
     if image.shape[1] == 2 * image.shape[0]:  # a panorama: the whole sphere, the horizon in the middle
         u, v = azimuth / (2 * np.pi), 0.5 - elevation / np.pi
@@ -84,7 +84,7 @@ def _sky(params, c, d):
 
 
 def _texture(name, uv):
-    return _lookup(textures.load(name) @ LUMA, uv[:, 0], uv[:, 1])
+    return _lookup(library.load(name) @ LUMA, uv[:, 0], uv[:, 1])
 
 
 def _lookup(image, u, v):
@@ -207,8 +207,8 @@ def compare(params, traj, at_us, monkeypatch, shape=None):
     """Log error against brute force outside the gripper, without the lens's blur, and the exposed images' RMS error.
 
     Bodies keep no light from all around away here: `test_render_occlusion` looks at that alone."""
-    monkeypatch.setattr(raycast, "SPREAD", np.float32(0))
-    monkeypatch.setattr(raycast, "cast", partial(_cast_openly, raycast.cast))
+    monkeypatch.setattr(renderer, "SPREAD", np.float32(0))
+    monkeypatch.setattr(renderer, "cast", partial(_cast_openly, renderer.cast))
     camera = hand_camera(params)
     poses = Poses(traj, camera, np.array([at_us]))
     artist = Raycaster(params, camera, float(poses.travel_m[0]))

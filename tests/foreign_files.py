@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from evslip.codecs import rosbag
+from evslip.codecs.ros import bag as rosbag
 from evslip.events.stream import Events
 
 

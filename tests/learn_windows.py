@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.window_events import WindowEvents
+from evslip.windows.window_events import WindowEvents
 
 LENGTH_US = 160_000
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.params import Params
-from evslip.trajectory import Trajectory
+from evslip.config.params import Params
+from evslip.physics.trajectory import Trajectory
 
 
 def still(params: Params, seconds: float = 1.0) -> Trajectory:

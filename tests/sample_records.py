@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.episodes import Episode
+from evslip.config.loading import load_config
+from evslip.config.params import Params
+from evslip.data.record import Record
+from evslip.draws.draw import draw
 from evslip.events.stream import Events
-from evslip.params import Params
-from evslip.phases import PHASE_NAMES
-from evslip.record import Record
-from evslip.trajectory import Trajectory
-from evslip.truth import Truth
+from evslip.physics.episodes import Episode
+from evslip.physics.motion.phases import PHASE_NAMES
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import Truth
 
 CONFIG = load_config("demo", {"camera.width": 40, "camera.height": 30})
 

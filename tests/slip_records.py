@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from evslip.data.record import Record
+from evslip.events.frame import BACKGROUND, OBJECT
 from evslip.events.stream import Events
-from evslip.frame import BACKGROUND, OBJECT
-from evslip.record import Record
-from evslip.truth import Truth
-from evslip.window_set import Windows, WindowSettings
-from evslip.windows import windows_of
+from evslip.physics.truth import Truth
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import Windows, WindowSettings
 
 SIZE = (346, 260)
 STEPS = 2400

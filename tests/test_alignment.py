@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evslip.alignment import laid_on, require_sensor
-from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events
-from evslip.window_set import WindowSettings
-from evslip.windows import crop, windows_of
+from evslip.utils.errors import ConfigError, DataError
+from evslip.windows.alignment import laid_on, require_sensor
+from evslip.windows.cutting import crop, windows_of
+from evslip.windows.window_set import WindowSettings
 from slip_records import slip_records
 
 SETTINGS = WindowSettings()

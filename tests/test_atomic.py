@@ -2,8 +2,8 @@ import os
 
 import pytest
 
-from evslip.atomic import write_bytes
-from evslip.errors import StorageError
+from evslip.utils.atomic import write_bytes
+from evslip.utils.errors import StorageError
 
 
 def test_writes_and_replaces(tmp_path):

@@ -5,8 +5,8 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
-from evslip.borrow import borrowed
-from evslip.rendering.extremes import larger, smaller
+from evslip.rendering.geometry.simd_minmax import larger, smaller
+from evslip.utils.refcount import borrowed
 
 Pair = namedtuple("Pair", "first rest")
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from evslip.camera import MOUNTS, hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import ConfigError
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.rendering.camera import MOUNTS, hand_camera
+from evslip.utils.errors import ConfigError
 
 
 @pytest.fixture(params=MOUNTS)

@@ -5,11 +5,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import evslip
-from evslip.grip import TCP_M
-from evslip.motion import tool_path
-from evslip.params import Params
-from evslip.simulation import simulate
-from evslip.truth import measure
+from evslip.config.params import Params
+from evslip.physics.grip import TCP_M
+from evslip.physics.motion.servo_plan import tool_path
+from evslip.physics.simulation import simulate
+from evslip.physics.truth import measure
 
 PER_WINDOW = 160
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from evslip.circumstances import NO_PHASE, circumstances, lamp_direction, light_ratio
-from evslip.config import load_config
-from evslip.draws import draw
+from evslip.config.loading import load_config
+from evslip.data.record import Record
+from evslip.draws.draw import draw
 from evslip.events.stream import empty_events
-from evslip.phases import PHASE_NAMES
-from evslip.record import Record
-from evslip.truth import Truth
+from evslip.physics.motion.phases import PHASE_NAMES
+from evslip.physics.truth import Truth
+from evslip.windows.conditions import NO_PHASE, circumstances, lamp_direction, light_ratio
 from made_up import still, turning
 
 CONFIG = load_config("demo", {"light.polar_deg": 0.0, "light.azimuth_deg": 0.0, "motion.duration_s": 7.5})

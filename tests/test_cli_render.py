@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evslip import record as records
 from evslip.cli import main
-from evslip.config import load_config
-from evslip.draws import draw
+from evslip.config.loading import load_config
+from evslip.data import record as records
+from evslip.data.record import Record
+from evslip.draws.draw import draw
 from evslip.events.stream import empty_events
-from evslip.record import Record
+from evslip.physics.simulation import simulate
+from evslip.physics.truth import measure
 from evslip.rendering import render, render_color
 from evslip.rendering.outputs import Outputs
-from evslip.simulation import simulate
-from evslip.textures import linear_to_srgb
-from evslip.truth import measure
-from evslip.view.replay import instants
+from evslip.scene.textures.library import linear_to_srgb
+from evslip.view.pictures.replay import instants
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_colour_size_and_outputs(stored, tmp_path, monkeypatch):
     (picture,), (arrays,) = tmp_path.glob("*.png"), tmp_path.glob("*.npz")
     expected = render_color(record.trajectory, 2_000_000, size=(64, 48))
     assert np.array_equal(np.asarray(Image.open(picture)), expected)
-    from evslip.camera import hand_camera
+    from evslip.rendering.camera import hand_camera
 
     made = Outputs(record.trajectory, hand_camera(record.params, (64, 48)), ("depth", "motion")).at(2_000_000)
     with np.load(arrays) as loaded:

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from numpy.lib import format as npy
 from PIL import Image
 
-from evslip.clips.grey import encode_srgb, to_grey
-from evslip.clips.hold import STEP_US, held
-from evslip.clips.times import read_times
-from evslip.errors import ConfigError, DataError
+from evslip.codecs.clips.grey import encode_srgb, to_grey
+from evslip.codecs.clips.hold import STEP_US, held
+from evslip.codecs.clips.sources import frames_from, open_clip
+from evslip.codecs.clips.times import read_times
 from evslip.events import EventCamera
-from evslip.events.optics import decode_srgb
-from evslip.events.sources import frames_from, open_clip
+from evslip.events.sensor.optics import decode_srgb
+from evslip.utils.errors import ConfigError, DataError
 
 GREY = np.arange(256, dtype=np.uint8).reshape(16, 16)
 

@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip.codecs import read_events, read_recording, write_events
-from evslip.errors import DataError
 from evslip.events.stream import Events
+from evslip.utils.errors import DataError
 from sample_records import assert_equal, random_events
 from shared_data import shared
 

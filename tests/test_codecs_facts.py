@@ -8,13 +8,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from evslip import record
 from evslip.codecs import source, write_events
 from evslip.codecs.facts import Facts, facts_of
-from evslip.errors import DataError
+from evslip.data import record
+from evslip.data.record import about
+from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.stream import CAUSES, Events
-from evslip.frame import BODIES, NO_BODY
-from evslip.record import about
+from evslip.utils.errors import DataError
 from sample_records import random_events, simulated
 
 

@@ -8,12 +8,14 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip.codecs import aedat4, open_events, read_events, read_recording, rosbag, source, write_events
-from evslip.codecs.flatbuffer import Vector, buffer
+from evslip.codecs import open_events, read_events, read_recording, source, write_events
+from evslip.codecs.inivation import aedat4
+from evslip.codecs.inivation.flatbuffer import Vector, buffer
+from evslip.codecs.ros import bag as rosbag
 from evslip.codecs.translate import Part, translate
 from evslip.codecs.writers import writing
-from evslip.errors import DataError
 from evslip.events.stream import Events, concatenate
+from evslip.utils.errors import DataError
 from foreign_files import aedat2, bag
 from sample_records import assert_equal, random_events
 
@@ -23,8 +25,8 @@ STREAMED = [".h5", ".aedat4", ".raw", ".evt2.raw", ".dat", ".es", ".csv", ".txt"
 @pytest.fixture(autouse=True)
 def small_parts(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(source, "BLOCK_BYTES", 1024)
-    monkeypatch.setattr("evslip.codecs.hdf5.BLOCK_EVENTS", 100)
-    monkeypatch.setattr("evslip.codecs.aedat4_sink._PACKET", 300)
+    monkeypatch.setattr("evslip.codecs.arrays.hdf5.BLOCK_EVENTS", 100)
+    monkeypatch.setattr("evslip.codecs.inivation.aedat4_sink._PACKET", 300)
 
 
 def long_stream(count: int, seed: int = 0) -> Events:
@@ -60,7 +62,7 @@ def test_disorder_between_two_parts_is_found(tmp_path: Path, suffix: str, monkey
     events.t_us[600:] -= events.t_us[600]
     with monkeypatch.context() as careless:
         careless.setattr("evslip.codecs.writers.Watch.check", lambda self, part: None)
-        careless.setattr("evslip.codecs.hdf5.check_events", lambda *_: None)
+        careless.setattr("evslip.codecs.arrays.hdf5.check_events", lambda *_: None)
         write_events(tmp_path / f"a{suffix}", events, (40, 30))
     with pytest.raises(DataError, match=r"events/t: event 600 at 0 us comes after .* never decrease"):
         read_events(tmp_path / f"a{suffix}")
@@ -131,7 +133,7 @@ def frame_buffer(t_us: int, image: np.ndarray, kind: int) -> bytes:
 
 
 def test_frames_of_aedat4_are_read():
-    from evslip.codecs.flatbuffer import Table
+    from evslip.codecs.inivation.flatbuffer import Table
 
     rng = np.random.default_rng(0)
     for kind, channels in ((0, 1), (16, 3), (24, 4)):

@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip import codecs, record
+from evslip import codecs
 from evslip.codecs import read_events, read_recording, write_events
 from evslip.codecs.translate import Part, select, translate
-from evslip.errors import ConfigError, DataError
+from evslip.data import record
+from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events, simulated
 
 WRITABLE = [suffix for suffix, name in codecs.FORMATS.items() if name not in codecs.READ_ONLY]

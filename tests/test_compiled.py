@@ -1,26 +1,33 @@
+import shutil
 import subprocess
 import sys
-import textwrap
+from pathlib import Path
+
+import evslip
 
 
-def run(folder):
-    command = [sys.executable, "-c", "from outer import f; print(f(1.0))"]
+def run(folder: Path) -> float:
+    command = [sys.executable, "-c", "from evslip.kitchen.outer import f; print(f(1.0))"]
     return float(subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout)
 
 
-def test_cached_code_follows_the_files_it_was_compiled_from(tmp_path):
-    inner = "from evslip.compiled import compiled\n@compiled()\ndef g(x):\n    return x + {}\n"
-    (tmp_path / "inner.py").write_text(inner.format(1))
-    (tmp_path / "outer.py").write_text(
-        textwrap.dedent("""
-        from evslip.compiled import compiled
-        from inner import g
-        @compiled()
-        def f(x):
-            return 10 * g(x)
-        """)
+def test_cached_code_follows_files_of_other_rooms_that_it_was_compiled_from(tmp_path):
+    package = tmp_path / "evslip"
+    for room in ("utils", "kitchen", "cellar"):
+        (package / room).mkdir(parents=True)
+        (package / room / "__init__.py").touch()
+    (package / "__init__.py").touch()
+    shutil.copy(Path(evslip.__file__).parent / "utils" / "jit.py", package / "utils")
+    inner = "from evslip.utils.jit import compiled\n@compiled()\ndef g(x):\n    return x + {}\n"
+    (package / "cellar" / "inner.py").write_text(inner.format(1))
+    (package / "kitchen" / "middle.py").write_text("from evslip.cellar import inner\ng = inner.g\n")
+    (package / "kitchen" / "outer.py").write_text(
+        "from evslip.kitchen.middle import (\n    g,\n)\nfrom evslip.utils.jit import compiled\n"
+        "@compiled()\ndef f(x):\n    return 10 * g(x)\n"
     )
     assert run(tmp_path) == 20
-    assert len(list(tmp_path.glob("__pycache__/*.nbc"))) == 2
-    (tmp_path / "inner.py").write_text(inner.format(2))
+    assert len(list(package.rglob("*.nbc"))) == 2
+    assert run(tmp_path) == 20
+    assert len(list(package.rglob("*.nbc"))) == 2
+    (package / "cellar" / "inner.py").write_text(inner.format(2))
     assert run(tmp_path) == 30

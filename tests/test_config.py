@@ -2,8 +2,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip.config import PRESETS, Config, config_from_text, dump_config, load_config, parse_override
-from evslip.errors import ConfigError
+from evslip.config.loading import PRESETS, Config, config_from_text, dump_config, load_config, parse_override
+from evslip.utils.errors import ConfigError
 
 
 @pytest.mark.parametrize("preset", PRESETS)

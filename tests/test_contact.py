@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import evslip
-from evslip.contact import FINE_CELLS, PAD_HALF_M, PAD_STIFFNESS_PA_M
-from evslip.errors import PlanRejected
-from evslip.generation import check_reach
-from evslip.grip import LEFT, RIGHT, contact_elements, contact_patch, grasp, open_travel_m, planned_grasp
-from evslip.limit_surface import LimitSurface
+from evslip.generation.generate import check_reach
+from evslip.physics.contact import FINE_CELLS, PAD_HALF_M, PAD_STIFFNESS_PA_M
+from evslip.physics.grip import LEFT, RIGHT, contact_elements, contact_patch, grasp, open_travel_m, planned_grasp
+from evslip.physics.limit_surface import LimitSurface
+from evslip.utils.errors import PlanRejected
 
 
 def params_with(**values):

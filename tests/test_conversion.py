@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evslip.clips import rife
 from evslip.codecs import read_recording
+from evslip.codecs.clips import rife
 from evslip.codecs.settings import read_settings
-from evslip.conversion import Conversion, convert, open_conversion
-from evslip.errors import DataError, EvslipError, MissingExtraError
 from evslip.events import EventCamera, Events
+from evslip.exchange.conversion import Conversion, convert, open_conversion
+from evslip.utils.errors import DataError, EvslipError, MissingExtraError
 
 SIZE = (24, 16)
 
@@ -220,7 +220,7 @@ def test_the_network_follows_the_motion():
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the peak of memory from Linux")
 def test_memory_does_not_grow_with_the_clip(tmp_path):
     code = (
-        "import re, sys; from pathlib import Path; from evslip.conversion import *;"
+        "import re, sys; from pathlib import Path; from evslip.exchange.conversion import *;"
         "c = Conversion(clip=Path(sys.argv[1]), camera='noisy');"
         "made = convert(c, open_conversion(c), Path(sys.argv[2]));"
         "print(made.events, re.search(r'VmHWM:\\s+(\\d+)', Path('/proc/self/status').read_text())[1])"

@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip import atomic, building, dataset, journal, layout, split_plan
-from evslip.config import dump_config, load_config
-from evslip.dataset import open_dataset
-from evslip.errors import ConfigError, DataError, StorageError
+from evslip.config.loading import dump_config, load_config
+from evslip.data import building, dataset, journal, layout, split_plan
+from evslip.data.dataset import open_dataset
+from evslip.data.record import Record, encode
 from evslip.events.stream import empty_events
-from evslip.record import Record, encode
+from evslip.utils import atomic
+from evslip.utils.errors import ConfigError, DataError, StorageError
 from sample_records import CONFIG, assert_equal, simulated
 
 TOML = dump_config(CONFIG)
@@ -316,7 +317,7 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from sample_records import simulated
 from evslip import dataset, building, layout, split_plan
-from evslip.record import encode
+from evslip.data.record import encode
 root = Path(sys.argv[1])
 print("ready", flush=True)
 for index in range(10_000):

@@ -3,13 +3,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip.camera import Camera, hand_camera
-from evslip.config import load_config
-from evslip.distortion import Distortion
-from evslip.draws import draw
-from evslip.errors import ConfigError
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
 from evslip.rendering import frame_times
+from evslip.rendering.camera import Camera, hand_camera
+from evslip.rendering.distortion import Distortion
 from evslip.rendering.poses import Poses
+from evslip.utils.errors import ConfigError
 from made_up import still
 
 BARREL = {"camera.k1": -0.3, "camera.k2": 0.1, "camera.p1": 0.005, "camera.p2": -0.01}

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import evslip
-from evslip import seeds
-from evslip.errors import ConfigError, DataError
 from evslip.events import PRESETS, EventCamera, EventCameras, Events, camera_for
 from evslip.events.batch import camera_seed
-from evslip.frame import BACKGROUND, GRIPPER, NO_BODY, OBJECT, Frame
+from evslip.events.frame import BACKGROUND, GRIPPER, NO_BODY, OBJECT, Frame
+from evslip.utils import seeds
+from evslip.utils.errors import ConfigError, DataError
 
 WIDTH, HEIGHT = 37, 23
 

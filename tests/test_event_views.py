@@ -4,12 +4,12 @@ import av
 import numpy as np
 import pytest
 
-from evslip.errors import ConfigError
 from evslip.events import Events
 from evslip.events.stream import SHOT, SIGNAL
-from evslip.view.pictures import OFF_COLOR, ON_COLOR
-from evslip.view.preview import check_preview, preview
-from evslip.view.rates import Rates, check_plot
+from evslip.utils.errors import ConfigError
+from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
+from evslip.view.pictures.preview import check_preview, preview
+from evslip.view.pictures.rates import Rates, check_plot
 
 SIZE = (31, 21)
 

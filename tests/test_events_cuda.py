@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from evslip.errors import ConfigError, MissingExtraError
 from evslip.events import EventCamera
+from evslip.utils.errors import ConfigError, MissingExtraError
 
 SAME_EVENTS = """
 import numpy as np

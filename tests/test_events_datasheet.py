@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from evslip.codecs import read_events
-from evslip.errors import ConfigError
 from evslip.events.datasheet import UNITS, datasheet, meanings, presets_table
 from evslip.events.presets import LIMITS, PARAMETERS, PRESETS
+from evslip.utils.errors import ConfigError
 from shared_data import shared
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "event-camera.md"

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.events import glance
-from evslip.events.lowpass import advance_far
+from evslip.events.pixels import screen
+from evslip.events.pixels.lowpass import advance_far
 
 F = np.float32
 logs = st.floats(-2.0, 5.5)
@@ -22,7 +22,7 @@ def singles(numbers: tuple[float, ...]) -> tuple[np.float32, ...]:
 def test_logarithms():
     values = np.exp(np.random.default_rng(0).uniform(-14.0, 14.0, 10_000)).astype(F)
     out = np.empty_like(values)
-    glance.logarithms(values, out)
+    screen.logarithms(values, out)
     np.testing.assert_allclose(out, np.log(values.astype(float)), atol=1.2e-6)
 
 
@@ -30,24 +30,24 @@ def test_logarithms():
 def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
     base, gain = (F(number) for number in corner)
     current_0, current_1 = F(math.exp(log)), F(math.exp(log + change))
-    x, exponent, step = singles(glance.whole_step(current_0, current_1, base, gain, F(lag)))
+    x, exponent, step = singles(screen.whole_step(current_0, current_1, base, gain, F(lag)))
     log_0, log_1 = math.log(current_0), math.log(current_1)
     assert abs(float(x) - (log_1 - log_0)) <= 3e-7 * abs(log_1 - log_0) + 1e-12
-    if not glance.is_wide(x, exponent):
+    if not screen.is_wide(x, exponent):
         exact = advance_far(log_0, log_1, float(current_0), float(current_1), log_0 + float(F(lag)), base, gain)
         moved = abs(float(F(lag))) * -math.expm1(-exponent) + abs(log_1 - log_0)
         assert abs((log_1 + float(F(lag)) + float(step)) - exact) <= 2e-6 * moved + 3e-7
-        work, marks = np.ones(glance.WORK, F), np.empty(glance.TILE, np.uint8)
-        work[glance.CURRENT_0], work[glance.CURRENT_1], work[glance.LAG], work[glance.REST] = (
+        work, marks = np.ones(screen.WORK, F), np.empty(screen.TILE, np.uint8)
+        work[screen.CURRENT_0], work[screen.CURRENT_1], work[screen.LAG], work[screen.REST] = (
             current_0,
             current_1,
             lag,
             0,
         )
-        look = glance.look_long if glance.changes(work, 16, base, gain) else glance.look
+        look = screen.look_long if screen.changes(work, 16, base, gain) else screen.look
         look(work, 16, gain, F(0.0), marks)
-        assert (work[glance.LAG], work[glance.REST]) == singles(glance.added(F(lag), F(0.0), step))
-        assert (work[glance.LAG_0], work[glance.CURRENT_0]) == (F(lag), current_1)
+        assert (work[screen.LAG], work[screen.REST]) == singles(screen.added(F(lag), F(0.0), step))
+        assert (work[screen.LAG_0], work[screen.CURRENT_0]) == (F(lag), current_1)
 
 
 def test_many_tiny_steps_are_not_rounded_away():
@@ -57,9 +57,9 @@ def test_many_tiny_steps_are_not_rounded_away():
     lag, rest = F(0.0), F(0.0)
     before, after = F(100.0), F(100.0 * math.exp(slope))
     for _ in range(steps):
-        _, _, step = singles(glance.whole_step(before, after, rate, F(0.0), lag))
-        lag, rest = singles(glance.added(lag, rest, step))
-    x, _, _ = glance.whole_step(before, after, rate, F(0.0), F(0.0))
+        _, _, step = singles(screen.whole_step(before, after, rate, F(0.0), lag))
+        lag, rest = singles(screen.added(lag, rest, step))
+    x, _, _ = screen.whole_step(before, after, rate, F(0.0), F(0.0))
     expected = -float(x) / float(rate) * -math.expm1(-float(rate) * steps)
     assert abs((float(lag) + float(rest)) / expected - 1.0) < 1e-6
 
@@ -69,12 +69,12 @@ def test_many_tiny_steps_are_not_rounded_away():
 def test_a_pixel_that_is_let_off_stays_within_its_fences(log, change, lag, corner, above, below):
     base, gain = (F(number) for number in corner)
     current_0, current_1 = F(math.exp(log)), F(math.exp(log + change))
-    x, exponent, step = singles(glance.whole_step(current_0, current_1, base, gain, F(lag)))
-    if glance.is_wide(x, exponent):
+    x, exponent, step = singles(screen.whole_step(current_0, current_1, base, gain, F(lag)))
+    if screen.is_wide(x, exponent):
         return
     high, low = log + lag + above, log + lag - below
-    fences = F(high - glance.MARGIN), F(low + glance.MARGIN)
-    if glance.marked(F(log), x, exponent, F(lag), F(lag) + step, *fences):
+    fences = F(high - screen.MARGIN), F(low + screen.MARGIN)
+    if screen.marked(F(log), x, exponent, F(lag), F(lag) + step, *fences):
         return
     for share in np.linspace(0.0, 1.0, 21)[1:]:
         current = math.exp(log + change * share)

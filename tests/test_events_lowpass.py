@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from evslip.events.lowpass import advance, advance_far, exponent
+from evslip.events.pixels.lowpass import advance, advance_far, exponent
 
 changes = st.floats(-4.0, 4.0)
 logs = st.floats(-2.0, 5.5)

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.errors import DataError
 from evslip.events import CAUSES, EventCamera, Events, empty_events, measure_noise
-from evslip.events.calibrate import unrest
-from evslip.events.noise import PHOTO, normals, uniforms
-from evslip.events.pixel import next_noise
+from evslip.events.noise_map import unrest
+from evslip.events.pixels.pixel import next_noise
+from evslip.events.sensor.random_numbers import PHOTO, normals, uniforms
 from evslip.events.stream import HOT, LEAK, SHOT, SIGNAL
+from evslip.utils.errors import DataError
 
 DARK = 1e-3
 

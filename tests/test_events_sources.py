@@ -3,9 +3,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evslip.errors import ConfigError, DataError
-from evslip.events import EventCamera, frames_from
-from evslip.events.sources import open_clip
+from evslip.codecs.clips import frames_from
+from evslip.codecs.clips.sources import open_clip
+from evslip.events import EventCamera
+from evslip.utils.errors import ConfigError, DataError
 from shared_data import shared
 
 

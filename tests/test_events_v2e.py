@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evslip.events import EventCamera, Events
-from evslip.events.surround import diffuse, steps_of
+from evslip.events.v2e.surround import diffuse, steps_of
 from shared_data import shared
 
 NAMES = {

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from evslip import building, dataset, layout, record
-from evslip.config import dump_config
-from evslip.errors import ConfigError, DataError
+from evslip.config.loading import dump_config
+from evslip.data import building, dataset, layout, record
+from evslip.data.footage import Footage
 from evslip.events.stream import Events, empty_events
-from evslip.explorer.app import MOST_EVENTS, STATIC, Explorer, make_app
-from evslip.explorer.guard import MOST_BYTES
-from evslip.explorer.labels import Labels
-from evslip.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
-from evslip.explorer.serve import explore
-from evslip.explorer.shelf import open_recording, open_shelf
-from evslip.footage import Footage
-from evslip.view.facts import facts_of
+from evslip.utils.errors import ConfigError, DataError
+from evslip.view.explorer.app import MOST_EVENTS, STATIC, Explorer, make_app
+from evslip.view.explorer.guard import MOST_BYTES
+from evslip.view.explorer.labels import Labels
+from evslip.view.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
+from evslip.view.explorer.serve import explore
+from evslip.view.explorer.shelf import open_recording, open_shelf
+from evslip.view.report.facts import facts_of
 from sample_records import CONFIG, random_events, simulated
 
 HOST = "127.0.0.1:8899"

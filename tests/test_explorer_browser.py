@@ -13,13 +13,13 @@ import uvicorn
 from playwright import sync_api
 
 import evslip
-from evslip import building, dataset, record
-from evslip.config import dump_config
-from evslip.explorer.app import Explorer, make_app
-from evslip.explorer.labels import Labels
-from evslip.explorer.shelf import Shelf, open_recording, open_shelf
-from evslip.intervals import Interval, read_intervals
-from evslip.truth import measure
+from evslip.config.loading import dump_config
+from evslip.data import building, dataset, record
+from evslip.data.intervals import Interval, read_intervals
+from evslip.physics.truth import measure
+from evslip.view.explorer.app import Explorer, make_app
+from evslip.view.explorer.labels import Labels
+from evslip.view.explorer.shelf import Shelf, open_recording, open_shelf
 from sample_records import CONFIG, random_events, simulated
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

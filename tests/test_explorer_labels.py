@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evslip.cli.seeing import label_agreement
-from evslip.errors import DataError
-from evslip.explorer.agreement import agreement
-from evslip.explorer.labels import Labels
-from evslip.intervals import Interval, read_intervals, write_intervals
+from evslip.data.intervals import Interval, read_intervals, write_intervals
+from evslip.utils.errors import DataError
+from evslip.view.explorer.agreement import agreement
+from evslip.view.explorer.labels import Labels
 
 
 @st.composite

@@ -7,11 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip import record
-from evslip.footage import Footage
-from evslip.intervals import Interval
-from evslip.poses import Poses
-from evslip.record import Record
+from evslip.data import record
+from evslip.data.footage import Footage
+from evslip.data.intervals import Interval
+from evslip.data.record import Record
+from evslip.exchange.poses import Poses
 from sample_records import random_events, simulated
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "format.md"

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import evslip
-from evslip import building
-from evslip.config import dump_config
-from evslip.errors import ConfigError
-from evslip.generation import Job, make_sample
-from evslip.progress import Progress
+from evslip.config.loading import dump_config
+from evslip.data import building
+from evslip.generation.generate import Job, make_sample
+from evslip.generation.progress import Progress
+from evslip.utils.errors import ConfigError
 
 SMALL = {"camera.width": 64, "camera.height": 48, "render.max_motion_px": 2.0}
 """A camera that makes whole samples in a fraction of a second."""

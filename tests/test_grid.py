@@ -5,9 +5,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.config import load_config
-from evslip.draws import draw, grid_size
-from evslip.grid import places
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw, grid_size
+from evslip.draws.grid import places
 
 SIZES = st.lists(st.integers(1, 7), max_size=5)
 

@@ -8,19 +8,19 @@ import pytest
 import scipy.io
 from PIL import Image
 
-from evslip import record
 from evslip.codecs import write_events
-from evslip.errors import ConfigError, DataError
+from evslip.data import record
+from evslip.data.footage import Footage
+from evslip.data.intervals import Interval, read_intervals
+from evslip.data.recordings import Recordings, open_samples
 from evslip.events.stream import Events
-from evslip.footage import Footage
-from evslip.importing import Importing, import_recording, import_vt_snn, is_vt_snn
-from evslip.intervals import Interval, read_intervals
-from evslip.poses import Poses, even, read_poses, truth_of
-from evslip.recordings import Recordings, open_samples
-from evslip.view.report import write_report
-from evslip.vt_snn import export_windows
-from evslip.window_set import HOLD, SLIP, WindowSettings
-from evslip.windows import windows_of
+from evslip.exchange.importing import Importing, import_recording, import_vt_snn, is_vt_snn
+from evslip.exchange.poses import Poses, even, read_poses, truth_of
+from evslip.exchange.vt_snn import export_windows
+from evslip.utils.errors import ConfigError, DataError
+from evslip.view.report.report import write_report
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import HOLD, SLIP, WindowSettings
 from sample_records import assert_equal, random_events, simulated
 from shared_data import shared
 

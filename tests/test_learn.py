@@ -7,14 +7,14 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.errors import ConfigError, DataError, EvslipError
 from evslip.learn import Detector, TrainSettings, build_model, detect, evaluate, load_model, train
 from evslip.learn.layers.occupancy import Binner, dense
 from evslip.learn.layers.sparse_conv import sparse_conv3d
-from evslip.learn.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.networks.network import Geometry
-from evslip.window_set import HOLD, SLIP, WindowEvents, WindowSettings
-from evslip.windows import windows_of
+from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
+from evslip.utils.errors import ConfigError, DataError, EvslipError
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import HOLD, SLIP, WindowEvents, WindowSettings
 from slip_records import slip_record, slip_records, turning
 
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from evslip.circumstances import Circumstances
-from evslip.learn import alarms
-from evslip.learn.answers import Answers, Track
-from evslip.learn.bootstrap import draws
-from evslip.learn.groups import groupings
-from evslip.window_set import HOLD, SLIP, WindowSettings
-from evslip.windows import UNCERTAIN
+from evslip.learn.evaluation import alarms
+from evslip.learn.evaluation.groups import groupings
+from evslip.learn.evaluation.predictions import Answers, Track
+from evslip.learn.scores.bootstrap import draws
+from evslip.windows.conditions import Circumstances
+from evslip.windows.cutting import UNCERTAIN
+from evslip.windows.window_set import HOLD, SLIP, WindowSettings
 
 LENGTH_US, HOP_US = 160_000, 20_000
 

@@ -7,18 +7,18 @@ import sys
 import numpy as np
 import pytest
 
-from evslip.errors import ConfigError, DataError
+from evslip.data.record import Record
 from evslip.learn import build_model, evaluate
-from evslip.learn.answers import on_records
-from evslip.learn.assessment import assess, plain
 from evslip.learn.checkpoint import Description, load_model, save_model
-from evslip.learn.comparison import compare
-from evslip.learn.cost import measure_cost
-from evslip.learn.exam import Exam, open_exam
-from evslip.record import Record
-from evslip.view.evaluation import write_evaluation
-from evslip.window_set import WindowSettings
-from evslip.windows import windows_of
+from evslip.learn.evaluation.assessment import assess, plain
+from evslip.learn.evaluation.comparison import compare
+from evslip.learn.evaluation.cost import measure_cost
+from evslip.learn.evaluation.predictions import on_records
+from evslip.learn.evaluation.test_data import Exam, open_exam
+from evslip.utils.errors import ConfigError, DataError
+from evslip.view.evaluation.evaluation import write_evaluation
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import WindowSettings
 from slip_records import slip_record, slip_records, turning
 
 

@@ -9,11 +9,11 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from evslip.errors import DataError
 from evslip.learn import NETWORKS, build_model, load_model
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.evaluate import probabilities
-from evslip.window_set import WindowSettings
+from evslip.learn.evaluation.evaluate import probabilities
+from evslip.utils.errors import DataError
+from evslip.windows.window_set import WindowSettings
 from slip_records import slip_windows
 
 

@@ -19,7 +19,7 @@ from evslip.learn.layers.pattern_linear import pattern_linear
 from evslip.learn.layers.sparse_linear import sparse_linear
 from evslip.learn.networks.mlp import MLP
 from evslip.learn.networks.snn import SNN
-from evslip.window_events import WindowEvents
+from evslip.windows.window_events import WindowEvents
 from learn_windows import random_window
 
 GRID = (7, 3, 4)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip.learn.metrics import auroc, best_threshold, confusion, measure
+from evslip.learn.scores.metrics import auroc, best_threshold, confusion, measure
 from slip_records import slip_windows
 
 answers = st.lists(st.tuples(st.booleans(), st.integers(0, 10)), min_size=1, max_size=60).map(

@@ -11,7 +11,7 @@ from evslip.learn import NETWORKS, build_model
 from evslip.learn.layers.occupancy import Occupancy, dense
 from evslip.learn.layers.sparse_conv import sparse_conv3d
 from evslip.learn.networks.cnn3d import CNN3d
-from evslip.window_set import WindowEvents
+from evslip.windows.window_set import WindowEvents
 from learn_windows import LENGTH_US, random_window
 
 

@@ -7,12 +7,12 @@ import pytest
 import torch
 
 from evslip.cli.detecting import export
-from evslip.errors import ConfigError, DataError, MissingExtraError
 from evslip.learn import build_model
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.layers import patterns
 from evslip.learn.networks.snn import SNN
-from evslip.window_set import WindowSettings
+from evslip.utils.errors import ConfigError, DataError, MissingExtraError
+from evslip.windows.window_set import WindowSettings
 from learn_windows import random_window
 
 nir = pytest.importorskip("nir")

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import torch
 
-from evslip.errors import DataError
-from evslip.intervals import Interval
-from evslip.learn.answers import Answers, on_records
-from evslip.record import Record
-from evslip.window_set import HOLD, SLIP, WindowEvents, WindowSettings
+from evslip.data.intervals import Interval
+from evslip.data.record import Record
+from evslip.learn.evaluation.predictions import Answers, on_records
+from evslip.utils.errors import DataError
+from evslip.windows.window_set import HOLD, SLIP, WindowEvents, WindowSettings
 from slip_records import slip_record, turning
 
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 import torch
 
-from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.cost import one_core
-from evslip.learn.evaluate import probabilities
-from evslip.learn.recent import LEAST, Recent
-from evslip.window_set import WindowSettings
-from evslip.windows import windows_of
+from evslip.learn.evaluation.cost import one_core
+from evslip.learn.evaluation.evaluate import probabilities
+from evslip.learn.streaming.recent import LEAST, Recent
+from evslip.utils.errors import ConfigError, DataError
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import WindowSettings
 from slip_records import HELD, SIZE, slip_record, turning
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from evslip.errors import ConfigError, DataError
 from evslip.learn import Range, Space, SweepSettings, sweep
-from evslip.learn.settings import TrainSettings
-from evslip.learn.spaces import PRESETS, space_of
-from evslip.learn.sweep import JOURNAL, STALE_S, _claim, _is_dead, _open, read_sweep
-from evslip.learn.train import train
-from evslip.view.sweep import parallel_coordinates, sweep_table, write_sweep
+from evslip.learn.search.spaces import PRESETS, space_of
+from evslip.learn.search.sweep import JOURNAL, STALE_S, _claim, _is_dead, _open, read_sweep
+from evslip.learn.training.settings import TrainSettings
+from evslip.learn.training.train import train
+from evslip.utils.errors import ConfigError, DataError
+from evslip.view.evaluation.sweep import parallel_coordinates, sweep_table, write_sweep
 from slip_records import slip_windows
 
 pytestmark = pytest.mark.filterwarnings("ignore::optuna.exceptions.ExperimentalWarning")
@@ -86,8 +86,8 @@ def test_what_a_killed_process_left_is_taken_up_again(windows, tmp_path) -> None
     script = """
 import sys, time
 from evslip.learn import SweepSettings, Space, Range, sweep
-from evslip.window_set import load_windows
-module = sys.modules["evslip.learn.sweep"]
+from evslip.windows.window_set import load_windows
+module = sys.modules["evslip.learn.search.sweep"]
 real = module.train
 def slow(*a, watch, **k):
     def stop(epoch, row):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn import metrics as sk
 
-from evslip.learn import bootstrap, tally
+from evslip.learn.scores import bootstrap, tally
 
 windows = st.lists(st.tuples(st.booleans(), st.integers(0, 12), st.integers(0, 3)), min_size=2, max_size=80).map(
     lambda rows: tuple(np.array(column) for column in zip(*rows, strict=True))

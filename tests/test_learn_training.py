@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import torch
 
-from evslip.errors import ConfigError, DataError, MissingExtraError
 from evslip.learn import NETWORKS, TrainSettings, build_model, train
-from evslip.learn import logs as logs_module
 from evslip.learn.networks import network_class
-from evslip.learn.settings import TrainSettings as Settings
-from evslip.learn.train import learning_rate
-from evslip.learn.training_state import STATE, TrainingState
-from evslip.window_set import HOLD, SLIP
+from evslip.learn.training import logs as logs_module
+from evslip.learn.training.settings import TrainSettings as Settings
+from evslip.learn.training.train import learning_rate
+from evslip.learn.training.training_state import STATE, TrainingState
+from evslip.utils.errors import ConfigError, DataError, MissingExtraError
+from evslip.windows.window_set import HOLD, SLIP
 from slip_records import slip_windows
 
 QUICK = TrainSettings.of("countnet", epochs=4, batch=16, val_fraction=0.25, time_dropout=0.2, shift_px=3)

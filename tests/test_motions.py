@@ -6,12 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import evslip
-from evslip import motion, scene
-from evslip.errors import ConfigError, PlanRejected
-from evslip.motions import KINDS
-from evslip.params import Params
-from evslip.phases import PHASE_NAMES, hanging_phases, phase_times
-from evslip.robot import MOST_ACCELERATION_RAD_S2, MOST_SPEED_RAD_S
+from evslip.config.params import Params
+from evslip.physics import scene_model
+from evslip.physics.motion import servo_plan
+from evslip.physics.motion.phases import PHASE_NAMES, hanging_phases, phase_times
+from evslip.physics.robot import MOST_ACCELERATION_RAD_S2, MOST_SPEED_RAD_S
+from evslip.scene.motions import KINDS
+from evslip.utils.errors import ConfigError, PlanRejected
 
 WAY = [{"y_m": -0.1, "z_m": 0.05, "tilt_deg": 20.0, "time_s": 1.5}, {"x_m": 0.03, "y_m": -0.2, "z_m": 0.02}]
 THERE = {"motion.kind": "waypoints"}
@@ -31,12 +32,12 @@ def with_values(kind: str = "pick_and_place", **overrides) -> Params:
 
 
 def path_of(params: Params, step_s: float = 0.001) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    t_s = np.arange(0, motion.duration_s(params), step_s)
-    return t_s, *motion.tool_path(params, t_s)
+    t_s = np.arange(0, servo_plan.duration_s(params), step_s)
+    return t_s, *servo_plan.tool_path(params, t_s)
 
 
-def planned(params: Params) -> motion.Plan:
-    return motion.plan(params, scene.build(params))
+def planned(params: Params) -> servo_plan.Plan:
+    return servo_plan.plan(params, scene_model.build(params))
 
 
 def test_the_default_is_the_papers_motion_to_the_last_digit():
@@ -63,7 +64,7 @@ def test_every_kind_starts_and_ends_upright_at_rest_on_the_table_and_never_jumps
     times = {name: (start / 1e6, end / 1e6) for name, (start, end) in phase_times(params).items()}
     grasped = np.searchsorted(t_s, [times["initial"][1], times["placement"][1]])
     assert tool[grasped, 2] - (params.object.height_m - params.grip.depth_m) == pytest.approx(
-        [0, motion.CLEARANCE_M], abs=1e-9
+        [0, servo_plan.CLEARANCE_M], abs=1e-9
     )
     assert tilt[grasped] == pytest.approx(0)
     acceleration = np.diff(tool, 2, axis=0) / 0.001**2
@@ -100,8 +101,8 @@ def test_times_of_ones_own_lengthen_or_shorten_the_whole(lift, tilt, lower, dura
     own = {"lift_s": lift, "tilt_s": tilt, "lower_s": lower}
     changed = params.model_copy(update={"motion": params.motion.model_copy(update=own)})
     longer = lift - 0.8 * k + 2 * (tilt - 1.4 * k) + lower - 1.2 * k
-    assert motion.duration_s(changed) == pytest.approx(duration + longer)
-    assert motion.duration_s(params) == pytest.approx(duration)
+    assert servo_plan.duration_s(changed) == pytest.approx(duration + longer)
+    assert servo_plan.duration_s(params) == pytest.approx(duration)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -132,10 +133,10 @@ def test_what_the_robot_cannot_do_is_rejected_with_the_reason(kind, overrides, w
 
 
 def test_the_arm_itself_stays_above_the_table():
-    from evslip.clearance import check_arm
-    from evslip.robot import HOME_RAD
+    from evslip.physics.motion.clearance import check_arm
+    from evslip.physics.robot import HOME_RAD
 
-    model = scene.build(with_values())
+    model = scene_model.build(with_values())
     check_arm(model, np.zeros(1), HOME_RAD[None])
     low = HOME_RAD.copy()
     low[1] += 1.5
@@ -165,7 +166,7 @@ def test_wrong_motions_name_the_key(overrides, words):
 
 def test_way_points_survive_a_round_trip_and_are_no_list_of_choices():
     config = evslip.load_config("demo", {"motion.kind": "waypoints", "motion.waypoints": WAY})
-    assert evslip.config.config_from_text(evslip.config.dump_config(config)) == config
+    assert evslip.config.loading.config_from_text(evslip.config.loading.dump_config(config)) == config
     params = evslip.draw(config, 3)
     assert Params.from_json(params.model_dump_json()) == params
     assert params.motion.waypoints is not None

@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 import evslip
-from evslip.draws import draw
-from evslip.errors import ConfigError
-from evslip.grip import PAD_HALF_M, contact_elements, contact_patch, contact_points
-from evslip.limit_surface import LimitSurface
-from evslip.onset import load_per_kg, onset_mass, pad_surface
-from evslip.params import Params
-from evslip.scene import GRAVITY_M_S2
+from evslip.config.params import Params
+from evslip.draws.draw import draw
+from evslip.physics.grip import PAD_HALF_M, contact_elements, contact_patch, contact_points
+from evslip.physics.limit_surface import LimitSurface
+from evslip.physics.onset import load_per_kg, onset_mass, pad_surface
+from evslip.physics.scene_model import GRAVITY_M_S2
+from evslip.utils.errors import ConfigError
 
 AT_REST = {"motion.lift_m": 0.0, "motion.move_y_m": 0.0, "motion.tilt_deg": 0.0, "motion.duration_s": 60.0}
 CENTRAL = {"object.width_m": 0.05, "object.height_m": 0.1, "grip.offset": 0.0, "grip.depth_m": 0.02}

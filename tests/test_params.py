@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from evslip.config import load_config
-from evslip.draws import draw, grid_size
-from evslip.errors import ConfigError
-from evslip.params import Params
-from evslip.schema import SampleSpec
-from evslip.values import Range, extremes
+from evslip.config.distributions import Range, extremes
+from evslip.config.loading import load_config
+from evslip.config.params import Params
+from evslip.config.schema import SampleSpec
+from evslip.draws.draw import draw, grid_size
+from evslip.utils.errors import ConfigError
 
 
 def leaves(params):

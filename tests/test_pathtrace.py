@@ -11,17 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from evslip.camera import hand_camera, scene_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import ConfigError, MissingExtraError
-from evslip.frame import BACKGROUND, OBJECT, SURFACE
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import pictures, render
+from evslip.rendering.camera import hand_camera, scene_camera
 from evslip.rendering.pathtrace import variant
 from evslip.rendering.pathtrace.keyframes import Keyframes, plan
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.rendering.setting import make_lamp
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.raycast.setting import make_lamp
+from evslip.utils.errors import ConfigError, MissingExtraError
 from made_up import still, turning
 
 render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function

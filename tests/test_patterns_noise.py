@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from evslip.patterns.canvas import SIZE, U, V, fraction, step, wave
-from evslip.patterns.lettering import STROKES, fit, length, write
-from evslip.patterns.noise import cells, fractal, refine
+from evslip.scene.textures.drawing.canvas import SIZE, U, V, fraction, step, wave
+from evslip.scene.textures.drawing.lettering import STROKES, fit, length, write
+from evslip.scene.textures.drawing.noise import cells, fractal, refine
 
 
 def test_refining_keeps_constants_and_the_mean():

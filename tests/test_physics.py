@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 import evslip
-from evslip import grip, scene
-from evslip.errors import ConfigError, GraspFailed
-from evslip.grip import TCP_M
-from evslip.motion import plan, tool_path
-from evslip.motions.steps import minimum_jerk
-from evslip.params import Params
-from evslip.phases import phase_times
-from evslip.robot import ARM_JOINTS
-from evslip.simulation import simulate
-from evslip.truth import measure
+from evslip.config.params import Params
+from evslip.physics import grip, scene_model
+from evslip.physics.grip import TCP_M
+from evslip.physics.motion.phases import phase_times
+from evslip.physics.motion.servo_plan import plan, tool_path
+from evslip.physics.robot import ARM_JOINTS
+from evslip.physics.simulation import simulate
+from evslip.physics.truth import measure
+from evslip.scene.motions.steps import minimum_jerk
+from evslip.utils.errors import ConfigError, GraspFailed
 
 
 def params_with(index: int = 0, preset: str = "demo", **overrides) -> Params:
@@ -60,7 +60,7 @@ def test_each_pad_presses_with_the_grip_force(light):
 
 def test_the_surface_carries_the_weight_before_the_grasp(light):
     standing = (light.t_us > 100_000) & (light.t_us < 400_000)
-    weight = light.params.object.mass_kg * scene.GRAVITY_M_S2
+    weight = light.params.object.mass_kg * scene_model.GRAVITY_M_S2
     assert np.allclose(light.floor_force_n[standing], weight, rtol=1e-3)
 
 
@@ -79,7 +79,7 @@ def test_a_heavy_object_rotates(heavy):
 
 def test_an_object_heavier_than_friction_can_carry_is_not_lifted_and_is_a_typed_failure():
     force, friction = 1.0, 0.5
-    mass = 1.5 * 2 * friction * force / scene.GRAVITY_M_S2
+    mass = 1.5 * 2 * friction * force / scene_model.GRAVITY_M_S2
     trajectory = simulate(
         with_values(object__mass_kg=mass, grip__force_n=force, grip__friction=friction, grip__offset=0.0)
     )
@@ -129,7 +129,7 @@ def test_the_contact_patch_is_the_part_of_the_pad_on_the_object():
 
 def test_the_plan_stays_inside_joint_limits_and_is_smooth():
     params = params_with()
-    model = scene.build(params)
+    model = scene_model.build(params)
     planned = plan(params, model)
     for joint, angles in zip(ARM_JOINTS, planned.joints.T, strict=True):
         low, high = model.joint(joint).range

@@ -10,13 +10,13 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip import building, layout, record, split_plan
 from evslip.codecs import read_events, write_events
-from evslip.config import dump_config
-from evslip.errors import ConfigError, DataError
-from evslip.importing import Importing, import_recording
-from evslip.publishing import Publication, publish
-from evslip.publishing.table import COLUMNS
+from evslip.config.loading import dump_config
+from evslip.data import building, layout, record, split_plan
+from evslip.exchange.importing import Importing, import_recording
+from evslip.exchange.publishing import Publication, publish
+from evslip.exchange.publishing.table import COLUMNS
+from evslip.utils.errors import ConfigError, DataError
 from sample_records import CONFIG, assert_equal, random_events, simulated
 
 COUNTS = {"train": 5, "test": 2}

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from evslip import record
-from evslip.draws import draw
-from evslip.errors import DataError
+from evslip.data import record
+from evslip.data.record import Record
+from evslip.draws.draw import draw
 from evslip.events.stream import Events, empty_events
-from evslip.record import Record
+from evslip.utils.errors import DataError
 from sample_records import CONFIG, assert_equal, random_events, simulated
 
 PARAMS = draw(CONFIG, 3, "test")

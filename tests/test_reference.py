@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from evslip.reference import parameters_table
+from evslip.config.reference import parameters_table
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "parameters.md"
 

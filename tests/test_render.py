@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from brute_force import compare
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import ConfigError
-from evslip.frame import BACKGROUND, GRIPPER, OBJECT, SURFACE
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import BACKGROUND, GRIPPER, OBJECT, SURFACE
 from evslip.rendering import RENDERERS, render, render_color
-from evslip.rendering.setting import make_lamp
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.raycast.setting import make_lamp
+from evslip.utils.errors import ConfigError
 from made_up import still, turning
 
 render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function

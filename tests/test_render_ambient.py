@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from evslip.rendering.ambient import irradiance, surround
+from evslip.rendering.shading.ambient import irradiance, surround
 
 
 def test_a_uniform_sky_over_a_uniform_table_has_a_closed_form():

@@ -6,19 +6,19 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from brute_force import seen_share, triangles
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.frame import ARM, GRIPPER, OBJECT
-from evslip.rendering.arm import cast_links
-from evslip.rendering.casters import ARM_PART, cast, receive, shade, spread
-from evslip.rendering.lanes import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
-from evslip.rendering.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import ARM, GRIPPER, OBJECT
+from evslip.physics.robot import HOME_RAD, panda
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.geometry.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed
 from evslip.rendering.outputs import FIRST_LINK, Sight
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.rendering.schedule import image_motion
-from evslip.robot import HOME_RAD, panda
+from evslip.rendering.raycast.arm import cast_links
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.scratch import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
+from evslip.rendering.shadows.casters import ARM_PART, cast, receive, shade, spread
+from evslip.rendering.timing.schedule import image_motion
 from made_up import still
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.rendering.coverage import MAX_CORNERS, cover, cover_box
+from evslip.rendering.geometry.coverage import MAX_CORNERS, cover, cover_box
 
 WIDTH, HEIGHT = 20, 14
 

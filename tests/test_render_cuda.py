@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from evslip import generate
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import MissingExtraError
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
 from evslip.rendering import render, render_color
+from evslip.utils.errors import MissingExtraError
 from made_up import still
 
 SIMULATED = """

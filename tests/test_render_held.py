@@ -7,10 +7,10 @@ import pytest
 from PIL import Image
 from scipy.ndimage import binary_erosion
 
-from evslip.config import load_config
-from evslip.draws import draw
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
 from evslip.events import EventCamera
-from evslip.frame import GRIPPER, OBJECT
+from evslip.events.frame import GRIPPER, OBJECT
 from evslip.rendering import render
 from made_up import still
 

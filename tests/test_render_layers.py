@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.rendering.hand import LEFT, RIGHT, assemble, shadow_boxes
-from evslip.rendering.lanes import BLOCK
-from evslip.rendering.layers import BODY, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
-from evslip.rendering.openings import Openings
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble, shadow_boxes
+from evslip.rendering.raycast.layers import BODY, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
+from evslip.rendering.raycast.openings import Openings
+from evslip.rendering.scratch import BLOCK
 
 
 @pytest.fixture(scope="module")

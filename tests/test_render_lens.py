@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.frame import OBJECT, SURFACE
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import OBJECT, SURFACE
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.lens import SPREAD, Lens, gaussian
 from evslip.rendering.outputs import Sight
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
+from evslip.rendering.raycast.renderer import Raycaster
 from made_up import turning
 from test_distortion import BARREL, PINCUSHION
 

@@ -7,19 +7,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import compare, cylinder, seen_share, triangles
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.frame import BACKGROUND, OBJECT, SURFACE
-from evslip.rendering import body
-from evslip.rendering.facets import prepare_facets
-from evslip.rendering.lanes import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
-from evslip.rendering.mesh import Mesh, repetition_ratio
-from evslip.rendering.outline import hide_behind, outline_of, shade_behind
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.geometry.facets import prepare_facets
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.rendering.shadow import change_frame
-from evslip.shapes import surface_of
+from evslip.rendering.raycast import body
+from evslip.rendering.raycast.mesh import Mesh, repetition_ratio
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.scratch import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
+from evslip.rendering.shadows.box_shadow import change_frame
+from evslip.rendering.shadows.mesh_shadow import hide_behind, outline_of, shade_behind
+from evslip.scene.shapes import surface_of
 from made_up import still, turning
 
 SOFT = {"object__texture": "gradient-0", "surface__texture": "gradient-2", "background__texture": "gradient-3"}

@@ -6,14 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.rendering.lanes import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
-from evslip.rendering.occlusion import DARK, PITCH, between, block, open_run, surface_nodes
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.rendering.shadow import BOX, describe_box
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.scratch import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
+from evslip.rendering.shadows.box_shadow import BOX, describe_box
+from evslip.rendering.shadows.occlusion import DARK, PITCH, between, block, open_run, surface_nodes
 from made_up import still
 
 

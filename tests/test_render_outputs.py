@@ -6,15 +6,15 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 import brute_force
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import ConfigError
-from evslip.frame import Frame
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import Frame
 from evslip.rendering import OUTPUTS, render
-from evslip.rendering.hand import assemble
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.geometry.hand import assemble
 from evslip.rendering.poses import Poses
-from evslip.shapes import surface_of
+from evslip.scene.shapes import surface_of
+from evslip.utils.errors import ConfigError
 from made_up import still, turning
 from test_distortion import BARREL
 

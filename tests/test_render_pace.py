@@ -7,16 +7,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy.ndimage import binary_erosion
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.frame import BACKGROUND, OBJECT, SURFACE
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import exposure_scale, frame_times, make_artist, render
-from evslip.rendering.foreground import foreground_motion
-from evslip.rendering.pace import LAG, STEADY_PX, cell_motion, divide, plan_cells
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import Poses
-from evslip.rendering.schedule import object_motion
-from evslip.rendering.setting import make_lamp
+from evslip.rendering.raycast.setting import make_lamp
+from evslip.rendering.timing.foreground import foreground_motion
+from evslip.rendering.timing.schedule import object_motion
+from evslip.rendering.timing.update_schedule import LAG, STEADY_PX, cell_motion, divide, plan_cells
 from made_up import carried, still, turning
 
 render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function

@@ -3,12 +3,12 @@ import itertools
 import numpy as np
 import pytest
 
-from evslip.camera import hand_camera
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import ConfigError
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
 from evslip.rendering import frame_times
+from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import Poses, interpolate, matrices
+from evslip.utils.errors import ConfigError
 from made_up import still, turning
 
 

@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.casters import around
-from evslip.rendering.lamplight import risen
-from evslip.rendering.lanes import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
-from evslip.rendering.shadow import (
+from evslip.rendering.scratch import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
+from evslip.rendering.shading.lamplight import risen
+from evslip.rendering.shadows.box_shadow import (
     BOX,
     box_may_shadow,
     describe_box,
@@ -18,6 +17,7 @@ from evslip.rendering.shadow import (
     may_shadow,
     pixel_steps,
 )
+from evslip.rendering.shadows.casters import around
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:

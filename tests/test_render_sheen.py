@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from evslip.rendering.lanes import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, SCRATCH, U, V
-from evslip.rendering.paint import REFLECTANCE, WIDTH, gloss_of
-from evslip.rendering.plane import PLANE, describe
-from evslip.rendering.sheen import TERMS, glint, mirror, sheen
+from evslip.rendering.geometry.plane import PLANE, describe
+from evslip.rendering.materials.paint import REFLECTANCE, WIDTH, gloss_of
+from evslip.rendering.scratch import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, SCRATCH, U, V
+from evslip.rendering.shading.environment_reflection import TERMS, glint, mirror, sheen
 
 ANGLES = np.radians([5.0, 30.0, 60.0, 75.0, 85.0])
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from evslip.rendering.lanes import LANES, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, TEX, U, V
-from evslip.rendering.texels import SQUARE, TRIANGLE, bake, sample_along, sample_around, squared
+from evslip.rendering.materials.texels import SQUARE, TRIANGLE, bake, sample_along, sample_around, squared
+from evslip.rendering.scratch import LANES, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, TEX, U, V
 
 AROUND = {"square": SQUARE, "triangle": TRIANGLE}
 

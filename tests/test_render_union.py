@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.casters import cast, receive, shade, spread
-from evslip.rendering.hand import shadow_boxes
-from evslip.rendering.lanes import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
-from evslip.rendering.raycast import NO_OUTLINE, PARTS
+from evslip.rendering.geometry.hand import shadow_boxes
+from evslip.rendering.raycast.renderer import NO_OUTLINE, PARTS
+from evslip.rendering.scratch import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
+from evslip.rendering.shadows.casters import cast, receive, shade, spread
 
 DOWN = np.diag([1.0, -1.0, -1.0])
 NOTHING = np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))

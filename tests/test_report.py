@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evslip import building
-from evslip.config import dump_config, load_config
-from evslip.dataset import Dataset, open_dataset
-from evslip.errors import DataError
+from evslip.config.loading import dump_config, load_config
+from evslip.data import building
+from evslip.data.dataset import Dataset, open_dataset
+from evslip.data.record import encode
 from evslip.events.stream import Events, empty_events
-from evslip.learn.metrics import Metrics
-from evslip.record import encode
-from evslip.trajectory import Trajectory
-from evslip.truth import Truth
-from evslip.view import figures
-from evslip.view.pictures import OFF_COLOR, ON_COLOR, data_uri, overlay
-from evslip.view.report import write_report
-from evslip.window_set import Windows, WindowSettings
-from evslip.windows import windows_of
+from evslip.learn.scores.metrics import Metrics
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import Truth
+from evslip.utils.errors import DataError
+from evslip.view.pictures import figures
+from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, data_uri, overlay
+from evslip.view.report.report import write_report
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import Windows, WindowSettings
 from sample_records import CONFIG, random_events, simulated
 
 EVALUATION = Metrics(

@@ -10,29 +10,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip import building
 from evslip.cli import detecting, main
-from evslip.config import dump_config
-from evslip.dataset import Dataset, open_dataset
-from evslip.errors import ConfigError, DataError
+from evslip.config.loading import dump_config
+from evslip.data import building
+from evslip.data.dataset import Dataset, open_dataset
+from evslip.data.record import Record, encode
 from evslip.events.stream import SIGNAL, Events
-from evslip.learn.assessment import plain
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.metrics import measured
+from evslip.learn.evaluation.assessment import plain
+from evslip.learn.evaluation.stored import read_evaluation, restored
 from evslip.learn.networks import build_model
-from evslip.learn.stored import read_evaluation, restored
-from evslip.record import Record, encode
-from evslip.view import failures
-from evslip.view.activity import Activity
-from evslip.view.facts import doubt_of
-from evslip.view.failures import Failure, of_events, of_record, worst
-from evslip.view.report import write_model_report, write_report
-from evslip.view.sections.activity import activity, rates
-from evslip.view.sections.gallery import gallery
-from evslip.view.sections.parameters import parameters
-from evslip.view.signature import RATE_EDGES, middle, signature
-from evslip.view.survey import spread, survey
-from evslip.window_set import WindowSettings
+from evslip.learn.scores.metrics import measured
+from evslip.utils.errors import ConfigError, DataError
+from evslip.view.evaluation import failures
+from evslip.view.evaluation.failures import Failure, of_events, of_record, worst
+from evslip.view.report.activity import Activity
+from evslip.view.report.facts import doubt_of
+from evslip.view.report.report import write_model_report, write_report
+from evslip.view.report.sections.activity import activity, rates
+from evslip.view.report.sections.gallery import gallery
+from evslip.view.report.sections.parameters import parameters
+from evslip.view.report.signature import RATE_EDGES, middle, signature
+from evslip.view.report.survey import spread, survey
+from evslip.windows.window_set import WindowSettings
 from sample_records import CONFIG, random_events, simulated
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from evslip.errors import ConfigError, EvslipError
-from evslip.runners import runner
-from evslip.runners.local import run_local
+from evslip.generation.runners import runner
+from evslip.generation.runners.local import run_local
+from evslip.utils.errors import ConfigError, EvslipError
 
 
 def test_every_task_is_done_once_by_any_number_of_workers():
@@ -96,7 +96,8 @@ def alive(pid: int) -> bool:
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to see the worker processes")
 def test_workers_do_not_outlive_a_parent_that_is_killed():
-    script = "import time; from evslip.runners import local; list(local.run_local(time.sleep, [0.0, 90.0, 90.0], 2))"
+    work = "local.run_local(time.sleep, [0.0, 90.0, 90.0], 2)"
+    script = f"import time; from evslip.generation.runners import local; list({work})"
     parent = subprocess.Popen([sys.executable, "-c", script])
     deadline = time.monotonic() + 30
     workers: list[int] = []

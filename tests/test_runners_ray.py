@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import evslip
-from evslip.errors import ConfigError, MissingExtraError
-from evslip.progress import Progress
-from evslip.runners import runner
+from evslip.generation.progress import Progress
+from evslip.generation.runners import runner
+from evslip.utils.errors import ConfigError, MissingExtraError
 
 CHEAP = Path(__file__).parents[1] / "benchmarks" / "cheap.toml"
 COUNT = 24

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from trimesh.visual import TextureVisuals
 
 import evslip
-from evslip.errors import ConfigError
-from evslip.inertia import inertia_kg_m2, spread_m2
-from evslip.shapes import SHAPES, shape_of, surface_of
-from evslip.shapes.surface import box_uv, corner_normals
+from evslip.physics.inertia import inertia_kg_m2, spread_m2
+from evslip.scene.shapes import SHAPES, shape_of, surface_of
+from evslip.scene.shapes.surface import box_uv, corner_normals
+from evslip.utils.errors import ConfigError
 
 
 @pytest.fixture(scope="module")

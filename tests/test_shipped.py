@@ -11,15 +11,15 @@ import pytest
 import torch
 
 import evslip
-from evslip import record, shipped
 from evslip.cli import detecting
-from evslip.config import config_from_text
-from evslip.draws import draw
-from evslip.errors import ConfigError, DataError
-from evslip.generation import make_record
-from evslip.learn import Detector, build_model, detect, load_model
+from evslip.config.loading import config_from_text
+from evslip.data import record
+from evslip.draws.draw import draw
+from evslip.generation.generate import make_record
+from evslip.learn import Detector, build_model, detect, load_model, shipped
 from evslip.learn.checkpoint import Description, save_model
-from evslip.window_set import WindowSettings
+from evslip.utils.errors import ConfigError, DataError
+from evslip.windows.window_set import WindowSettings
 from slip_records import slip_record, turning
 
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import evslip
-from evslip.errors import ConfigError
-from evslip.motion import tool_path
-from evslip.onset import onset_mass
-from evslip.params import Params
-from evslip.schema import SLIP_KINDS
-from evslip.slip import RECIPES, shows
-from evslip.truth import Truth
+from evslip.config.params import Params
+from evslip.config.schema import SLIP_KINDS
+from evslip.draws.slip_kinds import RECIPES, shows
+from evslip.physics.motion.servo_plan import tool_path
+from evslip.physics.onset import onset_mass
+from evslip.physics.truth import Truth
+from evslip.utils.errors import ConfigError
 
 MADE = SLIP_KINDS[1:]
 

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.config import load_config
-from evslip.draws import draw
-from evslip.errors import ConfigError
-from evslip.plan import make_plan
-from evslip.separation import separate
-from evslip.splits import Dimension, divide
-from evslip.values import Range
+from evslip.config.distributions import Range
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
+from evslip.draws.draw_plan import make_plan
+from evslip.draws.separation import separate
+from evslip.draws.splits import Dimension, divide
+from evslip.utils.errors import ConfigError
 
 NUMBERS = ("object.width_m", "object.height_m", "object.mass_kg", "light.distance_m")
 TEXTURES = ("object.texture", "surface.texture", "background.texture")
@@ -64,7 +64,7 @@ def test_no_configuration_shares_a_value_between_the_splits(changes):
 def test_the_check_finds_what_is_shared(monkeypatch):
     """With a split that does not divide, the check must say so: otherwise it proves nothing."""
     whole = Dimension.tokens
-    monkeypatch.setattr("evslip.splits.Dimension.tokens", lambda *args: set() if args else whole)
+    monkeypatch.setattr("evslip.draws.splits.Dimension.tokens", lambda *args: set() if args else whole)
     config = load_config("complex", {"seed": 77, "grip.force_n": [0.9, 1.0, 1.1]})
     shared = separate(config, {"train": 60, "test": 60}).shared()
     assert "texture" in shared and "grip.force_n" in shared

@@ -3,12 +3,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.config import load_config
-from evslip.draws import draw, grid_size, sure_masses
-from evslip.errors import ConfigError
-from evslip.onset import onset_mass
-from evslip.stratification import BLOCK, SURE_HOLD, SURE_SLIP, shall_slip
-from evslip.values import extremes
+from evslip.config.distributions import extremes
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw, grid_size, sure_masses
+from evslip.draws.stratification import BLOCK, SURE_HOLD, SURE_SLIP, shall_slip
+from evslip.physics.onset import onset_mass
+from evslip.utils.errors import ConfigError
 
 
 @given(st.floats(0, 1), st.integers(0, 50), st.integers(1, 30), st.sampled_from(["train", "test"]))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evslip import patterns, textures
-from evslip.errors import ConfigError
-from evslip.patterns.canvas import SIZE
-from evslip.patterns.panorama import COLUMNS, ROWS
+from evslip.scene.textures import library, patterns
+from evslip.scene.textures.drawing.canvas import SIZE
+from evslip.scene.textures.panoramas.panorama import COLUMNS, ROWS
+from evslip.utils.errors import ConfigError
 
 PHOTOGRAPHIC = ("wood", "stone", "brick", "cardboard", "paper", "metal", "ground", "noise", "tile")
 WITH_EDGES = ("cardboard", "paper", "plastic-1", "plastic-5", "metal-7")
@@ -19,12 +19,12 @@ LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
 @pytest.fixture(scope="module")
 def lumas():
     """Luminance of every material."""
-    return {name: textures.load(name) @ LUMA for name in textures.pool()}
+    return {name: library.load(name) @ LUMA for name in library.pool()}
 
 
 def test_the_pool_is_large_and_every_texture_differs(lumas):
-    assert len(textures.pool()) >= 60
-    assert len({luma.tobytes() for luma in lumas.values()}) == len(lumas) == len(set(textures.pool()))
+    assert len(library.pool()) >= 60
+    assert len({luma.tobytes() for luma in lumas.values()}) == len(lumas) == len(set(library.pool()))
     assert all(luma.shape == (SIZE, SIZE) and luma.min() > 0.0099 and luma.max() < 0.951 for luma in lumas.values())
     means = [float(luma.mean()) for luma in lumas.values()]
     assert min(means) < 0.1 and max(means) > 0.6
@@ -63,7 +63,7 @@ def test_the_statistics_would_notice_noise_and_blur():
 @pytest.mark.parametrize("name", ["wood-2", "stone-2", "noise-0", "cardboard-3", "plastic-8", "paper-3", "ground-7"])
 def test_a_texture_is_the_same_every_time(name):
     family, number = name.rsplit("-", 1)
-    assert np.array_equal(patterns.make(family, int(number)), textures.load(name))
+    assert np.array_equal(patterns.make(family, int(number)), library.load(name))
 
 
 def test_textures_tile_without_a_seam(lumas):
@@ -79,31 +79,31 @@ def test_textures_tile_without_a_seam(lumas):
 
 @pytest.mark.parametrize("name", ["outdoors-0", "outdoors-4", "room-1"])
 def test_a_panorama_goes_around_without_a_seam(name):
-    image = textures.load(name, is_background=True)
-    assert image.shape == (ROWS, COLUMNS, 3) and textures.is_panorama(image)
+    image = library.load(name, is_background=True)
+    assert image.shape == (ROWS, COLUMNS, 3) and library.is_panorama(image)
     luma = image[: ROWS // 2] @ LUMA
     steps = np.abs(np.diff(luma, axis=1, append=luma[:, :1])).mean(0)
     assert steps[-1] <= 1.5 * np.quantile(steps, 0.999)
 
 
 def test_panoramas_are_for_backgrounds_alone():
-    assert set(textures.pool()) < set(textures.pool(True))
-    assert textures.expand("outdoors-1", is_background=True) == "outdoors-1"
+    assert set(library.pool()) < set(library.pool(True))
+    assert library.expand("outdoors-1", is_background=True) == "outdoors-1"
     with pytest.raises(ConfigError, match=r"'outdoors-1' is a panorama.*background\.texture"):
-        textures.expand("outdoors-1")
+        library.expand("outdoors-1")
     with pytest.raises(ConfigError, match=r"room-\*"):
-        textures.expand("room-*")
+        library.expand("room-*")
 
 
 def test_expand():
-    assert textures.expand("wood-*") == tuple(f"wood-{i}" for i in range(patterns.wood.COUNT))
-    assert textures.expand("*") == textures.pool()
-    assert textures.expand("*", is_background=True) == textures.pool(True)
-    assert textures.expand("wood-1") == "wood-1"
-    assert textures.expand(("wood-1", "tile-*")) == ("wood-1", *(f"tile-{i}" for i in range(patterns.tile.COUNT)))
+    assert library.expand("wood-*") == tuple(f"wood-{i}" for i in range(patterns.wood.COUNT))
+    assert library.expand("*") == library.pool()
+    assert library.expand("*", is_background=True) == library.pool(True)
+    assert library.expand("wood-1") == "wood-1"
+    assert library.expand(("wood-1", "tile-*")) == ("wood-1", *(f"tile-{i}" for i in range(patterns.tile.COUNT)))
     for wrong in ("wod-*", "wood-99", "nowhere/", "nowhere/*.png"):
         with pytest.raises(ConfigError, match=wrong.replace("*", r"\*")):
-            textures.expand(wrong)
+            library.expand(wrong)
 
 
 def test_a_folder_of_images(tmp_path):
@@ -113,19 +113,19 @@ def test_a_folder_of_images(tmp_path):
         else:
             Image.new("RGB", (64, 32), (value, value, value)).save(tmp_path / name)
     wanted = (str(tmp_path / "a.jpg"), str(tmp_path / "b.png"))
-    assert textures.expand(str(tmp_path)) == textures.expand(str(tmp_path / "*")) == wanted
-    assert textures.load(wanted[1]).mean() == pytest.approx(1.0)
-    assert textures.load(wanted[0]).mean() == pytest.approx(0.0)
+    assert library.expand(str(tmp_path)) == library.expand(str(tmp_path / "*")) == wanted
+    assert library.load(wanted[1]).mean() == pytest.approx(1.0)
+    assert library.load(wanted[0]).mean() == pytest.approx(0.0)
     (tmp_path / "empty").mkdir()
     with pytest.raises(ConfigError, match=r"empty.*matches no image file"):
-        textures.expand(str(tmp_path / "empty"))
+        library.expand(str(tmp_path / "empty"))
 
 
 def test_an_image_is_scaled_in_linear_light(tmp_path):
     """Halves of black and white, finer than a texel: their mean is 0.5 of the light, not sRGB 0.5."""
     board = np.indices((2 * SIZE, 2 * SIZE)).sum(0) % 2 * 255
     Image.fromarray(board.astype(np.uint8)).save(tmp_path / "board.png")
-    inner = textures.load(str(tmp_path / "board.png"))[8:-8, 8:-8]
+    inner = library.load(str(tmp_path / "board.png"))[8:-8, 8:-8]
     assert inner == pytest.approx(0.5, abs=0.01)
 
 
@@ -150,7 +150,7 @@ def encoded(mode, path):
 def test_pixel_formats(mode, suffix, tmp_path):
     path = tmp_path / f"half.{suffix}"
     encoded(mode, path)
-    image = textures.load(str(path))
+    image = library.load(str(path))
     assert image.shape == (SIZE, SIZE, 3) and image.dtype == np.float32
     assert image[:, : SIZE // 3] == pytest.approx(0.2158, abs=0.01)  # (128 / 255) decoded
     assert image[:, -SIZE // 3 :] == pytest.approx(1.0, abs=0.01)
@@ -161,7 +161,7 @@ def test_a_turned_photograph_stands_upright(tmp_path):
     exif = Image.Exif()
     exif[0x0112] = 6  # to be turned by a quarter clockwise: the left side comes to the top
     picture.save(tmp_path / "turned.jpg", exif=exif, quality=95)
-    image = textures.load(str(tmp_path / "turned.jpg"))
+    image = library.load(str(tmp_path / "turned.jpg"))
     assert image[: SIZE // 3].max() < 0.05 and image[-SIZE // 3 :].min() > 0.9
 
 
@@ -169,8 +169,8 @@ def test_an_image_twice_as_wide_as_high_is_a_panorama_behind_and_a_texture_elsew
     ramp = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[:, None], 128, 1)
     Image.fromarray(ramp).save(tmp_path / "sphere.png")
     name = str(tmp_path / "sphere.png")
-    assert textures.load(name).shape == (SIZE, SIZE, 3)
-    around = textures.load(name, is_background=True)
+    assert library.load(name).shape == (SIZE, SIZE, 3)
+    around = library.load(name, is_background=True)
     assert around.shape == (ROWS, COLUMNS, 3)
     assert np.all(np.diff(around[:, 5, 0]) >= 0)
 
@@ -188,23 +188,23 @@ def test_a_broken_image_is_named(kind, tmp_path):
     path.write_bytes(broken(kind))
     for is_background in (False, True):
         with pytest.raises(ConfigError, match=r"photo\.png: cannot be read as an image") as caught:
-            textures.load(str(path), is_background)
+            library.load(str(path), is_background)
         assert "\n" not in str(caught.value)
 
 
 def test_images_that_cannot_be_used_say_why(tmp_path, monkeypatch):
     Image.fromarray(np.zeros((4, 4), np.float32)).save(tmp_path / "float.tif")
     with pytest.raises(ConfigError, match=r"float\.tif.*8 or 16 bits"):
-        textures.load(str(tmp_path / "float.tif"))
+        library.load(str(tmp_path / "float.tif"))
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
     Image.new("L", (40, 40)).save(tmp_path / "huge.png")  # beyond a warning
     Image.new("L", (400, 40)).save(tmp_path / "vast.png")  # beyond an error
     for name in ("huge.png", "vast.png"):
         with pytest.raises(ConfigError, match=rf"{name}.*million pixels"):
-            textures.load(str(tmp_path / name))
+            library.load(str(tmp_path / name))
 
 
 def test_srgb_round_trip():
     values = np.linspace(0, 1, 256)
-    assert textures.linear_to_srgb(textures.srgb_to_linear(values)) == pytest.approx(values, abs=1e-6)
-    assert textures.srgb_to_linear(np.array(0.5)) == pytest.approx(0.2140, abs=1e-4)
+    assert library.linear_to_srgb(library.srgb_to_linear(values)) == pytest.approx(values, abs=1e-6)
+    assert library.srgb_to_linear(np.array(0.5)) == pytest.approx(0.2140, abs=1e-4)

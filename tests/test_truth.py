@@ -5,10 +5,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import evslip
-from evslip.grip import TCP_M
-from evslip.phases import phase_times
-from evslip.trajectory import Trajectory
-from evslip.truth import angular_difference, measure
+from evslip.physics.grip import TCP_M
+from evslip.physics.motion.phases import phase_times
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import angular_difference, measure
 
 N = 7500
 PARAMS = evslip.draw(evslip.load_config("demo"), 0)

@@ -1,8 +1,8 @@
 import pytest
 
-from evslip.config import load_config
-from evslip.schema import keys
-from evslip.units import tell, unit_of
+from evslip.config.loading import load_config
+from evslip.config.schema import keys
+from evslip.utils.units import tell, unit_of
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evslip.intervals import Interval
-from evslip.learn.stream import Detection
-from evslip.view.detection import write_csv, write_png
+from evslip.data.intervals import Interval
+from evslip.learn.streaming.stream import Detection
+from evslip.view.pictures.detection import write_csv, write_png
 from slip_records import slip_record, turning
 
 ORANGE, GREEN = (249, 229, 204), (206, 232, 226)

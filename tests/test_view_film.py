@@ -3,12 +3,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip.errors import ConfigError, DataError
+from evslip.data.record import Record
 from evslip.events.stream import Events, empty_events
-from evslip.record import Record
-from evslip.view.film import CAPTION, STRIP, Film, FilmSettings
-from evslip.view.pictures import OFF_COLOR, ON_COLOR
-from evslip.view.video import FPS
+from evslip.utils.errors import ConfigError, DataError
+from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
+from evslip.view.pictures.slip_video import CAPTION, STRIP, Film, FilmSettings
+from evslip.view.pictures.video import FPS
 from sample_records import random_events, simulated
 
 

@@ -4,9 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip.errors import ConfigError, DataError
+from evslip.data.record import Record
 from evslip.events.stream import empty_events
-from evslip.record import Record
+from evslip.utils.errors import ConfigError, DataError
 from evslip.view.rerun_log import write_rerun
 from sample_records import random_events
 

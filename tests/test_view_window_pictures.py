@@ -6,13 +6,13 @@ import pytest
 from PIL import Image
 
 import evslip
-from evslip import building, record
-from evslip.config import dump_config
-from evslip.dataset import open_dataset
-from evslip.errors import DataError
-from evslip.truth import measure
-from evslip.view.window_pictures import PICTURES, name_of, write_windows
-from evslip.window_set import WindowSettings
+from evslip.config.loading import dump_config
+from evslip.data import building, record
+from evslip.data.dataset import open_dataset
+from evslip.physics.truth import measure
+from evslip.utils.errors import DataError
+from evslip.view.pictures.window_pictures import PICTURES, name_of, write_windows
+from evslip.windows.window_set import WindowSettings
 from sample_records import CONFIG, random_events, simulated
 
 

@@ -4,11 +4,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.learn.augment import Augmentation, flipped, merged, shifted, shot_noise
 from evslip.learn.networks import Geometry
-from evslip.learn.settings import TrainSettings
-from evslip.window_events import WindowEvents, pack, unpack
-from evslip.window_set import WindowSettings
+from evslip.learn.training.augment import Augmentation, flipped, merged, shifted, shot_noise
+from evslip.learn.training.settings import TrainSettings
+from evslip.windows.window_events import WindowEvents, pack, unpack
+from evslip.windows.window_set import WindowSettings
 from learn_windows import random_window
 
 

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.errors import ConfigError, DataError, StorageError
+from evslip.data.record import Record
+from evslip.events.frame import BACKGROUND, OBJECT
 from evslip.events.stream import empty_events
-from evslip.frame import BACKGROUND, OBJECT
-from evslip.record import Record
-from evslip.window_set import HOLD, SLIP, LabelMode, Windows, WindowSettings, load_windows
-from evslip.windows import UNCERTAIN, Movement, label_of, movements, windows_of
+from evslip.utils.errors import ConfigError, DataError, StorageError
+from evslip.windows.cutting import UNCERTAIN, Movement, label_of, movements, windows_of
+from evslip.windows.window_set import HOLD, SLIP, LabelMode, Windows, WindowSettings, load_windows
 from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of, turning
 
 ALL = WindowSettings(balance=False)
@@ -303,7 +303,7 @@ def test_wrong_settings(wrong: dict) -> None:
 
 def test_the_learning_half_never_imports_the_physics_nor_windows_torch() -> None:
     script = (
-        "import sys, evslip.windows; assert 'torch' not in sys.modules; import evslip.learn; "
-        "assert not {'mujoco', 'evslip.simulation', 'evslip.scene'} & set(sys.modules)"
+        "import sys, evslip.windows.cutting; assert 'torch' not in sys.modules; import evslip.learn; "
+        "assert not {'mujoco', 'evslip.physics.simulation', 'evslip.physics.scene_model'} & set(sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

@@ -7,12 +7,13 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip import atomic
-from evslip.codecs import hdf5, hdf5_stream, npz, read_events, source
+from evslip.codecs import read_events, source
+from evslip.codecs.arrays import hdf5, hdf5_stream, npz
 from evslip.codecs.settings import read_settings
 from evslip.codecs.writers import writing
-from evslip.errors import DataError, StorageError
 from evslip.events import Events
+from evslip.utils import atomic
+from evslip.utils.errors import DataError, StorageError
 
 SIZE = (346, 260)
 

@@ -6,47 +6,47 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from evslip import learn
     from evslip.codecs import read_events, write_events
-    from evslip.config import Config, load_config
-    from evslip.dataset import Dataset, open_dataset
-    from evslip.draws import draw
-    from evslip.errors import EvslipError
+    from evslip.config.loading import Config, load_config
+    from evslip.config.params import Params
+    from evslip.data.dataset import Dataset, open_dataset
+    from evslip.data.record import Record
+    from evslip.draws.draw import draw
     from evslip.events import EventCamera
+    from evslip.events.frame import Frame
     from evslip.events.stream import Events
-    from evslip.frame import Frame
-    from evslip.generation import generate
+    from evslip.generation.generate import generate
     from evslip.learn import Detector
-    from evslip.onset import onset_mass
-    from evslip.params import Params
-    from evslip.record import Record
+    from evslip.physics.onset import onset_mass
+    from evslip.physics.simulation import simulate
+    from evslip.physics.trajectory import Trajectory
+    from evslip.physics.truth import Truth, angular_difference, measure
     from evslip.rendering import render
-    from evslip.simulation import simulate
-    from evslip.trajectory import Trajectory
-    from evslip.truth import Truth, angular_difference, measure
+    from evslip.utils.errors import EvslipError
 
 __version__ = "0.1.0"
 
 _HOME = {
-    "Config": "config",
-    "Dataset": "dataset",
+    "Config": "config.loading",
+    "Dataset": "data.dataset",
     "Detector": "learn",
     "EventCamera": "events",
     "Events": "events.stream",
-    "EvslipError": "errors",
-    "Frame": "frame",
-    "Params": "params",
-    "Record": "record",
-    "Trajectory": "trajectory",
-    "Truth": "truth",
-    "angular_difference": "truth",
-    "draw": "draws",
-    "generate": "generation",
-    "load_config": "config",
-    "measure": "truth",
-    "onset_mass": "onset",
-    "open_dataset": "dataset",
+    "EvslipError": "utils.errors",
+    "Frame": "events.frame",
+    "Params": "config.params",
+    "Record": "data.record",
+    "Trajectory": "physics.trajectory",
+    "Truth": "physics.truth",
+    "angular_difference": "physics.truth",
+    "draw": "draws.draw",
+    "generate": "generation.generate",
+    "load_config": "config.loading",
+    "measure": "physics.truth",
+    "onset_mass": "physics.onset",
+    "open_dataset": "data.dataset",
     "read_events": "codecs",
     "render": "rendering",
-    "simulate": "simulation",
+    "simulate": "physics.simulation",
     "write_events": "codecs",
 }
 __all__ = [

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from evslip import __version__
 from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing, sweeping
 from evslip.cli.usage import chosen
-from evslip.errors import EvslipError
+from evslip.utils.errors import EvslipError
 
 DESCRIPTION = (
     "Event-camera data for slip detection: generate, label, train, measure. `evslip VERB --help` explains a verb."

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from evslip.cli.options import Align, Split
-from evslip.console import console, print_table, progress_bar
-from evslip.errors import ConfigError
+from evslip.utils.console import console, print_table, progress_bar
+from evslip.utils.errors import ConfigError
 
 
 def windows(
@@ -48,11 +48,11 @@ def windows(
             and about 4 s a window.
         vt_snn: Folder in which to write the windows in VT-SNN's layout, too: prophesee_recordings/rotate_01_td.mat ...
     """
-    from evslip.dataset import Dataset
-    from evslip.errors import ConfigError
-    from evslip.recordings import open_samples
-    from evslip.vt_snn import export_windows
-    from evslip.window_set import WindowSettings
+    from evslip.data.dataset import Dataset
+    from evslip.data.recordings import open_samples
+    from evslip.exchange.vt_snn import export_windows
+    from evslip.utils.errors import ConfigError
+    from evslip.windows.window_set import WindowSettings
 
     settings = WindowSettings(
         length_s=length_s, hop_s=hop_s, labels=labels, slip_deg=slip_deg, hold_deg=hold_deg, slip_mm=slip_mm,
@@ -66,7 +66,7 @@ def windows(
     if visualize is not None and not isinstance(samples, Dataset):
         raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
     if visualize is not None:
-        from evslip.view.window_pictures import check_folder
+        from evslip.view.pictures.window_pictures import check_folder
 
         check_folder(visualize)
     cut = samples.windows(settings)
@@ -75,7 +75,7 @@ def windows(
     if vt_snn is not None:
         console.print(f"{vt_snn}: {export_windows(cut, vt_snn)} files")
     if visualize is not None and isinstance(samples, Dataset):
-        from evslip.view.window_pictures import write_windows
+        from evslip.view.pictures.window_pictures import write_windows
 
         with progress_bar("windows", len(cut)) as advance:
             write_windows(visualize, cut, samples, advance)
@@ -137,7 +137,7 @@ def train(
     """
     from evslip.learn import TrainSettings
     from evslip.learn import train as run
-    from evslip.window_set import load_windows
+    from evslip.windows.window_set import load_windows
 
     settings = TrainSettings.of(
         model, epochs=epochs, batch=batch, lr=lr, schedule=schedule, optimiser=optimiser, weight_decay=weight_decay,
@@ -174,12 +174,12 @@ def evaluate(
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
             or from its corner. Without it such data are refused.
     """
-    from evslip.learn.assessment import assess
     from evslip.learn.checkpoint import load_model
-    from evslip.learn.comparison import compare
-    from evslip.learn.exam import open_exam
-    from evslip.shipped import is_shipped
-    from evslip.view.evaluation import alarm_table, comparison_table, short_names, write_evaluation
+    from evslip.learn.evaluation.assessment import assess
+    from evslip.learn.evaluation.comparison import compare
+    from evslip.learn.evaluation.test_data import open_exam
+    from evslip.learn.shipped import is_shipped
+    from evslip.view.evaluation.evaluation import alarm_table, comparison_table, short_names, write_evaluation
 
     *models, data = models_and_data
     if not models:
@@ -243,8 +243,8 @@ def report(
         out: Page to write; default: report.html in the folder.
     """
     from evslip.codecs import read_recording
-    from evslip.recordings import open_samples
-    from evslip.view.report import is_model_or_evaluation, write_model_report, write_report
+    from evslip.data.recordings import open_samples
+    from evslip.view.report.report import is_model_or_evaluation, write_model_report, write_report
 
     if pictures < 0:
         raise ConfigError(f"pictures: {pictures} is out of range, expected 0 or more")
@@ -282,7 +282,7 @@ def detect(
     """
     from evslip.codecs import read_recording
     from evslip.learn import detect as run
-    from evslip.view.detection import write_csv, write_png
+    from evslip.view.pictures.detection import write_csv, write_png
 
     given = [*([] if model is None else [model]), *model_and_recording]
     if len(given) != 2:

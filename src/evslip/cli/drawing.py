@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from evslip.console import console, progress_bar
-from evslip.errors import ConfigError
+from evslip.utils.console import console, progress_bar
+from evslip.utils.errors import ConfigError
 
 Times = Annotated[UseAppendAction[tuple[float, ...]], arg(metavar="SECONDS")]
 LEAST, MOST = 16, 4096
@@ -44,8 +44,8 @@ def render(
         phase: Draw this phase only, such as tilt; default: all that is recorded.
         outputs: Any of depth,normal,motion, separated by commas: as .npz beside the pictures.
     """
-    from evslip import record as records
-    from evslip.view.replay import check_target, instants, redrawn, replay
+    from evslip.data import record as records
+    from evslip.view.pictures.replay import check_target, instants, redrawn, replay
 
     names = tuple(name for name in outputs.split(",") if name)
     check_target(out, names, camera)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tyro.conf import Positional
 
-from evslip.console import console
+from evslip.utils.console import console
 
 
 def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int | None = None, seed: int = 0) -> None:
@@ -16,7 +16,7 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
         workers: Worker processes; default: one a core.
         seed: Seed of everything.
     """
-    from evslip.demo import run_demo
+    from evslip.cli.demo import run_demo
 
     run_demo(out, count=count, workers=workers, seed=seed)
 
@@ -27,7 +27,7 @@ def doctor(*, count: int = 192) -> None:
     Args:
         count: Number of samples to plan for.
     """
-    from evslip.doctor import examine
+    from evslip.cli.doctor import examine
 
     for line in examine(count):
         console.print(line)

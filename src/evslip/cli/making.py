@@ -5,8 +5,8 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.console import console, progress_bar, samples_bar
-from evslip.errors import ConfigError, EvslipError
+from evslip.utils.console import console, progress_bar, samples_bar
+from evslip.utils.errors import ConfigError, EvslipError
 
 
 def generate(
@@ -34,9 +34,9 @@ def generate(
         runner: Who does the work: local, ray (the cluster of RAY_ADDRESS, else this machine) or ray:ADDRESS.
         limit_s: A sample that takes longer is taken to hang, and left out.
     """
-    from evslip.config import load_config
-    from evslip.generation import STAGES
-    from evslip.generation import generate as run
+    from evslip.config.loading import load_config
+    from evslip.generation.generate import STAGES
+    from evslip.generation.generate import generate as run
 
     config = load_config(preset, overrides(set))
     options = {"split": split, "part": _part(part), "workers": workers, "runner_name": runner, "limit_s": limit_s}
@@ -67,7 +67,7 @@ def status(dataset: Positional[Path]) -> None:
     Args:
         dataset: Folder of the data set.
     """
-    from evslip.dataset import open_dataset
+    from evslip.data.dataset import open_dataset
 
     for name, value in open_dataset(dataset).status().items():
         console.print(f"{name:>12}  {value}")
@@ -98,8 +98,8 @@ def publish(
         date_published: For the metadata, YYYY-MM-DD.
         cite_as: For the metadata, how to cite it: BibTeX or a sentence.
     """
-    from evslip.publishing import Publication
-    from evslip.publishing import publish as run
+    from evslip.exchange.publishing import Publication
+    from evslip.exchange.publishing import publish as run
 
     how = Publication(
         name=name, license=license, webdataset=webdataset, huggingface=huggingface, shard_mb=shard_mb,
@@ -116,7 +116,7 @@ def verify(dataset: Positional[Path]) -> None:
     Args:
         dataset: Folder of the data set.
     """
-    from evslip.dataset import open_dataset
+    from evslip.data.dataset import open_dataset
 
     problems = open_dataset(dataset).verify()
     for problem in problems:

@@ -7,12 +7,12 @@ from tyro.conf import UseAppendAction, arg
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
 Align = Literal["centre", "corner"]
-"""As evslip.alignment.Align, without the libraries that come with it: `evslip --help` shall be quick."""
+"""As evslip.windows.alignment.Align, without the libraries that come with it: `evslip --help` shall be quick."""
 
 
 def overrides(texts: tuple[str, ...]) -> dict[str, Any]:
     """KEY=VALUE arguments as a dictionary."""
-    from evslip.config import parse_override
+    from evslip.config.loading import parse_override
 
     return dict(map(parse_override, texts))
 

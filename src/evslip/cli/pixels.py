@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from tyro.conf import arg
 
-from evslip.errors import ConfigError, DataError
 from evslip.events.datasheet import UNITS, meanings
 from evslip.events.presets import LIMITS, MAPS, PARAMETERS
+from evslip.utils.errors import ConfigError, DataError
 
 GROUPS = {
     "thresholds": ("theta", "sigma", "theta_on", "theta_off", "refractory_us"),
@@ -89,7 +89,7 @@ def parameters_of(options: Any) -> dict[str, Any]:
 
 def _value(name: str, text: str) -> Any:
     """A number, or the array in the file of that name."""
-    from evslip.events.calibrate import load_noise_map
+    from evslip.events.noise_map import load_noise_map
 
     if name == "noise_map":
         return load_noise_map(text)

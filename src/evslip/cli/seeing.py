@@ -5,7 +5,7 @@ from typing import Literal
 
 from tyro.conf import Positional
 
-from evslip.console import console, progress_bar
+from evslip.utils.console import console, progress_bar
 
 
 def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 8899, browser: bool = True) -> None:
@@ -17,8 +17,8 @@ def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 88
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """
-    from evslip.explorer.serve import explore
-    from evslip.explorer.shelf import open_shelf
+    from evslip.view.explorer.serve import explore
+    from evslip.view.explorer.shelf import open_shelf
 
     explore(open_shelf(dataset), model=model, port=port, browser=browser, show=_say)
 
@@ -33,9 +33,9 @@ def label(recording: Positional[Path], *, out: Path | None = None, port: int = 8
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """
-    from evslip.explorer.labels import Labels
-    from evslip.explorer.serve import explore
-    from evslip.explorer.shelf import open_recording
+    from evslip.view.explorer.labels import Labels
+    from evslip.view.explorer.serve import explore
+    from evslip.view.explorer.shelf import open_recording
 
     shelf = open_recording(recording)
     labels = Labels(out or recording.with_name(f"{recording.stem}-labels.csv"))
@@ -49,9 +49,9 @@ def label_agreement(a: Positional[Path], b: Positional[Path]) -> None:
         a: CSV file of one (start_s, end_s, label).
         b: CSV file of the other.
     """
-    from evslip.errors import DataError
-    from evslip.explorer.agreement import agreement
-    from evslip.intervals import read_intervals
+    from evslip.data.intervals import read_intervals
+    from evslip.utils.errors import DataError
+    from evslip.view.explorer.agreement import agreement
 
     found = [read_intervals(path) for path in (a, b)]
     for path, intervals in zip((a, b), found, strict=True):
@@ -82,9 +82,9 @@ def video(
         end_s: Last time; default: its end.
     """
     from evslip.codecs import read_recording
-    from evslip.errors import ConfigError
-    from evslip.view.film import Film, FilmSettings
-    from evslip.view.video import check_video
+    from evslip.utils.errors import ConfigError
+    from evslip.view.pictures.slip_video import Film, FilmSettings
+    from evslip.view.pictures.video import check_video
 
     check_video("out", out)
     if not records:
@@ -104,8 +104,8 @@ def rerun(source: Positional[Path], out: Positional[Path], *, count: int = 4) ->
         out: File to write (.rrd); `rerun FILE` opens it.
         count: Samples of a data set, from the first on.
     """
-    from evslip.errors import ConfigError
-    from evslip.explorer.shelf import open_shelf
+    from evslip.utils.errors import ConfigError
+    from evslip.view.explorer.shelf import open_shelf
     from evslip.view.rerun_log import check_rerun, write_rerun
 
     check_rerun(out)

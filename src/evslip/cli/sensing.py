@@ -7,8 +7,8 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from evslip.cli.options import describe, summarise
 from evslip.cli.pixels import PixelOptions, parameters_of
-from evslip.console import console, progress_bar
-from evslip.errors import ConfigError
+from evslip.utils.console import console, progress_bar
+from evslip.utils.errors import ConfigError
 
 RESTLESS = 3.0
 """A scene of more `unrest` is not still."""
@@ -61,7 +61,7 @@ def events(
     """
     from evslip.codecs import check_suffix
     from evslip.codecs.settings import keeps_settings
-    from evslip.conversion import Conversion, convert, open_conversion
+    from evslip.exchange.conversion import Conversion, convert, open_conversion
 
     check_suffix(out, writing=True)
     conversion = Conversion(
@@ -110,7 +110,7 @@ def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
         out: File to write, .npz: for `evslip events --noise-map`, or the camera's parameter noise_map.
     """
     from evslip.codecs import read_recording
-    from evslip.events.calibrate import check_noise_suffix, measure_noise, save_noise_map, unrest
+    from evslip.events.noise_map import check_noise_suffix, measure_noise, save_noise_map, unrest
 
     check_noise_suffix(out)
     record = read_recording(recording)
@@ -202,7 +202,7 @@ def import_(
         centre_m: The point between the fingers in the frame of a simulator's gripper, m.
         length_s: How long a file of VT-SNN's layout lasts, s.
     """
-    from evslip.importing import Importing, import_recording, import_vt_snn, is_vt_snn
+    from evslip.exchange.importing import Importing, import_recording, import_vt_snn, is_vt_snn
 
     if is_vt_snn(recording):
         made = import_vt_snn(recording, out, length_s, size)
@@ -233,7 +233,7 @@ def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) ->
 
     from evslip.codecs import is_record
     from evslip.codecs.facts import facts_of
-    from evslip.record import about, read
+    from evslip.data.record import about, read
 
     if not 0 <= gap_ms < 1e12:
         raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")

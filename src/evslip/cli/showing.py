@@ -6,9 +6,9 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.config import Config
-from evslip.console import console
-from evslip.errors import ConfigError, EvslipError
+from evslip.config.loading import Config
+from evslip.utils.console import console
+from evslip.utils.errors import ConfigError, EvslipError
 
 
 def show(
@@ -46,8 +46,8 @@ def show(
         out: File of the textures' contact sheet.
     """
     from evslip.codecs.settings import keeps_settings, read_settings
-    from evslip.config import dump_config, load_config
-    from evslip.reference import parameters_table
+    from evslip.config.loading import dump_config, load_config
+    from evslip.config.reference import parameters_table
 
     if preset == "camera":
         return _camera(name)
@@ -83,24 +83,24 @@ def _camera(name: str | None) -> None:
 
 
 def _textures(name: str | None, out: Path) -> None:
-    from evslip import textures
-    from evslip.view.texture_sheet import write_sheet
+    from evslip.scene.textures import library
+    from evslip.view.pictures.texture_sheet import write_sheet
 
-    names = textures.pool(True) if name is None else textures.expand(name, is_background=True)
+    names = library.pool(True) if name is None else library.expand(name, is_background=True)
     names = names if isinstance(names, tuple) else (str(names),)
     write_sheet(out, names)
     console.print(f"{out}: {len(names)} textures")
 
 
 def _draw(config: Config, index: int, split: str, json: bool) -> None:
-    from evslip.draw_sheet import draw_sheet
-    from evslip.draws import draw
+    from evslip.draws.draw import draw
+    from evslip.draws.draw_sheet import draw_sheet
 
     print(draw(config, index, split).model_dump_json(indent=2) if json else draw_sheet(config, index, split).rstrip())
 
 
 def _counts(config: Config, count: int | None, test_count: int) -> dict[str, int]:
-    from evslip.draws import grid_size
+    from evslip.draws.draw import grid_size
 
     if count is None:
         count = grid_size(config) if config.sampling == "grid" and grid_size(config) > 1 else 1000
@@ -111,7 +111,7 @@ def _counts(config: Config, count: int | None, test_count: int) -> dict[str, int
 
 
 def _check_split(config: Config, source: str, count: int | None, test_count: int) -> None:
-    from evslip.separation import separate, textures_of
+    from evslip.draws.separation import separate, textures_of
 
     counts = _counts(config, count, test_count)
     if "test" not in counts:
@@ -132,8 +132,8 @@ def _check_split(config: Config, source: str, count: int | None, test_count: int
 
 
 def _masses(config: Config, count: int | None) -> None:
-    from evslip.draws import sure_masses
-    from evslip.units import tell
+    from evslip.draws.draw import sure_masses
+    from evslip.utils.units import tell
 
     number = _counts(config, count, 1)["train"]
     low, high, hold, slip = (tell("_kg", mass) for mass in sure_masses(config, number))
@@ -143,7 +143,7 @@ def _masses(config: Config, count: int | None) -> None:
 
 
 def _plot(config: Config, path: Path, count: int | None, test_count: int) -> None:
-    from evslip.view.distributions import write_distributions
+    from evslip.view.pictures.distributions import write_distributions
 
     counts = _counts(config, count, test_count)
     number = write_distributions(path, config, counts)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from tyro.conf import Positional
 
-from evslip.console import console, print_table
+from evslip.utils.console import console, print_table
 
 
 def sweep(
@@ -38,11 +38,11 @@ def sweep(
         goal: What is best: the least loss, or the greatest AUROC or balanced accuracy, of validation.
         seed: Seed of the draws and of every training.
     """
-    from evslip.learn.spaces import space_of
-    from evslip.learn.sweep import SweepSettings, Trial
-    from evslip.learn.sweep import sweep as run
-    from evslip.view.sweep import sweep_table, write_sweep
-    from evslip.window_set import load_windows
+    from evslip.learn.search.spaces import space_of
+    from evslip.learn.search.sweep import SweepSettings, Trial
+    from evslip.learn.search.sweep import sweep as run
+    from evslip.view.evaluation.sweep import sweep_table, write_sweep
+    from evslip.windows.window_set import load_windows
 
     settings = SweepSettings(model, space_of(space, model), trials, sampler, pruner, goal, seed)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import tyro
 
-from evslip.errors import ConfigError
+from evslip.utils.errors import ConfigError
 
 _RULE = re.compile(r"[\s│╭╰╮╯]*[-─]{4,}[\s│╭╰╮╯]*")
 

@@ -9,12 +9,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from evslip.errors import DataError
 from evslip.events.stream import Events
+from evslip.utils.errors import DataError
 
 if TYPE_CHECKING:
     from evslip.codecs.source import Source
-    from evslip.record import Record
+    from evslip.data.record import Record
 
 FORMATS = {
     ".h5": "hdf5",
@@ -30,11 +30,23 @@ FORMATS = {
     ".aedat": "aedat2",
     ".bag": "rosbag",
 }
-"""Module of each suffix."""
+"""Name of the format of each suffix."""
+_MODULES = {
+    "hdf5": "arrays.hdf5",
+    "aedat2": "inivation.aedat2",
+    "aedat4": "inivation.aedat4",
+    "raw": "prophesee.raw",
+    "dat": "prophesee.dat",
+    "npz": "arrays.npz",
+    "csv": "text.csv",
+    "txt": "text.txt",
+    "mat": "arrays.mat",
+    "rosbag": "ros.bag",
+}
 READ_ONLY = {"aedat2", "rosbag"}
 LABELS_KEPT = {"hdf5", "npz"}
 SIZE_LOST = {"csv", "txt", "mat"}
-"""What a format cannot hold, by module."""
+"""What a format cannot hold, by name."""
 
 
 def read_events(path: str | Path) -> Events:
@@ -76,7 +88,7 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
 
 def read_recording(path: str | Path) -> "Record":
     """A record of evslip as it is; any other file of events as a record of kind "recording". Raises DataError."""
-    from evslip import record
+    from evslip.data import record
 
     path = Path(path)
     if is_record(path):
@@ -87,7 +99,8 @@ def read_recording(path: str | Path) -> "Record":
 
 def is_record(path: str | Path) -> bool:
     """Whether a file is a record of evslip. Raises DataError for what cannot be opened, or by a suffix of no format."""
-    from evslip import hdf5, record
+    from evslip.data import record
+    from evslip.utils import hdf5
 
     codec(path)
     if FORMATS[Path(path).suffix.lower()] != "hdf5":
@@ -115,4 +128,4 @@ def codec(path: str | Path, writing: bool = False) -> ModuleType:
         raise DataError(
             f"{path}: no format of events that can be {'written' if writing else 'read'}; known are {known}"
         )
-    return importlib.import_module(f"evslip.codecs.{name}")
+    return importlib.import_module(f"evslip.codecs.{_MODULES.get(name, name)}")

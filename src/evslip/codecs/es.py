@@ -15,11 +15,11 @@ import numpy as np
 
 from evslip.codecs import sink
 from evslip.codecs.inputs import check_size, require_file
-from evslip.codecs.prophesee import check_sides, check_times
+from evslip.codecs.prophesee.header import check_sides, check_times
 from evslip.codecs.source import Source, blocks
-from evslip.compiled import compiled
-from evslip.errors import DataError
 from evslip.events.stream import Events
+from evslip.utils.errors import DataError
+from evslip.utils.jit import compiled
 
 _HEADER = struct.Struct("<12s4BHH")
 _MAGIC = b"Event Stream"

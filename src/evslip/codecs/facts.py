@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs import FORMATS, raw_source
+from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.stream import CAUSES, Events
-from evslip.frame import BODIES, NO_BODY
 
 MOST_PIXELS = 1 << 24
 """On larger sensors pixels are not counted."""

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from evslip.errors import DataError
+from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.stream import CAUSES, Events
-from evslip.frame import BODIES, NO_BODY
+from evslip.utils.errors import DataError
 
 _DTYPES = {"t_us": np.int64, "x": np.uint16, "y": np.uint16, "p": np.bool_, "body": np.uint8, "cause": np.uint8}
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from evslip.codecs import FORMATS
 from evslip.codecs.inputs import require_file
-from evslip.errors import DataError
+from evslip.utils.errors import DataError
 
 KEPT_IN = ("hdf5", "npz")
 """Formats that have a place for settings."""
@@ -37,7 +37,7 @@ def read_settings(path: str | Path) -> dict[str, Any]:
 
 
 def _hdf5_text(path: Path) -> str | None:
-    from evslip import hdf5
+    from evslip.utils import hdf5
 
     with hdf5.opened(path) as file:
         for name in ("settings", "params"):

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import BinaryIO
 
-from evslip import atomic
 from evslip.events.stream import Events
+from evslip.utils import atomic
 
 
 class Sink:

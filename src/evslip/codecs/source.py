@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.codecs.inputs import Watch, extent
-from evslip.errors import DataError
 from evslip.events.stream import Events, concatenate
+from evslip.utils.errors import DataError
 
 BLOCK_BYTES = 1 << 21
 """Bytes of a file that are decoded at once."""

@@ -9,8 +9,8 @@ import numpy as np
 from evslip.codecs import FORMATS, LABELS_KEPT, SIZE_LOST, check_suffix, is_record, open_events
 from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
-from evslip.errors import ConfigError, DataError
 from evslip.events.stream import Events
+from evslip.utils.errors import ConfigError, DataError
 
 Flip = Literal["x", "y"]
 ROTATIONS = (0, 90, 180, 270)

@@ -4,10 +4,10 @@ import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from evslip import atomic
 from evslip.codecs import FORMATS, codec
 from evslip.codecs.inputs import Watch
 from evslip.events.stream import Events, concatenate
+from evslip.utils import atomic
 
 
 @contextlib.contextmanager
@@ -24,7 +24,7 @@ def writing(
     module = codec(path, writing=True)
     watch = Watch(size, path)
     if FORMATS[path.suffix.lower()] == "hdf5":
-        from evslip.codecs.hdf5_stream import Hdf5Stream
+        from evslip.codecs.arrays.hdf5_stream import Hdf5Stream
 
         with atomic.staged(path) as file:
             stream = Hdf5Stream(file, path, size, settings)

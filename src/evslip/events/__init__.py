@@ -7,10 +7,9 @@ from evslip.events.stream import CAUSES, Events, concatenate, empty_events
 
 if TYPE_CHECKING:
     from evslip.events.batch import EventCameras
-    from evslip.events.calibrate import load_noise_map, measure_noise, save_noise_map
     from evslip.events.camera import EventCamera, camera_for
+    from evslip.events.noise_map import load_noise_map, measure_noise, save_noise_map
     from evslip.events.presets import PRESETS, PixelModel
-    from evslip.events.sources import frames_from
 
 _LAZY = {
     "EventCamera": "camera",
@@ -18,10 +17,9 @@ _LAZY = {
     "PRESETS": "presets",
     "PixelModel": "presets",
     "camera_for": "camera",
-    "frames_from": "sources",
-    "load_noise_map": "calibrate",
-    "measure_noise": "calibrate",
-    "save_noise_map": "calibrate",
+    "load_noise_map": "noise_map",
+    "measure_noise": "noise_map",
+    "save_noise_map": "noise_map",
 }
 __all__ = [
     "CAUSES",
@@ -33,7 +31,6 @@ __all__ = [
     "camera_for",
     "concatenate",
     "empty_events",
-    "frames_from",
     "load_noise_map",
     "measure_noise",
     "save_noise_map",

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from evslip.errors import ConfigError, DataError
 from evslip.events.camera import EventCamera
 from evslip.events.stream import Events
+from evslip.utils.errors import ConfigError, DataError
 
 
 class EventCameras:

@@ -6,20 +6,20 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evslip import seeds
-from evslip.errors import ConfigError
-from evslip.events.accurate import AccuratePixels
-from evslip.events.darkroom import Darkroom, Exposure
-from evslip.events.film import Film
-from evslip.events.intake import checked_image, checked_mask, checked_time
-from evslip.events.optics import INTENSITIES, Intensity
-from evslip.events.ordering import in_time_order, unpack
+from evslip.config.params import Params
+from evslip.events.frame import NO_BODY, Frame
+from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.presets import FOREIGN, resolve
-from evslip.events.sensor import Sensor
+from evslip.events.sensor.frame_buffer import Film
+from evslip.events.sensor.intake import checked_image, checked_mask, checked_time
+from evslip.events.sensor.optics import INTENSITIES, Intensity
+from evslip.events.sensor.ordering import in_time_order, unpack
+from evslip.events.sensor.sensor import Sensor
+from evslip.events.sensor.threads import Darkroom, Exposure
 from evslip.events.stream import Events, concatenate
-from evslip.events.v2e import V2EPixels
-from evslip.frame import NO_BODY, Frame
-from evslip.params import Params
+from evslip.events.v2e.pixels import V2EPixels
+from evslip.utils import seeds
+from evslip.utils.errors import ConfigError
 
 CHUNK_FRAMES, CHUNK_BYTES = 32, 1 << 25
 """`run` works on so many frames at once, or on as many as fit into so many bytes."""
@@ -93,7 +93,7 @@ class EventCamera:
             self._sensor = V2EPixels(self.model, self.shape, self.seed, intensity)
         elif device == "cuda":
             # numba's CUDA takes a moment to import, and asks for a driver.
-            from evslip.events.cuda import CudaPixels
+            from evslip.events.pixels.cuda import CudaPixels
 
             self._sensor = CudaPixels(self.model, self.shape, self.seed, intensity)
         else:
@@ -144,7 +144,7 @@ class EventCamera:
 
         t_us: time in microseconds, later than the last; fractions are welcome.
         image: of shape (height, width), in the camera's intensity scale.
-        bodies: index into evslip.frame.BODIES of what each pixel sees, uint8 of shape (height, width). An event takes
+        bodies: index into `frame.BODIES` of what each pixel sees, uint8 of shape (height, width). An event takes
             the label of the frame nearer in time.
         Raises DataError for input that cannot be meant; the camera is then as it was before the call.
         """

@@ -5,8 +5,8 @@ import inspect
 import textwrap
 from typing import Any
 
-from evslip.errors import ConfigError
 from evslip.events.presets import LIMITS, PARAMETERS, PRESETS, PixelModel
+from evslip.utils.errors import ConfigError
 
 UNITS = {
     "theta": "ln",

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from evslip.errors import ConfigError
+from evslip.utils.errors import ConfigError
 
 Map = np.ndarray
 

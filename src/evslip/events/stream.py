@@ -21,7 +21,7 @@ class Events(NamedTuple):
     p: np.ndarray
     """Polarity, bool of shape (n,); True is ON (brighter)."""
     body: np.ndarray | None = None
-    """Index into evslip.frame.BODIES of what the pixel saw, uint8 of shape (n,); 255 is unknown."""
+    """Index into evslip.events.frame.BODIES of what the pixel saw, uint8 of shape (n,); 255 is unknown."""
     cause: np.ndarray | None = None
     """Index into CAUSES, uint8 of shape (n,)."""
 

@@ -9,13 +9,13 @@ import torch
 from safetensors import SafetensorError
 from safetensors.torch import load, save
 
-from evslip import atomic
-from evslip.errors import DataError, EvslipError
 from evslip.learn.documents import Format, read_document
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
-from evslip.shipped import model_folder
-from evslip.window_set import WindowSettings, stored_settings
+from evslip.learn.shipped import model_folder
+from evslip.utils import atomic
+from evslip.utils.errors import DataError, EvslipError
+from evslip.windows.window_set import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
 FORMAT = Format("evslip model", 1, "the description of a model that `evslip train` wrote")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import evslip
-from evslip.errors import DataError
+from evslip.utils.errors import DataError
 
 
 class Format(NamedTuple):

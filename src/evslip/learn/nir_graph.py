@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import torch
 
-from evslip import atomic
-from evslip.errors import ConfigError, DataError, MissingExtraError
 from evslip.learn.layers import srm
 from evslip.learn.networks import Geometry, Network
 from evslip.learn.networks.snn import BINS, SNN
+from evslip.utils import atomic
+from evslip.utils.errors import ConfigError, DataError, MissingExtraError
 
 LAYERS = ("linear1", "linear2")
 

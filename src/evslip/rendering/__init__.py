@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from evslip.camera import Camera, hand_camera, scene_camera
-from evslip.errors import ConfigError
-from evslip.frame import Frame
+from evslip.events.frame import Frame
+from evslip.physics.trajectory import Trajectory
+from evslip.rendering.camera import Camera, hand_camera, scene_camera
 from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
 from evslip.rendering.poses import Poses
-from evslip.rendering.schedule import check_span, frame_times
-from evslip.textures import linear_to_srgb
-from evslip.trajectory import Trajectory
+from evslip.rendering.timing.schedule import check_span, frame_times
+from evslip.scene.textures.library import linear_to_srgb
+from evslip.utils.errors import ConfigError
 
 __all__ = ["OUTPUTS", "RENDERERS", "VIEWS", "frame_times", "pictures", "render", "render_color"]
 
 RENDERERS = {
-    "raycast": "evslip.rendering.raycast:Raycaster",
+    "raycast": "evslip.rendering.raycast.renderer:Raycaster",
     "pathtrace": "evslip.rendering.pathtrace.tracer:Pathtracer",
 }
 """Name -> module:class. A renderer is made from (params, camera, held finger travel) and draws poses: `draw` gives
@@ -41,7 +41,7 @@ def render(
 ) -> Iterator[Frame]:
     """Frames of a trajectory from the hand camera, luminance relative to white.
 
-    By default the recorded span (`evslip.truth.measure(traj).span_us`) at times from `frame_times`; `times_us` (sorted
+    By default the recorded span (`measure(traj).span_us`) at times from `frame_times`; `times_us` (sorted
     integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its own. `renderer`: of
     RENDERERS; default: the parameters' render.renderer.
     `outputs`, of OUTPUTS: what else the frames shall hold, see `Frame`. Raises ConfigError.
@@ -124,7 +124,7 @@ def view_camera(traj: Trajectory, view: str, size: tuple[int, int] | None = None
 
 def recorded_span(traj: Trajectory) -> tuple[int, int]:
     """The time that is recorded, in microseconds."""
-    from evslip.truth import measure
+    from evslip.physics.truth import measure
 
     return measure(traj).span_us
 

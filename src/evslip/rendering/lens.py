@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.special import ive
 
-from evslip.camera import Camera
-from evslip.params import Params
-from evslip.rendering.lanes import kernel
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
+from evslip.rendering.scratch import kernel
 
 SPREAD = np.float32(0.125)
 """Weight of each of two neighbours: with the pixel's own square aperture, a point spread of about 0.58 px standard

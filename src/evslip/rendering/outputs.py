@@ -4,19 +4,19 @@ from collections.abc import Collection
 
 import numpy as np
 
-from evslip.camera import Camera
-from evslip.compiled import compiled
-from evslip.errors import ConfigError
-from evslip.params import Params
-from evslip.rendering.hand import LEFT, RIGHT, assemble
-from evslip.rendering.layers import NEAR_M
-from evslip.rendering.links import hulls, posed
+from evslip.config.params import Params
+from evslip.physics.trajectory import Trajectory
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble
+from evslip.rendering.geometry.links import hulls, posed
 from evslip.rendering.poses import Poses
-from evslip.shapes import surface_of
-from evslip.trajectory import Trajectory
+from evslip.rendering.raycast.layers import NEAR_M
+from evslip.scene.shapes import surface_of
+from evslip.utils.errors import ConfigError
+from evslip.utils.jit import compiled
 
 OUTPUTS = ("depth", "normal", "motion")
-"""Names of the arrays of `evslip.frame.Frame` that are made on request."""
+"""Names of the arrays of `evslip.events.frame.Frame` that are made on request."""
 HALF_STEP_US = 500
 """Motion is measured between poses this long before and after: together one step of the simulation's record."""
 OBJECT, SURFACE, SKY, FIRST_LINK = RIGHT + 1, RIGHT + 2, RIGHT + 3, RIGHT + 4

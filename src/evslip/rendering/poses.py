@@ -4,9 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
-from evslip.camera import Camera
-from evslip.rendering.links import LinkPoses, carries, link_poses
-from evslip.trajectory import Trajectory
+from evslip.physics.trajectory import Trajectory
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.links import LinkPoses, carries, link_poses
 
 
 def interpolate(times_us: np.ndarray, poses: np.ndarray, at_us: np.ndarray) -> np.ndarray:

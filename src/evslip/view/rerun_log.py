@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from evslip import atomic
-from evslip.camera import hand_camera
-from evslip.errors import ConfigError, DataError, MissingExtraError
-from evslip.record import Record
-from evslip.rendering.links import link_poses
-from evslip.view.pictures import OFF_COLOR, ON_COLOR
-from evslip.view.sight import Sight
+from evslip.data.record import Record
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.geometry.links import link_poses
+from evslip.utils import atomic
+from evslip.utils.errors import ConfigError, DataError, MissingExtraError
+from evslip.view.pictures.frame_source import Sight
+from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 
 STEP_US = 20_000
 """Between two poses, frames and sets of events."""

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.compiled import compiled
-from evslip.window_set import WindowEvents
+from evslip.utils.jit import compiled
+from evslip.windows.window_set import WindowEvents
 
 MOST_EVENTS = 4000
 """Of more, every n-th is taken."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.compiled import compiled
-from evslip.window_set import WindowEvents
+from evslip.utils.jit import compiled
+from evslip.windows.window_set import WindowEvents
 
 
 @compiled()

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from evslip.compiled import compiled
 from evslip.learn.layers import srm
 from evslip.learn.layers.occupancy import Occupancy
 from evslip.learn.layers.patterns import Patterns, groups
+from evslip.utils.jit import compiled
 
 POOL_WEIGHT = 1.1
 """Of theta: the response to one firing pixel suffices for its cell to spike."""

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import torch
 
-from evslip.compiled import compiled
-from evslip.errors import DataError
+from evslip.utils.errors import DataError
+from evslip.utils.jit import compiled
 
 POOL = 4
 

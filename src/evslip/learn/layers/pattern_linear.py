@@ -12,9 +12,9 @@ import numpy as np
 import torch
 from numba import prange
 
-from evslip.compiled import compiled
 from evslip.learn.layers.patterns import Patterns
 from evslip.learn.layers.rows import add_row, set_sum
+from evslip.utils.jit import compiled
 
 BLOCK = 4
 """Groups that are worked on at a time: the sums of one window, 19 kB, stay in the nearest cache meanwhile."""

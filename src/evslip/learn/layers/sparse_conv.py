@@ -13,8 +13,8 @@ import numpy as np
 import torch
 from numba import prange
 
-from evslip.compiled import compiled
 from evslip.learn.layers.occupancy import Occupancy, joined
+from evslip.utils.jit import compiled
 
 Shape3 = tuple[int, int, int]
 

@@ -11,9 +11,9 @@ import numpy as np
 import torch
 from numba import prange
 
-from evslip.compiled import compiled
 from evslip.learn.layers.rows import add_row
 from evslip.learn.layers.trains import Trains, joined
+from evslip.utils.jit import compiled
 
 
 @compiled()

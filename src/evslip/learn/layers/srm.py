@@ -15,7 +15,7 @@ import torch
 from numba import prange
 from torch import nn
 
-from evslip.compiled import compiled
+from evslip.utils.jit import compiled
 
 THETA = 10.0
 TAU = 10.0

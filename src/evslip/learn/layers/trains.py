@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import torch
 
-from evslip.compiled import compiled
 from evslip.learn.layers.occupancy import Occupancy
+from evslip.utils.jit import compiled
 
 
 class Trains(NamedTuple):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.compiled import compiled
+from evslip.utils.jit import compiled
 
 DEPTH = 3
 TREES = 150

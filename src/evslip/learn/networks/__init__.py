@@ -1,6 +1,5 @@
 """Networks by name."""
 
-from evslip.errors import ConfigError
 from evslip.learn.networks.cnn3d import CNN3d, CNN3dNorm
 from evslip.learn.networks.countnet import CountNet
 from evslip.learn.networks.evgru import EvGRU
@@ -9,6 +8,7 @@ from evslip.learn.networks.mlp import MLP
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.snn import SNN
 from evslip.learn.networks.voxelnet import VoxelNet
+from evslip.utils.errors import ConfigError
 
 __all__ = ["NETWORKS", "Geometry", "Network", "build_model", "network_class"]
 

@@ -6,11 +6,11 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from evslip.errors import ConfigError
 from evslip.learn.layers.occupancy import Binner, Occupancy, dense
 from evslip.learn.layers.sparse_conv import output_shape, sparse_conv3d
 from evslip.learn.networks.network import Geometry, Network
-from evslip.window_set import WindowEvents
+from evslip.utils.errors import ConfigError
+from evslip.windows.window_set import WindowEvents
 
 BINS = 350
 

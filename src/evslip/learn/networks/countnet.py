@@ -11,7 +11,7 @@ from torch.nn import functional
 from evslip.learn.layers.grids import cells, counts
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.voxelnet import convolution
-from evslip.window_set import WindowEvents, Windows
+from evslip.windows.window_set import WindowEvents, Windows
 
 BINS, POOL = 5, 4
 

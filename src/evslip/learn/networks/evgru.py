@@ -11,7 +11,7 @@ from evslip.learn.layers.grids import cells, counts
 from evslip.learn.networks.countnet import places
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.voxelnet import convolution
-from evslip.window_set import WindowEvents
+from evslip.windows.window_set import WindowEvents
 
 HOP_US = 5000
 POOL = 4

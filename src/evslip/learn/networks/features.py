@@ -10,7 +10,7 @@ import torch
 from evslip.learn.layers import flow, trees
 from evslip.learn.layers.grids import counts
 from evslip.learn.networks.network import Geometry, Network
-from evslip.window_set import SLIP, WindowEvents, Windows
+from evslip.windows.window_set import SLIP, WindowEvents, Windows
 
 _NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
 

@@ -11,7 +11,7 @@ from evslip.learn.layers.occupancy import Binner
 from evslip.learn.layers.sparse_linear import sparse_linear
 from evslip.learn.layers.trains import Trains, dense, trains
 from evslip.learn.networks.network import Geometry, Network
-from evslip.window_set import WindowEvents
+from evslip.windows.window_set import WindowEvents
 
 BINS = 150
 

@@ -10,7 +10,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from evslip.window_set import WindowEvents, Windows
+from evslip.windows.window_set import WindowEvents, Windows
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from evslip.learn.layers.occupancy import Binner
 from evslip.learn.layers.pattern_linear import pattern_linear
 from evslip.learn.layers.patterns import Patterns, dense
 from evslip.learn.networks.network import Geometry, Network
-from evslip.window_set import WindowEvents
+from evslip.windows.window_set import WindowEvents
 
 BINS = 150
 HIDDEN = 32

@@ -9,7 +9,7 @@ from torch import nn
 
 from evslip.learn.layers.grids import cells, voxel_grid
 from evslip.learn.networks.network import Geometry, Network
-from evslip.window_set import WindowEvents
+from evslip.windows.window_set import WindowEvents
 
 BINS, POOL = 10, 2
 

@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import map_coordinates, spline_filter
 
-from evslip.camera import Camera
-from evslip.params import Params
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
 from evslip.rendering.outputs import Sight
 from evslip.rendering.pathtrace.stage import Stage
 from evslip.rendering.poses import Poses
-from evslip.rendering.schedule import image_motion
+from evslip.rendering.timing.schedule import image_motion
 
 SAME_DEPTH = 0.01
 """Share by which the depth of a point may differ from what a traced frame shows in its place, to be the same one."""

@@ -4,11 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evslip import textures
-from evslip.params import Params
-from evslip.rendering.paint import ROUGHNESS, SPECULAR_PER_GLOSS, family_of, gloss_of
-from evslip.rendering.setting import make_lamp
-from evslip.textures import is_panorama
+from evslip.config.params import Params
+from evslip.rendering.materials.paint import ROUGHNESS, SPECULAR_PER_GLOSS, family_of, gloss_of
+from evslip.rendering.raycast.setting import make_lamp
+from evslip.scene.textures import library
+from evslip.scene.textures.library import is_panorama
 
 METALLIC = 0.5
 """Share of the light that a metal's texture mirrors, blurred; the rest is matt, as of worn or brushed metal."""
@@ -33,7 +33,7 @@ class Paint(NamedTuple):
 
 def textured(name: str, wrap: str, gloss: float) -> Paint:
     """The paint of a texture; `gloss`: of those that shine. Raises ConfigError for an unreadable one."""
-    picture = Picture(textures.load(name), wrap)
+    picture = Picture(library.load(name), wrap)
     return Paint(picture, gloss_of(name, gloss), is_metal=family_of(name) == "metal")
 
 

@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.params import Params
-from evslip.rendering import links
-from evslip.rendering.facets import prepare_facets
-from evslip.rendering.hand import Mesh, load_mesh
-from evslip.rendering.paint import GRIPPER_GLOSS, OBJECT_GLOSS, SURFACE_GLOSS
+from evslip.config.params import Params
+from evslip.rendering.geometry import links
+from evslip.rendering.geometry.facets import prepare_facets
+from evslip.rendering.geometry.hand import Mesh, load_mesh
+from evslip.rendering.materials.paint import GRIPPER_GLOSS, OBJECT_GLOSS, SURFACE_GLOSS
 from evslip.rendering.pathtrace.materials import Paint, textured
-from evslip.shapes import surface_of
+from evslip.scene.shapes import surface_of
 
 OBJECT, TABLE, HAND = "object", "table", "hand"
 FINGERS = ("left", "right")

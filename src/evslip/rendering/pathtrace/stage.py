@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from evslip import textures
-from evslip.camera import Camera
-from evslip.params import Params
-from evslip.rendering.hand import LEFT, RIGHT, finger_place, finger_turn
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.hand import LEFT, RIGHT, finger_place, finger_turn
 from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
 from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, parts_of
 from evslip.rendering.pathtrace.variant import mitsuba
 from evslip.rendering.poses import Poses
+from evslip.scene.textures import library
 
 BOUNCES = 8
 """Longest path of light, from the lamp to the camera, in segments."""
@@ -37,7 +37,7 @@ class Stage:
         self._mi = mi = mitsuba()
         parts = [part for part in parts_of(params, arm) if frames is None or part.frame in frames]
         self._parts = {f"{part.frame}_{k}": part for k, part in enumerate(parts)}
-        background = textures.load(params.background.texture, is_background=True)
+        background = library.load(params.background.texture, is_background=True)
         meshes = {name: _mesh(mi, name, part) for name, part in self._parts.items()}
         fov = math.degrees(2 * math.atan(camera.width / 2 / camera.focal_px))
         film = {

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from evslip.camera import Camera
-from evslip.params import Params
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.pathtrace.keyframes import Keyframes
 from evslip.rendering.pathtrace.stage import BOUNCES, Stage
 from evslip.rendering.poses import Poses
-from evslip.rendering.raycast import Raycaster
-from evslip.rendering.setting import LUMA, channel_of
+from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.raycast.setting import LUMA, channel_of
 
 
 class Pathtracer:

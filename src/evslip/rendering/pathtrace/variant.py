@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from evslip.errors import ConfigError, MissingExtraError
+from evslip.utils.errors import ConfigError, MissingExtraError
 
 CUDA, LLVM, SCALAR = "cuda_ad_rgb", "llvm_ad_rgb", "scalar_rgb"
 LEAST_LLVM = 17

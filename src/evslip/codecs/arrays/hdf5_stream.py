@@ -1,0 +1,199 @@
+"""Events into an HDF5 file block by block, in the layout of `hdf5`, so that memory holds one block."""
+
+import io
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import h5py
+import numpy as np
+
+from evslip.codecs.arrays.hdf5 import put_events
+from evslip.events.stream import Events, concatenate
+from evslip.utils import hdf5
+from evslip.utils.atomic import storage_errors
+
+BLOCK = 1 << 18
+"""Events in a block: a chunk of each dataset."""
+_LATEST = 2**32
+
+
+class Hdf5Stream:
+    """Takes a stream of events in time order, in pieces of any size; `close` completes the file.
+
+    The labels kept are those that all events of the first block have; later events must have them, too.
+    The bytes depend on the events, not on the pieces. A stream of less than a block is stored as
+    `hdf5.write` does it. `settings`: JSON text for the attribute of that name, if there is any. Raises
+    StorageError when the disk is full: HDF5 itself would take the process down.
+    """
+
+    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int], settings: str | None = None):
+        self._disk = _Disk(file)
+        self._path = path
+        self._labels: list[str] = []
+        self._file: Any = h5py.File(self._disk, "w", libver=("v110", "v110"), track_times=False)
+        self._file.attrs["width"], self._file.attrs["height"] = size
+        if settings is not None:
+            self._file.attrs["settings"] = settings
+        self._waiting: list[Events] = []
+        self._waits = self._stored = 0
+        self._offset = 0
+        self._indexed_ms = 0
+
+    def push(self, events: Events) -> None:
+        """The next events, none earlier than those before."""
+        if not self._waits:  # events of none say nothing about labels
+            self._waiting = []
+        self._waiting.append(events)
+        self._waits += events.count
+        if self._waits < BLOCK:
+            return
+        whole = concatenate(self._waiting)
+        for start in range(0, whole.count - BLOCK + 1, BLOCK):
+            self._store(whole.select(slice(start, start + BLOCK)))
+        rest = whole.select(slice(whole.count - whole.count % BLOCK, None))
+        # A copy: a view would keep the whole piece alive.
+        self._waiting, self._waits = [rest.select(np.arange(rest.count))], rest.count
+
+    def close(self) -> None:
+        """Write what is left. The file is complete once this returns."""
+        rest = concatenate(self._waiting)
+        if self._stored == 0:
+            put_events(self._file, rest)
+        else:
+            if rest.count:
+                self._store(rest)
+            self._finish_index()
+            hdf5.put_scalar(self._file, "t_offset", np.int64(self._offset))
+        self._file.close()
+        self._check_disk()
+
+    def abandon(self) -> None:
+        """Let go of a file that will not be completed."""
+        self._disk.refuse()
+        self._file.close()
+
+    def _store(self, events: Events) -> None:
+        if self._stored == 0:
+            first = int(events.t_us[0])
+            self._offset = 0 if 0 <= first < _LATEST else first
+            group = self._file.create_group("events")
+            for name, dtype in {"x": "u2", "y": "u2", "t": "u4", "p": "u1"}.items():
+                _growing(group, name, dtype)
+            self._labels = [name for name in ("body", "cause") if getattr(events, name) is not None]
+            for name in self._labels:
+                _growing(group, name, "u1")
+            _growing(self._file, "ms_to_idx", "u8")
+        t = events.t_us - self._offset
+        if int(t[-1]) >= _LATEST and "ms_to_idx" in self._file:
+            self._widen()
+        columns = {"x": events.x, "y": events.y, "t": t, "p": events.p}
+        columns |= {name: getattr(events, name) for name in self._labels}
+        for name, values in columns.items():
+            _append(self._file[f"events/{name}"], values)
+        if "ms_to_idx" in self._file:
+            self._index(t, int(t[-1]) // 1000)
+        self._stored += events.count
+        self._check_disk()
+
+    def _index(self, t: np.ndarray, last_ms: int) -> None:
+        """Where the milliseconds up to `last_ms` begin; t: the times that come after those stored."""
+        starts = np.arange(self._indexed_ms, last_ms + 1) * 1000
+        if len(starts):
+            _append(self._file["ms_to_idx"], self._stored + np.searchsorted(t, starts))
+            self._indexed_ms = last_ms + 1
+
+    def _finish_index(self) -> None:
+        if "ms_to_idx" in self._file:
+            _append(self._file["ms_to_idx"], np.array([self._stored]))
+
+    def _widen(self) -> None:
+        """Times that no longer fit into 32 bits: as int64, without the index, as `put_events` does."""
+        group = self._file["events"]
+        narrow = group["t"]
+        wide = _growing(group, "wide", "i8")
+        for start in range(0, len(narrow), BLOCK):
+            _append(wide, narrow[start : start + BLOCK])
+        del group["t"], self._file["ms_to_idx"]
+        group.move("wide", "t")
+
+    def _check_disk(self) -> None:
+        if self._disk.error is not None:
+            with storage_errors(self._path):
+                raise self._disk.error
+
+
+def _growing(group: h5py.Group, name: str, dtype: str) -> Any:
+    return group.create_dataset(
+        name,
+        (0,),
+        dtype,
+        maxshape=(None,),
+        chunks=(BLOCK,),
+        compression="gzip",
+        compression_opts=hdf5.GZIP_LEVEL,
+        shuffle=True,
+        fletcher32=True,
+    )
+
+
+def _append(dataset: Any, values: np.ndarray) -> None:
+    stored = len(dataset)
+    dataset.resize((stored + len(values),))
+    dataset[stored:] = values.astype(dataset.dtype)
+
+
+class _Disk(io.RawIOBase):
+    """A file for h5py that never fails to write: HDF5 cannot stand that. The first error is kept for who asks."""
+
+    def __init__(self, file: BinaryIO):
+        self._file = file
+        self._place = 0
+        self._refusing = False
+        self.error: OSError | None = None
+
+    def refuse(self) -> None:
+        """Write nothing any more."""
+        self._refusing = True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        if whence == io.SEEK_END:
+            offset += self._file.seek(0, io.SEEK_END)
+        elif whence == io.SEEK_CUR:
+            offset += self._place
+        self._place = offset
+        return offset
+
+    def tell(self) -> int:
+        return self._place
+
+    def readinto(self, buffer: memoryview) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
+        self._file.seek(self._place)
+        data = self._file.read(len(buffer))
+        buffer[: len(data)] = data
+        self._place += len(data)
+        return len(data)
+
+    def write(self, data: memoryview) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
+        length = len(data)
+        if not self._refusing:
+            try:
+                self._file.seek(self._place)
+                rest = memoryview(data)
+                while rest:
+                    rest = rest[self._file.write(rest) :]
+            except OSError as error:
+                self.error = self.error or error
+                self._refusing = True
+        self._place += length
+        return length
+
+    def truncate(self, size: int | None = None) -> int:
+        if not self._refusing:
+            try:
+                self._file.truncate(size)
+            except OSError as error:
+                self.error = self.error or error
+        return size or 0

@@ -1,0 +1,175 @@
+"""AEDAT4, the format of iniVation's DV software (read; written by `evslip.codecs.inivation.aedat4_sink`).
+
+After https://docs.inivation.com/software/software-advanced-usage/file-formats/aedat-4.0.html: a line of version, a
+header, then packets of one stream each, all of them flatbuffers, the packets compressed. This is a reader of our own
+because recordings can be damaged, and of the libraries for it `aedat` 2.3 aborts the process on some damaged files
+while `dv-processing` 2.0 and `faery` 0.7 hang on some.
+"""
+
+import struct
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+import lz4.frame
+import numpy as np
+import zstandard
+
+from evslip.codecs.inivation.aedat4_sink import COLOURS, EVENT, MAGIC, Sink
+from evslip.codecs.inivation.flatbuffer import Table
+from evslip.codecs.inputs import check_size, require_file
+from evslip.codecs.source import Source
+from evslip.events.stream import Events
+from evslip.utils.errors import DataError
+
+__all__ = ["Sink", "frames", "stream"]
+
+_MOST_EXPANDED = 256
+"""A file that claims to hold more than this times its size is not a recording."""
+_LARGEST_PACKET = 1 << 28
+"""Bytes of a packet, plain or compressed; recordings have packets of 10 ms."""
+_DAMAGE = (struct.error, ValueError, RuntimeError, MemoryError, ElementTree.ParseError, zstandard.ZstdError)
+
+
+class _Header(NamedTuple):
+    """What the beginning of a file says."""
+
+    begin: int
+    """Where the packets begin and end."""
+    end: int
+    compression: int
+    streams: dict[int, tuple[str, Any]]
+    """Kind of each stream, such as EVTS, and the element that describes it."""
+
+
+def stream(path: Path) -> Source:
+    """The events of the file's first event stream, and its sensor's (width, height). Raises DataError."""
+    header = _header(path)
+    number, node = _first(header, "EVTS", path)
+    width, height = (node.findtext(f"node[@name='info']/attr[@key='{key}']", "") for key in ("sizeX", "sizeY"))
+    try:
+        size = check_size(int(width), int(height), path)
+    except ValueError as error:
+        raise DataError(f"{path}: damaged AEDAT4 file: the sensor's size: {error}") from None
+    return Source(size, _parts(path, header, number))
+
+
+def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first stream of frames. None if
+    there is none. Raises DataError."""
+    header = _header(path)
+    if all(kind != "FRME" for kind, _ in header.streams.values()):
+        return
+    for packet in _packets(path, header, _first(header, "FRME", path)[0]):
+        try:
+            frame = _frame(Table.root(packet[4:], b"FRME"))
+        except _DAMAGE as error:
+            raise _damaged(path, error) from None
+        yield frame
+
+
+def _parts(path: Path, header: _Header, number: int) -> Iterator[Events]:
+    for packet in _packets(path, header, number):
+        try:
+            # After the length of the flatbuffer, which the packet's own length makes redundant.
+            rows = np.frombuffer(Table.root(packet[4:], b"EVTS").vector(0, EVENT.itemsize), EVENT)
+        except _DAMAGE as error:
+            raise _damaged(path, error) from None
+        yield Events(rows["t"].astype(np.int64), rows["x"].copy(), rows["y"].copy(), rows["on"] != 0)
+
+
+def _frame(table: Table) -> tuple[int, np.ndarray]:
+    width, height = table.number(6, "<h", 0), table.number(7, "<h", 0)
+    channels = COLOURS.get(table.number(5, "<b", 0))
+    if channels is None:
+        raise ValueError("frames are of another kind than 8-bit grey or colour")
+    pixels = np.frombuffer(table.vector(10, 1), np.uint8).reshape(height, width, channels)
+    # Blue comes first.
+    return table.number(0, "<q", 0), (pixels[..., 0] if channels == 1 else pixels[..., 2::-1]).copy()
+
+
+def _header(path: Path) -> _Header:
+    size = require_file(path).stat().st_size
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise DataError(f"{path}: not an AEDAT4 file (it does not begin with {MAGIC.decode().strip()})")
+        try:
+            (length,) = struct.unpack("<I", file.read(4))
+            begin = len(MAGIC) + 4 + length
+            if begin > size:
+                raise DataError(f"{path}: truncated in the header")
+            header = Table.root(memoryview(file.read(length)), b"IOHE")
+            compression = header.number(0, "<i", 0)
+            table_position = header.number(1, "<q", -1)
+            end = size if table_position < 0 else table_position
+            if end > size:
+                raise DataError(f"{path}: truncated: {size} bytes, its header speaks of {end}")
+            return _Header(begin, end, compression, _streams(bytes(header.vector(2, 1))))
+        except _DAMAGE as error:
+            raise _damaged(path, error) from None
+
+
+def _streams(text: bytes) -> dict[int, tuple[str, Any]]:
+    if b"<!" in text:
+        raise ValueError("the header's XML declares entities")
+    nodes = ElementTree.fromstring(text.rstrip(b"\x00")).findall("node[@name='outInfo']/node")
+    return {int(node.get("name", "")): (node.findtext("attr[@key='typeIdentifier']", ""), node) for node in nodes}
+
+
+def _first(header: _Header, wanted: str, path: Path) -> tuple[int, Any]:
+    for number, (kind, node) in header.streams.items():
+        if kind == wanted:
+            return number, node
+    kinds = ", ".join(kind for kind, _ in header.streams.values())
+    raise DataError(f"{path}: holds no events; its streams are {kinds or 'none'}")
+
+
+def _packets(path: Path, header: _Header, number: int) -> Iterator[memoryview]:
+    """The packets of a stream, decompressed. Raises DataError."""
+    position, budget = header.begin, _MOST_EXPANDED * path.stat().st_size
+    with path.open("rb") as file:
+        while position < header.end:
+            if position + 8 > header.end:
+                raise DataError(f"{path}: truncated at byte {position}")
+            file.seek(position)
+            owner, length = struct.unpack("<iI", file.read(8))
+            position += 8
+            if position + length > header.end:
+                raise DataError(f"{path}: truncated or damaged: the packet at byte {position - 8} runs past the end")
+            if owner == number:
+                packet = _packet(file, length, header.compression, min(budget, _LARGEST_PACKET), path)
+                budget -= len(packet)
+                yield packet
+            position += length
+
+
+def _packet(file: BinaryIO, length: int, compression: int, limit: int, path: Path) -> memoryview:
+    try:
+        if length > _LARGEST_PACKET:
+            raise ValueError(f"a packet of {length} bytes")
+        return _decompress(memoryview(file.read(length)), compression, limit)
+    except _DAMAGE as error:
+        raise _damaged(path, error) from None
+
+
+def _damaged(path: Path, error: Exception) -> DataError:
+    return DataError(f"{path}: damaged AEDAT4 file: {' '.join(str(error).split())[:160]}")
+
+
+def _decompress(packet: memoryview, compression: int, limit: int) -> memoryview:
+    if compression == 0:
+        return packet
+    if compression in (1, 2):
+        decoder = lz4.frame.LZ4FrameDecompressor()
+        plain = decoder.decompress(packet, limit)
+        if not decoder.eof:
+            raise ValueError("a packet ends early or expands beyond all bounds")
+    elif compression in (3, 4):
+        with zstandard.ZstdDecompressor(max_window_size=2**27).stream_reader(packet) as stream:
+            plain = stream.read(limit)
+            if stream.read(1):
+                raise ValueError("a packet expands beyond all bounds")
+    else:
+        raise ValueError(f"compression {compression} is unknown")
+    return memoryview(plain)

@@ -1,0 +1,100 @@
+"""AEDAT4 files of one stream of events, written (see `evslip.codecs.inivation.aedat4`).
+
+The structures are those of https://gitlab.com/inivation/dv/dv-processing: a header IOHE of compression, the place of
+the table, and XML; packets EVTS of events, each after its stream's number and its length; a table FTAB of the packets.
+"""
+
+import struct
+from pathlib import Path
+from typing import BinaryIO
+
+import lz4.frame
+import numpy as np
+
+from evslip.codecs import sink
+from evslip.codecs.inivation.flatbuffer import Vector, buffer
+from evslip.codecs.prophesee.header import check_sides
+from evslip.events.stream import Events, concatenate, empty_events
+
+MAGIC = b"#!AER-DAT4.0\r\n"
+EVENT = np.dtype(
+    {"names": ["t", "x", "y", "on"], "formats": ["<i8", "<u2", "<u2", "u1"], "offsets": [0, 8, 10, 12], "itemsize": 16}
+)
+COLOURS = {0: 1, 16: 3, 24: 4}
+"""Channels of the formats of frames that have 8 bits a channel; the numbers are OpenCV's."""
+_LZ4 = 1
+_MOST_COLUMNS = 1 << 15
+"""Coordinates are int16."""
+_PACKET = 10_000
+"""Events of a packet."""
+_PLACE = np.dtype(
+    {
+        "names": ["vtable", "stream", "bytes", "begin", "count", "first_us", "last_us"],
+        "formats": ["<i4", "<i4", "<i4", "<i8", "<i8", "<i8", "<i8"],
+        "offsets": [0, 4, 8, 16, 24, 32, 40],
+        "itemsize": 48,
+    }
+)
+_PLACE_VTABLE = struct.pack("<7H", 14, _PLACE.itemsize, 16, 4, 24, 32, 40)
+_XML = """<dv version="2.0"><node name="outInfo" path="/mainloop/Recorder/outInfo/"><node name="0" \
+path="/mainloop/Recorder/outInfo/0/"><attr key="compression" type="string">LZ4</attr><attr key="originalModuleName" \
+type="string">evslip</attr><attr key="originalOutputName" type="string">events</attr><attr key="typeDescription" \
+type="string">Array of events (polarity ON/OFF).</attr><attr key="typeIdentifier" type="string">EVTS</attr><node \
+name="info" path="/mainloop/Recorder/outInfo/0/info/"><attr key="sizeX" type="int">{}</attr><attr key="sizeY" \
+type="int">{}</attr><attr key="source" type="string">evslip</attr></node></node></node></dv>"""
+
+
+class Sink(sink.Sink):
+    """Writes a stream, compressed with LZ4; labels are lost. Raises DataError, StorageError."""
+
+    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int]):
+        check_sides(size, _MOST_COLUMNS, path)
+        super().__init__(file, path)
+        self._size = size
+        self._waiting = empty_events()
+        self._places: list[tuple[int, int, int, int, int, int, int]] = []
+        self._begin = len(MAGIC) + len(self._header(-1))
+        self._put(MAGIC + self._header(-1))
+
+    def push(self, events: Events) -> None:
+        """The next events."""
+        events = concatenate([self._waiting, Events(*events[:4])])
+        full = events.count - events.count % _PACKET
+        for start in range(0, full, _PACKET):
+            self._packet(events.select(slice(start, start + _PACKET)))
+        self._waiting = events.select(np.arange(full, events.count))
+
+    def close(self) -> None:
+        """Complete the file."""
+        if self._waiting.count:
+            self._packet(self._waiting)
+        self._put(lz4.frame.compress(self._table()))
+        self._file.seek(len(MAGIC))
+        self._put(self._header(self._begin))
+
+    def _packet(self, events: Events) -> None:
+        rows = np.zeros(events.count, EVENT)
+        for name, column in zip(("t", "x", "y", "on"), events[:4], strict=True):
+            rows[name] = column
+        data = lz4.frame.compress(buffer(b"EVTS", Vector(events.count, rows.tobytes())))
+        span = int(events.t_us[0]), int(events.t_us[-1])
+        self._places.append((0, 0, len(data), self._begin, events.count, *span))
+        self._put(struct.pack("<iI", 0, len(data)) + data)
+        self._begin += 8 + len(data)
+
+    def _header(self, table: int) -> bytes:
+        text = _XML.format(*self._size).encode()
+        fields = struct.pack("<i", _LZ4), struct.pack("<q", table), Vector(len(text), text + b"\0")
+        return buffer(b"IOHE", *fields)
+
+    def _table(self) -> bytes:
+        """What packets there are: offsets, the tables' common vtable, the tables."""
+        count = len(self._places)
+        vtable = 4 * count + -4 * count % 8
+        start = vtable + 16
+        rows = np.array(self._places, _PLACE)
+        begins = start + _PLACE.itemsize * np.arange(count)
+        rows["vtable"] = begins - vtable
+        offsets = (begins - 4 * np.arange(count)).astype("<u4").tobytes()
+        data = offsets.ljust(vtable, b"\0") + _PLACE_VTABLE.ljust(16, b"\0") + rows.tobytes()
+        return buffer(b"FTAB", Vector(count, data))

@@ -1,0 +1,74 @@
+"""DAT, Prophesee's files of decoded events, 8 bytes each.
+
+After https://docs.prophesee.ai/stable/data/file_formats/dat.html: lines `% key value`, a byte of type and one of size,
+then an event as 32 bits of time in us, which wrap after 71 minutes, 14 bits of x, 14 bits of y, 4 bits of polarity.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from evslip.codecs import sink
+from evslip.codecs.inputs import check_size, require_file
+from evslip.codecs.prophesee.header import check_sides, check_times, read_header, unwrapped
+from evslip.codecs.source import Source, blocks
+from evslip.events.stream import Events
+from evslip.utils.errors import DataError
+
+_EVENT = np.dtype([("t", "<u4"), ("place", "<u4")])
+_TYPES = {0x00, 0x0C}
+"""2D and CD events, which are laid out alike."""
+_MOST_COLUMNS = 1 << 14
+_LATEST_US = 2**32 - 1
+
+
+def stream(path: Path) -> Source:
+    """The events and the sensor's (width, height), if the header tells it. Raises DataError."""
+    fields, start = read_header(require_file(path))
+    if not fields:
+        raise DataError(f"{path}: not a DAT file: no line `% ...` at its beginning")
+    if fields.get("version", "2") != "2":
+        raise DataError(f"{path}: version {fields['version'][:20]} of DAT; this evslip reads version 2")
+    with path.open("rb") as file:
+        file.seek(start)
+        kind, item_bytes = [*file.read(2), -1, -1][:2]
+    if kind not in _TYPES or item_bytes != _EVENT.itemsize:
+        raise DataError(f"{path}: holds items of type {kind} of {item_bytes} bytes, expected type 12 (CD) of 8 bytes")
+    size = None
+    sides = [fields.get(name, "") for name in ("width", "height")]
+    if any(sides):
+        if not all(re.fullmatch("[0-9]{1,5}", side) for side in sides):
+            raise DataError(f"{path}: the sensor's size is {'x'.join(sides)[:40]!r}, expected two whole numbers")
+        size = check_size(sides[0], sides[1], path)
+    return Source(size, _parts(path, start + 2))
+
+
+def _parts(path: Path, start: int) -> Iterator[Events]:
+    last_us = 0
+    for rows in blocks(path, start, _EVENT):
+        t_us = unwrapped(rows["t"], 32, last_us)
+        last_us = int(t_us[-1])
+        place = rows["place"]
+        x, y = ((place >> shift & 0x3FFF).astype(np.uint16) for shift in (0, 14))
+        yield Events(t_us, x, y, place >> 28 != 0)
+
+
+class Sink(sink.Sink):
+    """Writes a stream; labels are lost. Raises DataError, StorageError."""
+
+    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int]):
+        check_sides(size, _MOST_COLUMNS, path)
+        super().__init__(file, path)
+        header = f"% Data file containing CD events.\n% Version 2\n% Height {size[1]}\n% Width {size[0]}\n"
+        self._put(header.encode() + bytes([0x0C, _EVENT.itemsize]))
+
+    def push(self, events: Events) -> None:
+        """The next events."""
+        check_times(events, _LATEST_US, self._path)
+        rows = np.empty(events.count, _EVENT)
+        rows["t"] = events.t_us
+        rows["place"] = events.x.astype(np.uint32) | events.y.astype(np.uint32) << 14 | events.p.astype(np.uint32) << 28
+        self._put(rows.tobytes())

@@ -1,0 +1,57 @@
+"""Events in HDF5 files of Prophesee's Metavision (read).
+
+After https://docs.prophesee.ai/stable/data/file_formats/hdf5.html: CD/events is a table of x, y, p and t, mostly packed
+by the filter ECF, which https://github.com/prophesee-ai/hdf5_ecf provides as a plug-in of HDF5.
+"""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from evslip.codecs.source import BLOCK_EVENTS
+from evslip.events.stream import Events
+from evslip.utils import hdf5
+from evslip.utils.errors import DataError
+
+ECF = 36559
+"""Number of the filter."""
+
+
+def holds_events(file: h5py.File) -> bool:
+    """Whether a file is of this kind."""
+    return "CD/events" in file
+
+
+def size(file: h5py.File) -> tuple[int, int] | None:
+    """The sensor's (width, height), if the file states it."""
+    sides = re.fullmatch(r"(\d{1,5})x(\d{1,5})", str(file.attrs.get("geometry", "")))
+    return (int(sides[1]), int(sides[2])) if sides else None
+
+
+def parts(path: Path) -> Iterator[Events]:
+    """The stream in pieces. Raises DataError, also for a missing filter."""
+    with hdf5.opened(path) as file:
+        table: Any = file["CD/events"]
+        if not isinstance(table, h5py.Dataset) or not {"x", "y", "p", "t"} <= set(table.dtype.names or ()):
+            raise DataError(f"{path}: CD/events: expected a table of x, y, p and t")
+        filters = table.id.get_create_plist()
+        if any(filters.get_filter(i)[0] == ECF for i in range(filters.get_nfilters())) and not h5py.h5z.filter_avail(
+            ECF
+        ):
+            raise DataError(
+                f"{path}: packed by the HDF5 filter ECF ({ECF}), which is not installed; build the plug-in of "
+                "https://github.com/prophesee-ai/hdf5_ecf and let HDF5_PLUGIN_PATH name its folder"
+            )
+        hdf5.check_claim(table)
+        for start in range(0, len(table), BLOCK_EVENTS):
+            rows = table[start : start + BLOCK_EVENTS]
+            for name, (low, high) in {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "t": (-(2**62), 2**62)}.items():
+                if rows[name].dtype.kind not in "biu" or rows[name].min() < low or rows[name].max() > high:
+                    raise DataError(f"{path}: CD/events: {name}: expected whole numbers from {low} to {high}")
+            yield Events(
+                rows["t"].astype(np.int64), rows["x"].astype(np.uint16), rows["y"].astype(np.uint16), rows["p"] > 0
+            )

@@ -1,0 +1,55 @@
+"""Events as text: a line `t_us,x,y,p`, then one event a line, p 1 for ON. Large and slow: for looking at."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from evslip.codecs import sink
+from evslip.codecs.inputs import require_file
+from evslip.codecs.source import Source, lines
+from evslip.events.stream import Events
+from evslip.utils.errors import DataError
+
+HEADER = "t_us,x,y,p"
+
+
+def stream(path: Path) -> Source:
+    """The events; the size is not stated. Raises DataError."""
+    with require_file(path).open("rb") as file:
+        header = file.readline(200).decode("ascii", "replace").strip()
+        start = file.tell()
+    if header != HEADER:
+        raise DataError(f"{path}: begins with {header[:40]!r}, expected the line {HEADER}")
+    return Source(None, _parts(path, start))
+
+
+def _parts(path: Path, start: int) -> Iterator[Events]:
+    low, high = [-(2**63), 0, 0, 0], [2**63 - 1, 65535, 65535, 1]
+    for block in lines(path, start):
+        some = [line for line in block if line.strip()]
+        if not some:
+            continue
+        try:
+            rows = np.loadtxt(some, np.int64, delimiter=",", comments=None, ndmin=2)
+        except (ValueError, ArithmeticError) as error:
+            raise DataError(f"{path}: not a table of events: {' '.join(str(error).split())[:160]}") from None
+        if rows.shape[1] != 4 or (rows < low).any() or (rows > high).any():
+            raise DataError(f"{path}: expected four columns: {HEADER}, x and y from 0 to 65535, p 0 or 1")
+        t_us, x, y, p = rows.T
+        yield Events(t_us.copy(), x.astype(np.uint16), y.astype(np.uint16), p != 0)
+
+
+class Sink(sink.Sink):
+    """Writes a stream; labels and the size are lost. Raises StorageError."""
+
+    def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int]):
+        super().__init__(file, path)
+        self._put(f"{HEADER}\n".encode())
+
+    def push(self, events: Events) -> None:
+        """The next events."""
+        columns = (events.t_us.tolist(), events.x.tolist(), events.y.tolist(), events.p.astype(int).tolist())
+        text = "".join(f"{t},{x},{y},{p}\n" for t, x, y, p in zip(*columns, strict=True))
+        self._put(text.encode())

@@ -1,0 +1,170 @@
+"""Configurations: presets, TOML files, overrides, and errors that name the key."""
+
+import json
+import tomllib
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Strict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from evslip.config.distributions import Names, Number
+from evslip.config.explanation import explain
+from evslip.config.schema import HOLD, NATURAL, SampleSpec, Within
+from evslip.utils.errors import ConfigError
+
+PRESETS = ("demo", "simple", "complex")
+
+
+class Config(SampleSpec[Number, Names]):
+    """What a data set is drawn from: every field a constant or a distribution."""
+
+    seed: Annotated[int, Strict(), Within(0, 2**63 - 1)] = 0
+    """Everything derives from (seed, split, index). 0 is a seed like any other."""
+    sampling: Literal["grid", "random"] = "random"
+    """Grid: lists are combined exhaustively, in a mixed order. Random: drawn. Ranges are drawn in both."""
+    test_share: Annotated[float, Strict(), Within(0.0, 0.9)] = 0.2
+    """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
+    together: tuple[tuple[str, ...], ...] = ()
+    """Groups of keys whose lists are walked through together, entry by entry, instead of being combined."""
+    slip_fraction: Annotated[float | None, Strict(), Within(0.0, 1.0)] = None
+    """If given, this share of the samples slips: each gets a mass above 1.25 or below 0.85 of its onset mass."""
+
+    @model_validator(mode="after")
+    def _check_groups(self) -> "Config":
+        seen: set[str] = set()
+        for group in self.together:
+            lengths = {}
+            for key in group:
+                section, _, name = key.partition(".")
+                if section not in SampleSpec.model_fields or name not in type(getattr(self, section)).model_fields:
+                    raise _wrong("together", f"{key!r} is unknown, expected keys such as object.texture")
+                if key in seen:
+                    raise _wrong("together", f"{key} occurs twice")
+                seen.add(key)
+                value = getattr(getattr(self, section), name)
+                if isinstance(value, tuple):
+                    lengths[key] = len(value)
+            if len(set(lengths.values())) > 1:
+                counts = ", ".join(f"{key} has {length} entries" for key, length in lengths.items())
+                raise _wrong("together", f"{counts}, expected lists of equal length")
+        return self
+
+    @model_validator(mode="after")
+    def _check_fraction(self) -> "Config":
+        if self.slip_fraction is None:
+            return self
+        kinds = self.slip.kind if isinstance(self.slip.kind, tuple) else (self.slip.kind,)
+        is_able = (HOLD in kinds or self.slip_fraction == 1, any(k != HOLD for k in kinds) or self.slip_fraction == 0)
+        if NATURAL not in kinds and not all(is_able):
+            raise _wrong("slip_fraction", "needs a slip.kind that is natural, or a list of hold and another kind")
+        if self.object.density_kg_m3 is not None:
+            raise _wrong("slip_fraction", "chooses object.mass_kg, so object.density_kg_m3 cannot be given")
+        return self
+
+
+def _wrong(key: str, message: str) -> PydanticCustomError:
+    return PydanticCustomError("within", "{key}|{message}", {"key": key, "message": message})
+
+
+def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None = None) -> Config:
+    """A preset by name or a TOML file by path, with dotted overrides such as {"object.mass_kg": 0.05}.
+
+    A file may begin with `preset = "complex"` and state only what differs. Without it, it builds on "simple".
+    Raises ConfigError naming the key.
+    """
+    tree = _read(source)
+    for key, value in (overrides or {}).items():
+        _assign(tree, key, value, str(source))
+    return _validated(tree, str(source))
+
+
+def config_from_text(text: str, source: str = "config.toml") -> Config:
+    """Inverse of dump_config; `source` names the text in errors."""
+    return _validated(_load(text, source), source)
+
+
+def parse_override(text: str) -> tuple[str, Any]:
+    """KEY=VALUE from a command line, the value in TOML (bare words are strings)."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise ConfigError(f"override {text!r}: expected KEY=VALUE, such as object.mass_kg=0.05")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def dump_config(config: Config) -> str:
+    """The whole configuration as a TOML text that load_config reads back to an equal one."""
+    tree = config.model_dump(mode="json", exclude_none=True)
+    lines = [f"{key} = {_toml(value)}" for key, value in tree.items() if not isinstance(value, dict)]
+    for name, section in tree.items():
+        if isinstance(section, dict):
+            lines += ["", f"[{name}]"] + [f"{key} = {_toml(value)}" for key, value in section.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _validated(tree: Mapping[str, Any], source: str) -> Config:
+    try:
+        return Config.model_validate(tree)
+    except ValidationError as error:
+        raise ConfigError(f"{source}: {explain(error, Config)}") from None
+
+
+def _read(source: str | Path) -> dict[str, Any]:
+    if str(source) in PRESETS:
+        return _load(resources.files("evslip.config").joinpath("presets", f"{source}.toml").read_text(), str(source))
+    path = Path(source)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        names = ", ".join(PRESETS)
+        raise ConfigError(f"{source}: neither a preset ({names}) nor a TOML file that exists") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{source}: cannot be read as a TOML file: {error}") from None
+    return _load(text, str(source))
+
+
+def _load(text: str, source: str) -> dict[str, Any]:
+    try:
+        tree = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{source}: not valid TOML: {error}") from None
+    base = tree.pop("preset", None if source == "simple" else "simple")
+    if base is None:
+        return tree
+    if base not in PRESETS:
+        raise ConfigError(f"{source}: preset: {base!r} is unknown; expected one of {', '.join(PRESETS)}")
+    return _merge(_read(base), tree)
+
+
+def _merge(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in over.items():
+        nested = isinstance(value, dict) and isinstance(base.get(key), dict) and "min" not in base[key]
+        merged[key] = _merge(base[key], value) if nested else value
+    return merged
+
+
+def _assign(tree: dict[str, Any], key: str, value: Any, source: str) -> None:
+    *sections, name = key.split(".")
+    for part in sections:
+        tree = tree.setdefault(part, {})
+        if not isinstance(tree, dict):
+            raise ConfigError(f"{source}: {key}: unknown key; {part} is not a section")
+    tree[name] = value
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + " }"
+    return repr(value)

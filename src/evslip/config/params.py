@@ -1,0 +1,26 @@
+"""The concrete parameters of one sample."""
+
+from typing import Literal
+
+from pydantic import ValidationError
+
+from evslip.config.distributions import Constant
+from evslip.config.explanation import explain
+from evslip.config.schema import SampleSpec
+from evslip.utils.errors import DataError
+
+
+class Params(SampleSpec[Constant, str]):
+    """One sample's parameters, every field a value. Everything else about the sample follows from them."""
+
+    seed: int
+    split: Literal["train", "test"]
+    index: int
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> "Params":
+        """Inverse of model_dump_json. Raises DataError."""
+        try:
+            return cls.model_validate_json(text)
+        except ValidationError as error:
+            raise DataError(f"stored parameters: {explain(error, cls)}") from None

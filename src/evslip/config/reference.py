@@ -1,0 +1,43 @@
+"""The parameters table of the documentation, made from the schema itself."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from evslip.config.distributions import Distribution, Range
+from evslip.config.loading import PRESETS, Config, load_config
+from evslip.config.schema import SampleSpec, Section, Within
+
+
+def parameters_table() -> str:
+    """Every key with its limits, meaning and value in each preset, as Markdown."""
+    presets = {name: load_config(name) for name in PRESETS}
+    lines = ["| key | limits | meaning |" + "".join(f" {name} |" for name in presets)]
+    lines.append("|---|---|---|" + "---|" * len(presets))
+    for name, field in Config.model_fields.items():
+        if name not in SampleSpec.model_fields:
+            values = (getattr(config, name) for config in presets.values())
+            lines.append(_row(name, field.metadata, field.description, values))
+    for section, field in SampleSpec.model_fields.items():
+        model = field.annotation
+        if not (isinstance(model, type) and issubclass(model, Section)):
+            continue
+        for name, leaf in model.model_fields.items():
+            values = (getattr(getattr(config, section), name) for config in presets.values())
+            lines.append(_row(f"{section}.{name}", leaf.metadata, leaf.description, values))
+    return "\n".join(lines) + "\n"
+
+
+def _row(key: str, metadata: list[Any], description: str | None, values: Iterable[Any]) -> str:
+    limits = next((f"{limit.low:g} to {limit.high:g}" for limit in metadata if isinstance(limit, Within)), "")
+    meaning = " ".join((description or "").split()).replace("|", "\\|")
+    return f"| `{key}` | {limits} | {meaning} |" + "".join(f" {_show(value)} |" for value in values)
+
+
+def _show(value: Distribution | str | tuple[str, ...] | None) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, tuple):
+        return ", ".join(map(_show, value))
+    if isinstance(value, Range):
+        return f"{value.min:g}...{value.max:g}" + (f" ({value.law})" if value.law != "uniform" else "")
+    return f"`{value}`" if isinstance(value, str) else f"{value:g}"

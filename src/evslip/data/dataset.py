@@ -1,0 +1,156 @@
+"""A folder of records, as a reader sees it."""
+
+import functools
+from collections.abc import Callable, Container, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from evslip.config.loading import Config, config_from_text
+from evslip.data import record
+from evslip.data.journal import Entry, read_journals
+from evslip.data.layout import CONFIG, JOURNAL, sample_path
+from evslip.data.record import Record
+from evslip.data.split_plan import planned
+from evslip.data.verification import find_problems
+from evslip.utils.errors import DataError
+from evslip.utils.seeds import SPLITS
+
+if TYPE_CHECKING:
+    from evslip.windows.window_set import Windows, WindowSettings
+
+
+class Dataset:
+    """The simulated records of a data set, in the order train, test, then by index: len(), [i] and iteration.
+
+    Records are read when asked for. `rejections` and `status` speak of all samples.
+    """
+
+    def __init__(self, root: str | Path, splits: tuple[str, ...] = SPLITS):
+        self.root = root = Path(root)
+        self.splits = splits
+        self.entries = [entry for key, entry in sorted(finished(root).items(), key=_order) if key[0] in splits]
+        """Of every finished sample, rejected ones included."""
+        self._simulated = [entry for entry in self.entries if entry["kind"] == "simulated"]
+
+    def __len__(self) -> int:
+        return len(self._simulated)
+
+    def __getitem__(self, position: int) -> Record:
+        return self.read(position)
+
+    def __iter__(self) -> Iterator[Record]:
+        return (self.read(position) for position in range(len(self)))
+
+    def read(self, position: int, events: bool = True) -> Record:
+        """One record; events=False is quicker and leaves its stream empty. Raises DataError, IndexError."""
+        entry = self._simulated[position]
+        return record.read(sample_path(self.root, entry["split"], entry["index"]), events)
+
+    def positions(self, names: Container[str]) -> list[int]:
+        """Where the simulated records of some names are."""
+        return [position for position, entry in enumerate(self._simulated) if entry["name"] in names]
+
+    def split(self, name: str) -> "Dataset":
+        """The part of one split. Raises DataError."""
+        if name not in self.splits:
+            raise DataError(f"{self.root}: split {name!r} is unknown; expected one of {', '.join(self.splits)}")
+        return Dataset(self.root, (name,))
+
+    @functools.cached_property
+    def config_toml(self) -> str:
+        """The text of the configuration that the samples are drawn from. Raises DataError."""
+        path = self.root / CONFIG
+        try:
+            return path.read_text(encoding="utf-8")
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path}: cannot be read: {error}") from None
+
+    @property
+    def config(self) -> Config:
+        """The configuration that the samples are drawn from. Raises ConfigError, DataError."""
+        return config_from_text(self.config_toml, str(self.root / CONFIG))
+
+    @property
+    def rejections(self) -> list[Entry]:
+        """The samples whose motion or grasp failed, with the reason in entry["rejection"]."""
+        return [entry for entry in self.entries if entry["kind"] == "rejected"]
+
+    def labels(self) -> list[str]:
+        """slip or hold of each simulated record, without reading it."""
+        return [entry.get("label", "hold") for entry in self._simulated]
+
+    def status(self) -> dict[str, int]:
+        """Counts of samples, events and bytes.
+
+        `requested` is the plan plus what was made beyond it, `done` includes the rejected ones, `missing` is the rest.
+        """
+        wanted = {split: planned(self.root, split) for split in self.splits}
+        within = sum(entry["index"] < wanted[entry["split"]] for entry in self.entries)
+        missing = sum(wanted.values()) - within
+        labels = self.labels()
+        return {
+            "requested": len(self.entries) + missing,
+            "done": len(self.entries),
+            "missing": missing,
+            "rejected": len(self.rejections),
+            "slip": labels.count("slip"),
+            "hold": labels.count("hold"),
+            "events": sum(entry["events"] for entry in self.entries),
+            "bytes": sum(entry["bytes"] for entry in self.entries),
+        }
+
+    def verify(self, progress: Callable[[int, int], None] | None = None) -> list[str]:
+        """Compare every byte with the journals. One line a problem: damaged, missing, surplus and temporary files.
+
+        A surplus record is one that was written but not journaled before a kill: generating again settles it.
+        `progress` is called with the number of files checked and the number in all.
+        """
+        return find_problems(self.root, self.splits, progress)
+
+    def windows(self, settings: "WindowSettings | None" = None) -> "Windows":
+        """Labelled windows of all its records. Raises DataError."""
+        from evslip.windows.cutting import windows_of
+
+        return windows_of(self, settings)
+
+
+def open_dataset(path: str | Path) -> Dataset:
+    """Open a data set for reading. Raises DataError."""
+    root = Path(path)
+    if not root.is_dir():
+        raise DataError(
+            f"{root}: {'is a file, a folder' if root.exists() else 'no such folder; a data set'} was expected"
+        )
+    if not (root / CONFIG).is_file():
+        state = "not a data set" if any(root.iterdir()) else "the folder is empty"
+        raise DataError(f"{root}: {state}; expected the folder that `evslip generate` made, with {CONFIG} in it")
+    return Dataset(root)
+
+
+def finished(
+    root: Path, split: str | None = None, indices: Container[int] | None = None
+) -> dict[tuple[str, int], Entry]:
+    """Entries of the samples that are journaled and whose file is there with the right size, by (split, index).
+
+    Of one split and some indices only, if given: every other file is left unasked.
+    """
+    entries, _ = read_journals(root / JOURNAL, split, indices)
+    done = {}
+    for key, candidates in entries.items():
+        size = _size(sample_path(root, *key))
+        matching = [entry for entry in candidates if entry["bytes"] == size]
+        if matching:
+            done[key] = matching[-1]
+    return done
+
+
+def _order(item: tuple[tuple[str, int], Entry]) -> tuple[int, int]:
+    (split, index), _ = item
+    return SPLITS.index(split), index
+
+
+def _size(path: Path) -> int | None:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return None

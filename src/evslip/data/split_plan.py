@@ -1,0 +1,57 @@
+"""How many samples a split was asked for: a small file that also vouches for the configuration."""
+
+import json
+import zlib
+from pathlib import Path
+from typing import Any
+
+from evslip.data.layout import CONFIG, plan_path, sha256_of, sweep
+from evslip.utils import atomic
+from evslip.utils.errors import StorageError
+
+
+def ask(root: Path, split: str, count: int) -> None:
+    """Note that a split shall have at least `count` samples. Raises StorageError."""
+    path = plan_path(root, split)
+    if count > planned(root, split):
+        try:
+            atomic.write_bytes(path, _encoded(count, sha256_of(root / CONFIG)))
+        except StorageError:
+            # As in `building.add`: another's sweep may have taken our temporary file; then its plan is in place.
+            if count > planned(root, split):
+                raise
+    sweep(path)
+
+
+def planned(root: Path, split: str) -> int:
+    """How many samples a split was asked for; 0 without a plan that can be read."""
+    count = _read(root, split).get("count")
+    return count if isinstance(count, int) else 0
+
+
+def problems(root: Path, split: str, is_needed: bool) -> list[str]:
+    """What is wrong with a plan and, by the hash in it, with the configuration; one line a problem."""
+    path = plan_path(root, split)
+    if not path.is_file():
+        return [f"{path}: missing"] if is_needed else []
+    data, plan = path.read_bytes(), _read(root, split)
+    if data == json.dumps({"count": plan.get("count")}).encode() + b"\n":  # as the first versions wrote it
+        return []
+    if data != _encoded(plan.get("count", 0), plan.get("config_sha256")):
+        return [f"{path}: damaged"]
+    if plan["config_sha256"] != sha256_of(root / CONFIG):
+        return [f"{root / CONFIG}: damaged, its sha256 is not the one in {path.name}"]
+    return []
+
+
+def _encoded(count: int, config_sha256: str | None) -> bytes:
+    plan = {"count": count, "config_sha256": config_sha256}
+    return json.dumps({**plan, "crc32": zlib.crc32(json.dumps(plan).encode())}).encode() + b"\n"
+
+
+def _read(root: Path, split: str) -> dict[str, Any]:
+    try:
+        plan = json.loads(plan_path(root, split).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return plan if isinstance(plan, dict) else {}

@@ -1,0 +1,66 @@
+"""How the parameters of a sample are drawn from a configuration."""
+
+import math
+
+from evslip.config.distributions import Range
+from evslip.config.loading import Config
+from evslip.config.params import Params
+from evslip.config.schema import SampleSpec
+from evslip.draws import grid, slip_kinds, stratification
+from evslip.draws.draw_plan import make_plan
+from evslip.physics.onset import onset_mass
+from evslip.scene.shapes.dimensions import settle
+from evslip.utils.errors import ConfigError, PlanRejected
+from evslip.utils.seeds import SPLITS, generator
+
+
+def draw(config: Config, index: int, split: str = "train") -> Params:
+    """The parameters of sample `index`; a pure function of (config, split, index).
+
+    Each key has a generator of its own, so changing one key's distribution leaves all others' values alone. No value
+    that a distribution yields in one split can occur in the other. Raises ConfigError.
+    """
+    if split not in SPLITS:
+        raise ConfigError(f"split: {split!r} is unknown; expected one of {', '.join(SPLITS)}")
+    if index < 0:
+        raise ConfigError(f"index: {index} is out of range, expected 0 or more")
+    if split == "test" and config.test_share == 0:
+        raise ConfigError("test_share: is 0, so the configuration has no test split")
+    prepared = slip_kinds.prepare(config, index, split)
+    plan = make_plan(prepared)
+    rngs = {key: generator(config.seed, split, index, f"draw {key}") for key in plan.varied()}
+    values, places = dict(plan.fixed), iter(grid.places(index, plan.grid_sizes(split)))
+    for dimension, rows in zip(plan.dimensions, plan.shares[split], strict=True):
+        if config.sampling == "grid" and not dimension.is_pool:
+            position = next(places)
+        else:
+            position = int(rngs[dimension.keys[0]].integers(len(rows)))
+        values.update(zip(dimension.keys, dimension.rows[rows[position]], strict=True))
+    tree = prepared.model_dump(include=set(SampleSpec.model_fields))
+    for key, value in values.items():
+        section, name = key.split(".")
+        if isinstance(value, Range):
+            try:
+                value = value.draw(rngs[key], odd=split == "test", without=plan.constants.get(key, frozenset()))
+            except ConfigError as error:
+                raise ConfigError(f"{key}: {error}") from None
+        tree[section][name] = value
+    params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
+    params = params.model_copy(update={"object": settle(params.object)})
+    try:
+        params = slip_kinds.weigh(params, by_default=config.slip.multiple is None)
+        return stratification.weigh(config, params)
+    except PlanRejected:  # pads that miss the object carry no mass; planning the motion says so
+        return params
+
+
+def grid_size(config: Config, split: str = "train") -> int:
+    """Number of combinations of the configuration's lists in a split."""
+    return math.prod(make_plan(config).grid_sizes(split))
+
+
+def sure_masses(config: Config, count: int) -> tuple[float, float, float, float]:
+    """Over the first `count` training samples: least and largest onset mass, and from these the ends of a range of
+    masses: the mass that holds in every sample, and the one that slips in every sample; all in kilograms."""
+    onsets = [onset_mass(draw(config, index)) for index in range(count)]
+    return min(onsets), max(onsets), stratification.SURE_HOLD * min(onsets), stratification.SURE_SLIP * max(onsets)

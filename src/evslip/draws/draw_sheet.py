@@ -1,0 +1,65 @@
+"""One draw as a page of text: every parameter with its unit, what it was drawn from, and when the grasp should slip."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from evslip.config.distributions import Range
+from evslip.config.loading import Config
+from evslip.config.params import Params
+from evslip.config.schema import SampleSpec
+from evslip.draws.draw import draw
+from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
+from evslip.physics.motion.phases import hanging_phases
+from evslip.utils.units import tell
+
+WIDTH = 110
+
+
+def draw_sheet(config: Config, index: int, split: str = "train") -> str:
+    """The draw of one sample. Raises ConfigError."""
+    params = draw(config, index, split)
+    rows = list(_rows(config, params))
+    keys, values = (max(len(row[column]) for row in rows) for column in (0, 1))
+    lines = [f"sample {split}/{index}, seed {config.seed}", ""]
+    section = rows[0][0].partition(".")[0]
+    for key, value, source in rows:
+        if key.partition(".")[0] != section:
+            section = key.partition(".")[0]
+            lines.append("")
+        lines.append(f"{key:{keys}}  {value:>{values}}  {source}".rstrip())
+    return "\n".join([*lines, "", *_forecast(params)]) + "\n"
+
+
+def _rows(config: Config, params: Params) -> Iterator[tuple[str, str, str]]:
+    for section in SampleSpec.model_fields:
+        for name, value in getattr(params, section):
+            if value is not None:
+                given = getattr(getattr(config, section), name)
+                yield f"{section}.{name}", tell(name, value), "" if given == value else _source(name, given)
+
+
+def _source(name: str, given: Any) -> str:
+    """What a value was drawn from."""
+    if isinstance(given, Range):
+        return f"from {tell(name, given.min)} to {tell(name, given.max)}"
+    if isinstance(given, tuple):
+        text = "one of " + ", ".join(
+            _source(name, entry).removeprefix("from ") if isinstance(entry, Range) else tell(name, entry)
+            for entry in given
+        )
+        return text if len(text) <= WIDTH // 2 else f"one of {len(given)}"
+    return f"one of {given}" if isinstance(given, str) else "chosen by the kind of slip"
+
+
+def _forecast(params: Params) -> Iterator[str]:
+    from evslip.physics.onset import onset_mass
+
+    onset_kg = onset_mass(params)
+    each = [f"{phase} {tell('_kg', onset_mass(params, (phase,)), 3)}" for phase in hanging_phases(params)]
+    yield f"predicted onset  {tell('_kg', onset_kg, 3)}, the least of {', '.join(each)}"
+    multiple = params.object.mass_kg / onset_kg
+    if multiple <= SURE_HOLD:
+        verdict = "it holds"
+    else:
+        verdict = "it slips" if multiple >= SURE_SLIP else "close to the onset: it may slip, or not"
+    yield f"mass / onset     {multiple:.3g}: {verdict}"

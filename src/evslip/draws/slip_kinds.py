@@ -1,0 +1,193 @@
+"""Slip on purpose: for each kind, where the grip and the motion have to be, and how heavy the object."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from evslip.config.distributions import Range, extremes
+from evslip.config.loading import Config
+from evslip.config.params import Params
+from evslip.config.schema import NATURAL
+from evslip.draws import stratification
+from evslip.physics.motion.phases import hanging_phases
+from evslip.physics.onset import onset_mass
+from evslip.physics.truth import Truth
+from evslip.scene.motions import KINDS as MOTIONS
+from evslip.utils.errors import ConfigError
+from evslip.utils.seeds import generator
+
+Interval = tuple[float, float]
+UPRIGHT = ("pick_and_place", "hold")
+EITHER_SIDE = ((-0.8, -0.4), (0.4, 0.8))
+NEARLY_CENTRAL = ((-0.1, 0.1),)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What makes an object slip in one way."""
+
+    multiple: Interval
+    """Mass as a multiple of the onset mass over `phases`."""
+    phases: tuple[str, ...] = ()
+    """Phases in which it shall slip; none: any in which it hangs."""
+    earlier: tuple[str, ...] = ()
+    """Phases in which it shall not slip before: there the mass is at most EARLIER of their onset mass."""
+    settings: dict[str, tuple[Interval, ...]] = field(default_factory=dict)
+    """Ranges in which keys of the configuration have to lie."""
+    motions: tuple[str, ...] = tuple(MOTIONS)
+    """Kinds of motion that it works with."""
+
+
+CREEP_DEG_S = 1.0 / 0.16
+"""Faster would be slip in a window by the paper's rule."""
+EARLIER = 0.95
+"""The first tenth of a degree comes at 0.97 of the onset mass."""
+RECIPES: dict[str, Recipe] = {
+    "hold": Recipe((0.3, 0.8)),
+    "rotation": Recipe((1.1, 1.2), settings={"grip.offset": ((-0.8, -0.5), (0.5, 0.8))}),
+    # A central grip without tilt carries no torque; the acceleration of a short lift overloads it for a moment.
+    "translation": Recipe(
+        (1.05, 1.08),
+        ("lift",),
+        settings={
+            "grip.offset": ((0.0, 0.0),),
+            "grip.depth_m": ((0.012, 0.016),),
+            "motion.tilt_deg": ((0.0, 0.0),),
+            "motion.lift_m": ((0.06, 0.06),),
+            "motion.lift_s": ((0.41, 0.41),),
+        },
+        motions=UPRIGHT,
+    ),
+    "lift": Recipe((1.12, 1.3), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
+    "tilt": Recipe(
+        (1.08, 1.25),
+        ("tilt", "back"),
+        ("lift",),
+        {"grip.offset": NEARLY_CENTRAL, "motion.tilt_deg": ((-24.0, -18.0), (20.0, 30.0))},
+        ("pick_and_place",),
+    ),
+    # The arm brakes as hard as it may, at the end of a long way down after a slow way up.
+    "placement": Recipe(
+        (1.12, 1.2),
+        ("placement",),
+        ("lift", "tilt", "back"),
+        {
+            "grip.offset": ((-0.8, -0.6), (0.6, 0.8)),
+            "grip.depth_m": ((0.008, 0.015),),
+            "motion.tilt_deg": ((0.0, 0.0),),
+            "motion.lift_m": ((0.35, 0.35),),
+            "motion.lift_s": ((2.4, 2.4),),
+            "motion.lower_s": ((0.82, 0.82),),
+        },
+        ("pick_and_place",),
+    ),
+    # The object swings in the hand at most at twice the speed at which the hand tilts.
+    "creep": Recipe(
+        (1.1, 1.2),
+        ("tilt", "back"),
+        ("lift",),
+        {
+            "grip.offset": ((-0.04, 0.04),),
+            "grip.depth_m": ((-0.0045, 0.001),),
+            "motion.tilt_deg": ((-14.5, -11.0), (11.0, 14.5)),
+            "motion.lift_s": ((2.0, 2.0),),
+            "motion.tilt_s": ((8.0, 8.0),),
+        },
+        ("pick_and_place",),
+    ),
+    # Friction that nearly all goes into the weight has none left for a torque: while the tilt turns the object in the
+    # hand, it slides out of it.
+    "drop": Recipe(
+        (0.985, 0.995),
+        ("lift",),
+        settings={
+            "grip.offset": ((0.0, 0.0),),
+            "grip.depth_m": ((-0.0045, 0.003),),
+            "motion.tilt_deg": ((-25.0, -22.0), (25.0, 30.0)),
+            "motion.lift_m": ((0.15, 0.15),),
+            "motion.lift_s": ((3.5, 3.5),),
+        },
+        motions=("pick_and_place",),
+    ),
+}
+
+
+def prepare(config: Config, index: int, split: str) -> Config:
+    """The configuration from which sample `index` is drawn: of one kind of slip, with its recipe's values wherever the
+    configuration's own go beyond them."""
+    kind = _one(stratification.kinds(config, index, split), config, index, split, "draw slip.kind")
+    if kind == NATURAL:
+        return _with(config, {"slip.kind": kind, "slip.multiple": None})
+    recipe = RECIPES[kind]
+    changes: dict[str, Any] = {"slip.kind": kind}
+    if config.slip.multiple is None:
+        changes["slip.multiple"] = _distribution(recipe.multiple)
+    for key, intervals in recipe.settings.items():
+        section, name = key.split(".")
+        if not _inside(getattr(getattr(config, section), name), intervals):
+            changes[key] = _distribution(_one(intervals, config, index, split, f"slip {key}"))
+    return _with(config, changes)
+
+
+def weigh(params: Params, by_default: bool) -> Params:
+    """The parameters with the mass that their kind of slip wants. Raises ConfigError.
+
+    `by_default`: slip.multiple is the recipe's own, which yields where the object would slip too early.
+    """
+    slip = params.slip
+    if slip.kind == NATURAL or slip.multiple is None:
+        return params
+    recipe = RECIPES[slip.kind]
+    if params.motion.kind not in recipe.motions:
+        raise ConfigError(f"slip.kind: {slip.kind!r} needs motion.kind {' or '.join(recipe.motions)}")
+    onset_kg = onset_mass(params, recipe.phases or None)
+    mass_kg = slip.multiple * onset_kg
+    earlier = [name for name in recipe.earlier if name in hanging_phases(params)]
+    if by_default and earlier:
+        mass_kg = min(mass_kg, EARLIER * onset_mass(params, earlier))
+    heavy = stratification.with_mass(params, mass_kg, f"slip.kind: {slip.kind!r}")
+    return heavy.model_copy(update={"slip": slip.model_copy(update={"multiple": mass_kg / onset_kg})})
+
+
+def _one(choices: Any, config: Config, index: int, split: str, stage: str) -> Any:
+    """One entry of a tuple; of a list of kinds both splits have all."""
+    if not isinstance(choices, tuple):
+        return choices
+    return choices[int(generator(config.seed, split, index, stage).integers(len(choices)))]
+
+
+def _inside(value: Any, intervals: tuple[Interval, ...]) -> bool:
+    parts = value if isinstance(value, tuple) else (value,)
+    return value is not None and all(
+        any(low <= extremes(part)[0] and extremes(part)[1] <= high for low, high in intervals) for part in parts
+    )
+
+
+def _distribution(interval: Interval) -> Range | float:
+    low, high = interval
+    return low if low == high else Range(min=low, max=high)
+
+
+def _with(config: Config, changes: dict[str, Any]) -> Config:
+    sections: dict[str, dict[str, Any]] = {}
+    for key, value in changes.items():
+        section, name = key.split(".")
+        sections.setdefault(section, {})[name] = value
+    updated = {section: getattr(config, section).model_copy(update=values) for section, values in sections.items()}
+    return config.model_copy(update=updated)
+
+
+def shows(kind: str, truth: Truth) -> bool:
+    """Whether a sample does what the name of a kind says."""
+    slips = truth.episodes
+    if kind in (NATURAL, "hold"):
+        return kind == NATURAL or not slips
+    if not slips:
+        return False
+    if kind in ("rotation", "translation"):
+        return all(slip.kind == kind for slip in slips)
+    if kind == "drop":
+        return slips[-1].kind == "drop"
+    if kind == "creep":
+        slow = truth.angular_speed_deg_s[truth.held & truth.during("tilt", "back")] < CREEP_DEG_S
+        return slips[-1].kind != "drop" and bool(slow.all())
+    return slips[0].phase in RECIPES[kind].phases

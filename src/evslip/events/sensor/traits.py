@@ -1,0 +1,85 @@
+"""What each pixel is, drawn from the model's parameters and the seed."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from evslip.events.pixels import pixel
+from evslip.events.pixels.pixel import Rules
+from evslip.events.presets import PixelModel
+from evslip.events.sensor.optics import FULL, KNEE, Intensity, dark_offset
+from evslip.events.sensor.random_numbers import DEFECT, normal_maps, uniform_maps
+
+LEAST_THETA = 0.01
+
+
+def thresholds(model: PixelModel, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """theta_on and theta_off of shape (height, width), from standard normal maps of shape (2, height, width)."""
+    maps = []
+    for value, normal in zip((model.theta_on, model.theta_off), normals, strict=True):
+        if isinstance(value, np.ndarray):
+            maps.append(value)
+        else:
+            mean = model.theta if value is None else value
+            maps.append(np.maximum(mean + model.sigma * normal, LEAST_THETA))
+    return maps[0], maps[1]
+
+
+def leak_map(model: PixelModel, normals: np.ndarray) -> np.ndarray:
+    """Factor of the leak rate of every pixel, from a standard normal map."""
+    return 10.0 ** (model.leak_spread * normals) if model.leak_map is None else model.leak_map
+
+
+def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """What never changes of the pixels' state, float64 of shape (height, width, STATE), and of their traits."""
+    count = shape[0] * shape[1]
+    key: Any = np.uint64(seed)
+    normals = normal_maps(key, count).reshape(3, *shape)
+    on, off = thresholds(model, normals[:2])
+    # v2e's rule: a pixel more sensitive than the mean is as much noisier.
+    on_noise, off_noise = np.mean(on) / on, np.mean(off) / off
+    if not isinstance(model.theta_on, np.ndarray):
+        on_noise = (model.theta if model.theta_on is None else model.theta_on) / on
+    if not isinstance(model.theta_off, np.ndarray):
+        off_noise = (model.theta if model.theta_off is None else model.theta_off) / off
+    on_rate = 0.5 * model.shot_rate_hz * on_noise
+    off_rate = 0.5 * model.shot_rate_hz * off_noise
+    leak_rate = model.leak_rate_hz * leak_map(model, normals[2])
+    phase, *defects = uniform_maps(key, count, DEFECT).reshape(3, *shape)
+    hot_rate = np.where(defects[0] < model.hot_share, model.hot_rate_hz, 0.0)
+    if model.noise_map is not None:
+        (on_rate, off_rate), leak_rate, hot_rate = model.noise_map, np.zeros(shape), np.zeros(shape)
+    shot_rate = on_rate + off_rate
+    alive = defects[1] >= model.dead_share
+    state, traits = np.zeros((*shape, pixel.STATE)), np.zeros((*shape, pixel.TRAITS))
+    state[..., pixel.ON] = np.where(alive, on, np.inf)
+    state[..., pixel.OFF] = np.where(alive, off, np.inf)
+    state[..., pixel.MEAN_LEAK] = np.where(alive, 1e-6 * leak_rate * on, 0.0)
+    traits[..., pixel.RATE] = np.where(alive, 1e-6 * (shot_rate + hot_rate), 0.0)
+    np.divide(hot_rate, shot_rate + hot_rate, where=shot_rate + hot_rate > 0, out=traits[..., pixel.HOT_SHARE])
+    np.divide(on_rate, shot_rate, where=shot_rate > 0, out=traits[..., pixel.ON_SHARE])
+    traits[..., pixel.PHASE] = phase
+    return state, traits
+
+
+def make_rules(model: PixelModel, intensity: Intensity, seed: int) -> Rules:
+    """The shared numbers, for photocurrents in 1/255 of white that include the dark current."""
+    dark = dark_offset(intensity, model.dark)
+    key: Any = np.uint64(seed)
+    measured = model.noise_map is not None
+    corner = 1e-6 * 2.0 * np.pi * model.cutoff_hz
+    return Rules(
+        seed=key,
+        lowpass=model.cutoff_hz > 0,
+        base=corner * (KNEE - dark) / FULL,
+        gain=corner / FULL,
+        refractory_us=model.refractory_us,
+        leak_jitter=model.leak_jitter,
+        shot_dark=1.0 if measured else 1.0 - 0.75 * (KNEE - dark) / FULL,
+        shot_slope=0.0 if measured else 0.75 / FULL,
+        shot_least=0.25,
+        noise=model.photoreceptor_noise,
+        # At most a quarter of the time constant at white, and a power of two, so that grid times are exact.
+        noise_step_us=2.0 ** math.floor(math.log2(0.25 / corner)) if corner > 0 else 1.0,
+    )

@@ -1,0 +1,200 @@
+"""Frames that nobody here made into a file of events, with a preview and a plot: the command `evslip events`."""
+
+import contextlib
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import evslip
+from evslip.codecs.clips.sources import Clip, TimedImage, open_clip
+from evslip.events.camera import CHUNK_FRAMES, EventCamera
+from evslip.utils import atomic
+from evslip.utils.errors import ConfigError, DataError
+
+INTERPOLATIONS = ("linear", "none", "rife")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conversion:
+    """What is turned into events, and how."""
+
+    clip: Path
+    """Folder of images, video file, or .npz file of frames."""
+    fps: float | None = None
+    """Frames a second; None: the clip's own times."""
+    times: Path | None = None
+    """File with the time of each frame, see evslip.codecs.clips.times."""
+    times_unit: str | None = None
+    """Its unit, "us" or "s"; None: as its header says, or microseconds."""
+    camera: str = "davis346"
+    mode: str = "accurate"
+    intensity: str | None = None
+    """What the numbers of the frames mean, see EventCamera; None: "linear" for floats, "uint8" for all others."""
+    interpolate: str = "linear"
+    """Between two frames: "linear": nothing is added, the camera's own rule holds; "none": the first stands still until
+    the second comes; "rife": a neural network invents frames that follow the motion."""
+    upsample: int = 8
+    """Intervals that one becomes with "rife"."""
+    seed: int = 0
+    parameters: dict[str, Any] = field(default_factory=dict)
+    """Fields of PixelModel, in place of the preset's."""
+
+
+@dataclass(frozen=True)
+class Converted:
+    """What came of it."""
+
+    frames: int
+    """Frames that the camera saw, invented ones included."""
+    events: int
+    on: int
+    """Events that are ON."""
+    start_us: float
+    end_us: float
+    """Times of the first and the last frame."""
+    size: tuple[int, int]
+    brightest: float
+    """Largest number in the first frame."""
+
+    def summary(self) -> str:
+        """One line for a person."""
+        seconds = 1e-6 * (self.end_us - self.start_us)
+        share = f", {self.on / self.events:.0%} ON" if self.events else ""
+        rate = f"{self.events / seconds / 1e3:,.1f} k events/s"
+        return f"{self.events:,} events in {seconds:.3f} s, {rate}{share}, {self.size[0]}x{self.size[1]}"
+
+
+def open_conversion(conversion: Conversion) -> Clip:
+    """The clip of a conversion, ready to be read. Raises DataError, ConfigError."""
+    from evslip.codecs.clips.times import read_times
+
+    if conversion.times_unit is not None and conversion.times is None:
+        raise ConfigError("times-unit: says what unit the file of times has, but no times were given")
+    times_us = None if conversion.times is None else read_times(conversion.times, conversion.times_unit)
+    return open_clip(conversion.clip, conversion.fps, times_us=times_us, intensity=conversion.intensity)
+
+
+def convert(
+    conversion: Conversion,
+    clip: Clip,
+    out: Path,
+    *,
+    preview: Path | None = None,
+    preview_ms: float = 1000 / 30,
+    plot: Path | None = None,
+    threads: int = 1,
+    device: str = "cpu",
+    progress: Callable[[], None] = lambda: None,
+) -> Converted:
+    """Write the events of a clip to `out`, its format by suffix, with the settings inside where the format has a place.
+
+    clip: from `open_conversion`. preview: video to write, each picture shows preview_ms; plot: PNG of the rates to
+    write. progress: called after each frame of the clip. Memory holds a few frames and a block of events, however long
+    the clip is (HDF5; other formats keep all events until the end). The files appear when all is done, or not at all.
+    Raises DataError, ConfigError, MissingExtraError, StorageError.
+    """
+    from evslip.codecs.writers import writing
+    from evslip.view.pictures import preview as video
+    from evslip.view.pictures import rates
+
+    if preview is not None:
+        video.check_preview(preview, preview_ms)
+    if plot is not None:
+        rates.check_plot(plot)
+    for written in (out, preview, plot):
+        if written is not None and written.exists() and written.samefile(clip.path):
+            raise ConfigError(f"{written}: is the clip itself; give another name")
+    mode: Any = conversion.mode
+    computer: Any = device
+    camera = EventCamera(
+        conversion.camera,
+        size=clip.size,
+        seed=conversion.seed,
+        mode=mode,
+        intensity=clip.intensity,
+        threads=threads,
+        device=computer,
+        **conversion.parameters,
+    )
+    settings = json.dumps(describe(conversion, clip, camera), indent=1)
+    frames = _between(_watched(clip, progress), conversion, clip)
+    events = on = seen = 0
+    with _naming(clip.path), contextlib.ExitStack() as outputs:
+        first = next(frames)
+        last_us = first[0]
+        histogram = rates.Rates(first[0])
+        sinks = [outputs.enter_context(writing(out, clip.size, settings=settings))]
+        sinks.append(histogram.push)
+        if preview is not None:
+            sinks.append(outputs.enter_context(video.preview(preview, clip.size, first[0], preview_ms)).push)
+        drawing = None if plot is None else outputs.enter_context(atomic.staged(plot))
+        camera.step(*first)
+        while batch := list(islice(frames, CHUNK_FRAMES)):
+            part = camera.run(batch)
+            last_us = batch[-1][0]
+            seen, events, on = seen + len(batch), events + part.count, on + int(part.p.sum())
+            for sink in sinks:
+                sink(part)
+        if seen == 0:
+            raise DataError("holds a single frame; events need at least two")
+        if drawing is not None and plot is not None:
+            picture = histogram.png(f"{clip.path.name}, {conversion.camera}: {events:,} events", last_us)
+            atomic.write_into(drawing, picture, plot)
+    return Converted(seen + 1, events, on, first[0], last_us, clip.size, float(first[1].max()))
+
+
+def describe(conversion: Conversion, clip: Clip, camera: EventCamera) -> dict[str, Any]:
+    """The settings of a conversion as JSON has them, every parameter of the camera resolved."""
+    said = {name: str(value) if isinstance(value, Path) else value for name, value in vars(conversion).items()}
+    if conversion.interpolate != "rife":
+        del said["upsample"]
+    parameters = {name: _told(value) for name, value in asdict(camera.model).items()}
+    return {"evslip": evslip.__version__, **said, "intensity": clip.intensity, "size": clip.size} | {
+        "parameters": parameters
+    }
+
+
+def _told(value: Any) -> Any:
+    if not isinstance(value, np.ndarray):
+        return value
+    digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+    return {"map": value.shape, "mean": float(value.mean()), "sha256": digest}
+
+
+def _between(frames: Iterator[TimedImage], conversion: Conversion, clip: Clip) -> Iterator[TimedImage]:
+    """The frames, and what comes between them."""
+    if conversion.interpolate not in INTERPOLATIONS:
+        known = ", ".join(INTERPOLATIONS)
+        raise ConfigError(f"interpolate: {conversion.interpolate!r} is unknown; expected one of {known}")
+    if conversion.interpolate == "none":
+        from evslip.codecs.clips.hold import held
+
+        return held(frames)
+    if conversion.interpolate == "rife":
+        from evslip.codecs.clips.rife import smoothed
+
+        return smoothed(frames, conversion.upsample, clip.intensity)
+    return frames
+
+
+def _watched(clip: Clip, progress: Callable[[], None]) -> Iterator[TimedImage]:
+    for frame in clip.frames():
+        yield frame
+        progress()
+
+
+@contextlib.contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Let errors about frames say whose they are."""
+    try:
+        yield
+    except DataError as error:
+        if str(path) in str(error):
+            raise
+        raise DataError(f"{path}: {error}") from None

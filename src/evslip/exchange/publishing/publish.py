@@ -1,0 +1,140 @@
+"""Writes a data set's publication: all of it, or nothing."""
+
+import hashlib
+import os
+import shutil
+import uuid
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from evslip.data.recordings import Recordings, open_samples
+from evslip.exchange.publishing.card import card
+from evslip.exchange.publishing.croissant import croissant
+from evslip.exchange.publishing.shards import Shards
+from evslip.exchange.publishing.table import Item, items, json_lines, row
+from evslip.utils import atomic
+from evslip.utils.errors import ConfigError, DataError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Publication:
+    """What a data set is published as."""
+
+    name: str | None = None
+    """Default: that of its folder."""
+    license: str = "cc-by-4.0"
+    """Identifier of SPDX."""
+    webdataset: bool = False
+    """Records in tar shards instead of single files."""
+    huggingface: bool = False
+    """Let `datasets.load_dataset(FOLDER)` of Hugging Face find the splits."""
+    shard_mb: float = 500.0
+    """A shard is closed once it holds this much, in MB."""
+    date_published: str | None = None
+    """YYYY-MM-DD."""
+    cite_as: str | None = None
+    """How to cite it, as BibTeX or a sentence."""
+
+    def __post_init__(self) -> None:
+        if not 0.001 <= self.shard_mb <= 1e6:
+            raise ConfigError(f"shard_mb: {self.shard_mb:g} is out of range, expected 0.001 to 1000000")
+        if self.date_published is not None and not _is_day(self.date_published):
+            raise ConfigError(f"date_published: {self.date_published!r} is no day, expected YYYY-MM-DD")
+
+    @property
+    def told(self) -> dict[str, str]:
+        """What is known of date and citation, by their names in schema.org and Croissant."""
+        known = {"datePublished": self.date_published, "citeAs": self.cite_as}
+        return {name: value for name, value in known.items() if value}
+
+
+def _is_day(text: str) -> bool:
+    try:
+        return date.fromisoformat(text).isoformat() == text
+    except ValueError:
+        return False
+
+
+def publish(
+    source: str | Path, out: str | Path, how: Publication | None = None, progress: Callable[[], None] = lambda: None
+) -> int:
+    """Write the publication of a data set, a folder of records or one record to a new folder. Returns the number of
+    samples.
+
+    Equal samples give equal bytes. progress: called after each sample. Raises DataError, also for a record that has
+    changed since it was written, ConfigError, StorageError.
+    """
+    how, out = how or Publication(), Path(out)
+    samples = open_samples(source)
+    chosen = items(samples)
+    if not chosen:
+        raise DataError(f"{source}: holds no finished sample")
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise DataError(f"{out}: is there already; expected a new folder")
+    config = "" if isinstance(samples, Recordings) else samples.config_toml
+    name = how.name or Path(source).resolve().name
+    temporary = out.with_name(f".{out.name}.{uuid.uuid4().hex[:8]}.tmp")
+    try:
+        with atomic.storage_errors(out):
+            (temporary / "data").mkdir(parents=True)
+            splits = _write_data(chosen, temporary / "data", how, progress)
+            tables = {split: _write(temporary / f"{split}.jsonl", json_lines(rows)) for split, rows in splits.items()}
+            text = card(name, how.license, splits, config, how.webdataset, how.huggingface)
+            _write(temporary / "README.md", [text.encode()])
+            data = [
+                (f"{split}-shards", "application/x-tar", f"data/{split}-*.tar")
+                if how.webdataset
+                else (f"{split}-records", "application/x-hdf5", f"data/{split}/*.h5")
+                for split in splits
+            ]
+            about = text.split("\n\n")[1]
+            licence = f"https://spdx.org/licenses/{how.license}"
+            _write(temporary / "croissant.json", [croissant(name, about, licence, tables, data, how.told).encode()])
+            if config:
+                _write(temporary / "config.toml", [config.encode()])
+            if out.exists():
+                out.rmdir()
+            temporary.rename(out)
+            atomic.sync_folder(out.parent)
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+    return len(chosen)
+
+
+def _write_data(
+    chosen: list[Item], folder: Path, how: Publication, progress: Callable[[], None]
+) -> dict[str, list[dict[str, Any]]]:
+    """The table of each split; the records are written on the way."""
+    splits: dict[str, list[dict[str, Any]]] = {item.split: [] for item in chosen}
+    for split, rows in splits.items():
+        shards = Shards(folder, split, round(how.shard_mb * 1e6))
+        for item in chosen:
+            if item.split != split:
+                continue
+            file = f"data/{shards.current}/{item.key}.h5" if how.webdataset else f"data/{split}/{item.key}.h5"
+            values, data = row(item, file)
+            if how.webdataset:
+                shards.add(item.key, data, values)
+            else:
+                (folder / split).mkdir(exist_ok=True)
+                _write(folder / split / f"{item.key}.h5", [data])
+            rows.append(values)
+            progress()
+        shards.close()
+    return splits
+
+
+def _write(path: Path, parts: Iterable[bytes]) -> str:
+    """Write and sync a file; its sha256."""
+    digest = hashlib.sha256()
+    with path.open("xb") as file:
+        for part in parts:
+            file.write(part)
+            digest.update(part)
+        file.flush()
+        os.fsync(file.fileno())
+    return digest.hexdigest()

@@ -1,0 +1,90 @@
+"""The table of a published data set: a row a sample."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from evslip.data import record
+from evslip.data.dataset import Dataset
+from evslip.data.layout import sample_path
+from evslip.data.recordings import Recordings
+from evslip.utils.errors import DataError
+
+COLUMNS = {
+    "file": ("sc:Text", "where the record is: an HDF5 file, or its name within a shard"),
+    "name": ("sc:Text", "name of the sample"),
+    "label": ("sc:Text", "slip, if the object slips at any time, hold, or unlabelled"),
+    "onset_s": ("sc:Float", "when the first slip begins, in seconds of the sample's time; absent where there is none"),
+    "seconds": ("sc:Float", "from the first event to the last"),
+    "events": ("sc:Integer", "number of events"),
+    "width": ("sc:Integer", "columns of the sensor"),
+    "height": ("sc:Integer", "rows of the sensor"),
+    "bytes": ("sc:Integer", "size of the record"),
+    "sha256": ("sc:Text", "of the record"),
+    "mass_kg": ("sc:Float", "mass of the object; absent for recordings"),
+    "grip_force_n": ("sc:Float", "force of the grip; absent for recordings"),
+    "friction": ("sc:Float", "friction of pads and object; absent for recordings"),
+    "params": ("sc:Text", "all parameters as JSON; empty for recordings"),
+    "notes": ("sc:Text", "what is noted of a recording as JSON"),
+}
+"""Type, after schema.org, and meaning of each column."""
+RECORDINGS = "recordings"
+"""Split of what is in no split."""
+
+
+class Item(NamedTuple):
+    """A sample that will be published."""
+
+    split: str
+    key: str
+    """Name of its file without suffix, unique in its split."""
+    path: Path
+    sha256: str | None
+    """As it was written; None where nobody knows."""
+
+
+def items(samples: Dataset | Recordings) -> list[Item]:
+    """The samples in order: splits, then indices or names. Rejected ones are left out."""
+    if isinstance(samples, Recordings):
+        return [Item(RECORDINGS, path.stem, path, None) for path in samples.files]
+    entries = [entry for entry in samples.entries if entry["kind"] == "simulated"]
+    return [
+        Item(e["split"], f"{e['index']:07d}", sample_path(samples.root, e["split"], e["index"]), e["sha256"])
+        for e in entries
+    ]
+
+
+def row(item: Item, file: str) -> tuple[dict[str, Any], bytes]:
+    """The table's row of a sample, and the bytes of its record. Raises DataError for a damaged one."""
+    data = item.path.read_bytes()
+    digest = hashlib.sha256(data).hexdigest()
+    if item.sha256 is not None and digest != item.sha256:
+        raise DataError(f"{item.path}: damaged, its sha256 is not the one it was written with; see `evslip verify`")
+    sample = record.read(item.path)
+    onset_us, t_us, params = sample.onset_us, sample.events.t_us, sample.params
+    values = {
+        "file": file,
+        "name": sample.name,
+        "label": sample.label,
+        "onset_s": None if onset_us is None else onset_us / 1e6,
+        "seconds": (int(t_us[-1]) - int(t_us[0])) / 1e6 if len(t_us) else 0.0,
+        "events": len(t_us),
+        "width": sample.size[0],
+        "height": sample.size[1],
+        "bytes": len(data),
+        "sha256": digest,
+        "mass_kg": None if params is None else params.object.mass_kg,
+        "grip_force_n": None if params is None else params.grip.force_n,
+        "friction": None if params is None else params.grip.friction,
+        "params": "" if params is None else params.model_dump_json(),
+        "notes": json.dumps(sample.notes, sort_keys=True),
+    }
+    return values, data
+
+
+def json_lines(rows: list[dict[str, Any]]) -> Iterator[bytes]:
+    """The table as JSON Lines."""
+    for values in rows:
+        yield (json.dumps(values, ensure_ascii=False) + "\n").encode()

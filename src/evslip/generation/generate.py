@@ -1,0 +1,222 @@
+"""From an index to a record, and from a configuration to a data set."""
+
+import functools
+import json
+import platform
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from evslip.config.loading import Config, config_from_text, dump_config, load_config
+from evslip.config.params import Params
+from evslip.data import building, dataset, split_plan
+from evslip.data.record import Record, encode, provenance
+from evslip.draws.draw import draw
+from evslip.events import camera_for
+from evslip.events.frame import Frame
+from evslip.events.stream import empty_events
+from evslip.generation.progress import Made, Progress
+from evslip.generation.runners import runner
+from evslip.physics.simulation import check_reach, simulate
+from evslip.physics.truth import measure
+from evslip.rendering import render
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.pathtrace import variant
+from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
+from evslip.utils.gpu import require_cuda
+
+STAGES = ("physics", "frames", "events", "file")
+TRIED = 8
+"""Samples whose plans are tried before a folder is made."""
+LIMIT_S = 3600.0
+"""A sample that takes longer is taken to hang: hundreds of times what one of 346 x 260 pixels takes."""
+
+
+@dataclass
+class Stopwatch:
+    """Processor seconds spent in each stage: they say what a sample costs, however busy the machine is."""
+
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.process_time()
+        try:
+            yield
+        finally:
+            self.seconds[name] += time.process_time() - start
+
+
+@dataclass(frozen=True)
+class Job:
+    """One sample to make; small and plain, so that any runner can ship it."""
+
+    root: str
+    config_toml: str
+    split: str
+    index: int
+    versions: str
+    """Of the packages that determine the bytes, where the run was started."""
+
+    def __str__(self) -> str:
+        return f"sample {self.split}/{self.index}"
+
+
+class Summary(NamedTuple):
+    """What a run of `generate` did."""
+
+    made: list[Made]
+    skipped: int
+    """Samples that an earlier run had finished."""
+    seconds: float
+
+
+def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
+    """The whole record of one sample; a pure function of its parameters.
+
+    A motion that the robot cannot do and a grasp that fails in physics give a record of kind "rejected" that says why.
+    """
+    watch = watch or Stopwatch()
+    try:
+        with watch.stage("physics"):
+            trajectory = simulate(params)
+            truth = measure(trajectory)
+    except (GraspFailed, PlanRejected) as failure:
+        return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
+    with watch.stage("events"):
+        frames = _Frames(render(trajectory, start_us=truth.span_us[0], end_us=truth.span_us[1]))
+        events = camera_for(params).run(frames)
+    watch.seconds["frames"] += frames.seconds
+    watch.seconds["events"] -= frames.seconds
+    return _record(
+        params, kind="simulated", events=events, trajectory=trajectory, truth=truth, stats={"frames": frames.count}
+    )
+
+
+def _check(config: Config, count: int, split: str) -> None:
+    """Raise ConfigError or MissingExtraError for what can be known to fail, before a folder is made: also a motion that
+    the robot can do in none of a few samples."""
+    if config.render.renderer == "pathtrace":
+        variant.check_installed()
+    elif config.render.device == "cuda":
+        require_cuda("render.device")
+    camera_for(draw(config, count - 1, split))
+    rejected = []
+    for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):
+        try:
+            params = draw(config, index, split)
+            hand_camera(params)
+            return check_reach(params)
+        except PlanRejected as error:
+            rejected.append(f"sample {split}/{index}: {error}")
+        except ConfigError as error:
+            raise ConfigError(f"sample {split}/{index}: {error}") from None
+    raise ConfigError(rejected[0])
+
+
+def _record(params: Params, **parts: Any) -> Record:
+    name = f"{params.split}/{params.index:07d}"
+    size = (params.camera.width, params.camera.height)
+    traced = params.render.renderer == "pathtrace" and parts["kind"] == "simulated"
+    versions = _versions() | (_tracer_versions() if traced else {})
+    return Record(
+        name=name, split=params.split, index=params.index, size=size, params=params, provenance=versions, **parts
+    )
+
+
+@functools.cache
+def _versions() -> dict[str, str]:
+    return provenance("mujoco", "numba", "scipy", "example-robot-data")
+
+
+@functools.cache
+def _tracer_versions() -> dict[str, str]:
+    return provenance("mitsuba", "drjit") | {"mitsuba_variant": variant.mitsuba().variant()}
+
+
+def make_sample(job: Job) -> Made:
+    """Make one sample and put it into its data set. Raises ConfigError, DataError, StorageError."""
+    watch = Stopwatch()
+    for package, version in json.loads(job.versions).items():
+        if _versions().get(package) != version:
+            here = f"{package} {_versions().get(package)} on {platform.node()}"
+            raise ConfigError(f"{job}: {here}, but {version} where the run was started; install the same everywhere")
+    building.require_config(Path(job.root), job.config_toml)
+    try:
+        record = make_record(draw(config_from_text(job.config_toml), job.index, job.split), watch)
+    except ConfigError as error:
+        raise ConfigError(f"{job}: {error}") from None
+    with watch.stage("file"):
+        entry = building.add(Path(job.root), record, encode(record))
+    return Made(entry, watch.seconds)
+
+
+def generate(
+    config: Config | str | Path,
+    out: str | Path,
+    count: int,
+    *,
+    split: str = "train",
+    part: tuple[int, int] = (1, 1),
+    workers: int | None = None,
+    runner_name: str = "local",
+    limit_s: float = LIMIT_S,
+    progress: Progress | None = None,
+) -> Summary:
+    """Fill a data set with the samples 0 to count - 1 of a split, or with part i of n of them, (i, n).
+
+    Samples that are there already are left alone, so running it again resumes. The records' bytes do not depend on
+    `workers`, the parts or the runner: "local", "ray" or "ray:ADDRESS". A sample that takes longer than `limit_s`, or
+    breaks its worker again and again, is left out, and the others are made. Raises ConfigError (also when the folder
+    holds a data set of another configuration), DataError, StorageError, and EvslipError naming what was left out.
+    """
+    start = time.perf_counter()
+    if not isinstance(config, Config):
+        config = load_config(config)
+    if count < 1:
+        raise ConfigError(f"count: {count} is out of range, expected 1 or more")
+    if not 1 <= part[0] <= part[1]:
+        raise ConfigError(f"part: {part[0]}/{part[1]} is wrong, expected I/N with I from 1 to N")
+    if workers is not None and workers < 1:
+        raise ConfigError(f"workers: {workers} is out of range, expected 1 or more")
+    if limit_s <= 0:
+        raise ConfigError(f"limit_s: {limit_s:g} is out of range, expected more than 0")
+    run = runner(runner_name)
+    _check(config, count, split)
+    root, text, told = Path(out).absolute(), dump_config(config), progress or Progress()
+    indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
+    building.create(root, text)
+    split_plan.ask(root, split, count)
+    finished = dataset.finished(root, split, indices)
+    versions = json.dumps(_versions())
+    jobs = [Job(str(root), text, split, i, versions) for i in indices if (split, i) not in finished]
+    told.begin(len(indices), len(indices) - len(jobs))
+    made = []
+    for result in run(make_sample, jobs, workers, told.notice, limit_s) if jobs else ():
+        made.append(result)
+        told.made(result)
+    return Summary(made, len(indices) - len(jobs), time.perf_counter() - start)
+
+
+class _Frames:
+    """Counts and times frames on their way from the renderer to the pixels."""
+
+    def __init__(self, frames: Iterator[Frame]):
+        self._frames = frames
+        self.count = 0
+        self.seconds = 0.0
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self
+
+    def __next__(self) -> Frame:
+        start = time.process_time()
+        try:
+            frame = next(self._frames)
+        finally:
+            self.seconds += time.process_time() - start
+        self.count += 1
+        return frame

@@ -1,0 +1,144 @@
+"""A detector as an alarm: does it ring when the object slips, how late, and how often for nothing?
+
+An alarm is a run of answers at or above the threshold; runs less than 0.2 s apart are one. It is false when it begins
+with a window in which the object holds (by the limits of the labels), unless that is at most 0.1 s before the onset of
+the first slip: the onset is where the movement has reached 0.1 degrees, and a movement may be seen before. A slip is
+detected by the first alarm that begins from 0.1 s before its onset until it has left the window. An alarm that stands
+from long before detects nothing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evslip.learn.evaluation.predictions import Answers
+from evslip.windows.window_set import HOLD
+
+MERGE_US = 200_000
+EARLY_US = 100_000
+ALLOWED_PER_MIN = 1.0
+"""False alarms a minute of holding at which detectors are compared."""
+MOST_THRESHOLDS = 1000
+
+
+@dataclass(frozen=True)
+class Alarms:
+    """What comes of one threshold. Of the quantiles, a slip that is missed counts as infinitely late: they are inf when
+    too many are missed, nan without a slip."""
+
+    threshold: float
+    false_alarms: int
+    holding_min: float
+    """Time in which the object holds, in minutes."""
+    false_flagged: int
+    """Of the false alarms, those that begin in a flagged window, see Answers.flagged."""
+    false_share: float
+    """Share of the holding time in which an alarm stands, of any cause."""
+    slips: int
+    """Trajectories with a slip."""
+    detected: int
+    latency_s: np.ndarray
+    """From the true onset to the first alarm, of each slip; inf where missed, at least -0.1."""
+    slipped_deg: np.ndarray
+    """How far each object has turned since the onset when the alarm begins; inf where missed."""
+    slipped_mm: np.ndarray
+    """The same of the slide."""
+
+    @property
+    def false_per_min(self) -> float:
+        """False alarms a minute of holding; nan if nothing holds."""
+        return self.false_alarms / self.holding_min if self.holding_min else float("nan")
+
+    @property
+    def detection_rate(self) -> float:
+        """Share of the slips that are detected; nan without one."""
+        return self.detected / self.slips if self.slips else float("nan")
+
+
+def quantile(values: np.ndarray, share: float) -> float:
+    """Smallest value that at least `share` of all values do not exceed; nan without values."""
+    return float(np.quantile(values, share, method="inverted_cdf")) if len(values) else float("nan")
+
+
+def alarms_at(answers: Answers, threshold: float) -> Alarms:
+    """What the detector does at one threshold."""
+    begins = beginnings(answers, threshold)
+    holding = answers.label == HOLD
+    falsely = begins & holding & ~_about_onset(answers)
+    rows, slips = first_alarms(answers, begins)
+    onset_us = np.array([answers.tracks[i].onset_us for i in slips], np.int64)
+    missed = rows < 0
+
+    def at_alarm(values: np.ndarray) -> np.ndarray:
+        return np.where(missed, np.inf, values[rows]) if len(rows) else np.empty(0)
+
+    return Alarms(
+        threshold=threshold,
+        false_alarms=int(falsely.sum()),
+        holding_min=holding.sum() * answers.hop_us / 60e6,
+        false_flagged=int((falsely & answers.flagged).sum()),
+        false_share=float((answers.p_slip[holding] >= threshold).mean()) if holding.any() else float("nan"),
+        slips=len(slips),
+        detected=int((~missed).sum()),
+        latency_s=np.where(missed, np.inf, (answers.end_us[rows] - onset_us) / 1e6),
+        slipped_deg=at_alarm(answers.around.since_onset_deg),
+        slipped_mm=at_alarm(answers.around.since_onset_mm),
+    )
+
+
+def beginnings(answers: Answers, threshold: float) -> np.ndarray:
+    """At which answers an alarm begins; bool of shape (n,)."""
+    loud = np.flatnonzero(answers.p_slip >= threshold)
+    begins = np.zeros(len(answers.p_slip), bool)
+    if len(loud):
+        pause_us = np.diff(answers.start_us[loud])
+        same_run = (np.diff(answers.track[loud]) == 0) & (pause_us < MERGE_US + answers.hop_us)
+        begins[loud[np.r_[True, ~same_run]]] = True
+    return begins
+
+
+def first_alarms(answers: Answers, begins: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """The answer at which each first slip is detected, -1 where it is missed; and the positions of their tracks."""
+    rows, slips = [], []
+    for position, track in enumerate(answers.tracks):
+        if track.onset_us is None or track.end_us is None or track.rows.start == track.rows.stop:
+            continue
+        times = answers.end_us[track.rows]
+        inside = (times >= track.onset_us - EARLY_US) & (times <= track.end_us + answers.length_us)
+        found = np.flatnonzero(begins[track.rows] & inside)
+        rows.append(track.rows.start + int(found[0]) if len(found) else -1)
+        slips.append(position)
+    return np.array(rows, np.int64), slips
+
+
+def thresholds(answers: Answers) -> np.ndarray:
+    """Falling thresholds that between them tell the holding answers apart, at most a thousand, and one that nothing
+    reaches."""
+    holding = np.unique(answers.p_slip[answers.label == HOLD].astype(float))
+    if len(holding) > MOST_THRESHOLDS:
+        # Closely where few answers are exceeded: there the allowed rate lies.
+        holding = holding[np.unique(np.round(np.geomspace(1, len(holding), MOST_THRESHOLDS)).astype(int)) * -1]
+    just_above = np.nextafter(holding, 2.0)
+    return np.unique(np.concatenate([just_above, [0.0, 2.0]]))[::-1]
+
+
+def sweep(answers: Answers) -> list[Alarms]:
+    """Alarms over falling thresholds."""
+    return [alarms_at(answers, float(threshold)) for threshold in thresholds(answers)]
+
+
+def at_allowed_rate(found: list[Alarms], per_min: float = ALLOWED_PER_MIN) -> Alarms:
+    """The lowest threshold of a sweep down to which no threshold gives more false alarms a minute than allowed."""
+    best = found[0]
+    for alarms in found:
+        if alarms.false_per_min > per_min:
+            break
+        best = alarms
+    return best
+
+
+def _about_onset(answers: Answers) -> np.ndarray:
+    """Answers given from 0.1 s before the onset of their trajectory's first slip to the onset; bool of shape (n,)."""
+    onset_us = np.array([np.iinfo(np.int64).max if t.onset_us is None else t.onset_us for t in answers.tracks])
+    before_us = onset_us[answers.track] - answers.end_us
+    return (before_us >= 0) & (before_us <= EARLY_US)

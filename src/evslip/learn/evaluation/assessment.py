@@ -1,0 +1,214 @@
+"""Everything that is known of how good one detector is."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evslip.data.record import Record
+from evslip.learn.checkpoint import Description, load_model
+from evslip.learn.evaluation import alarms, predictions
+from evslip.learn.evaluation.alarms import Alarms
+from evslip.learn.evaluation.cost import Cost, measure_cost
+from evslip.learn.evaluation.evaluate import check_windows
+from evslip.learn.evaluation.groups import Grouping, groupings
+from evslip.learn.evaluation.predictions import UNKNOWN, Answers
+from evslip.learn.evaluation.test_data import Exam
+from evslip.learn.scores import bootstrap, tally
+from evslip.learn.scores.metrics import Metrics, measured
+from evslip.utils.errors import ConfigError
+from evslip.windows.alignment import Align
+from evslip.windows.window_set import HOLD, SLIP
+
+HOP_S = 0.02
+CURVE_POINTS = 200
+
+
+@dataclass(frozen=True)
+class Curves:
+    """For plots, each a list of pairs (x, y)."""
+
+    roc: list[tuple[float, float]]
+    """False positive rate, true positive rate."""
+    precision_recall: list[tuple[float, float]]
+    """Recall, precision."""
+    reliability: list[tuple[float, float]]
+    """Mean probability, share of slips; of the bins that are not empty."""
+
+
+@dataclass(frozen=True)
+class AlarmCurve:
+    """Alarms over falling thresholds."""
+
+    threshold: list[float]
+    false_per_min: list[float]
+    detection_rate: list[float]
+    median_latency_s: list[float]
+    """inf where most slips are missed."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """One detector on one set of data."""
+
+    model: str
+    """Folder of the model."""
+    network: str
+    parameters: int
+    settings: dict[str, Any]
+    """Of its training, the seed included."""
+    data: str
+    scores: Metrics
+    curves: Curves
+    own: Alarms | None
+    """At the model's own threshold. None where windows do not follow one another in time."""
+    allowed: Alarms | None
+    """At the lowest threshold that gives at most one false alarm a minute of holding."""
+    alarm_curve: AlarmCurve | None
+    groupings: list[Grouping]
+    cost: Cost
+    hop_s: float
+    """Time between two answers, to which latencies are exact."""
+    align: Align | None
+    """How the crop lies on sensors of another size than it was trained on; None: there may be none."""
+    notes: list[str]
+    """What could not be measured, and what a reader should know."""
+
+
+def assess(
+    model: str | Path,
+    exam: Exam,
+    *,
+    hop_s: float = HOP_S,
+    resamples: int = bootstrap.RESAMPLES,
+    align: Align | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Assessment:
+    """Examine a saved detector. `progress` is called with how many more records, or windows, are done with. Raises
+    DataError, ConfigError; DataError for another sensor than it was trained on, too, unless `align` says how the crop
+    lies on that one."""
+    if not 0.001 <= hop_s <= 10 or resamples < 0:
+        raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
+    network, description = load_model(model)
+    if exam.windows is not None:
+        check_windows(exam.windows, description.windows, align)
+        found, settings = predictions.on_windows(network, exam.windows, progress), exam.windows.settings
+    else:
+        settings = description.windows
+        hop_s = min(hop_s, settings.length_s)
+        found = predictions.on_records(network, settings, _told(exam, progress), hop_s, align)
+    clear = found.take(found.counted & np.isin(found.label, (HOLD, SLIP)))
+    scores = measured(
+        clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip, description.threshold, resamples
+    )
+    draws = bootstrap.draws(len(found.tracks), resamples)
+    own = allowed = curve = None
+    if found.hop_us and (found.label == HOLD).any():
+        swept = alarms.sweep(found)
+        own, allowed = alarms.alarms_at(found, description.threshold), alarms.at_allowed_rate(swept)
+        curve = _alarm_curve(swept)
+    return Assessment(
+        model=str(model),
+        network=description.model,
+        parameters=sum(parameter.numel() for parameter in network.parameters()),
+        settings=dict(description.training.get("settings", {})),
+        data=exam.name,
+        scores=scores,
+        curves=_curves(clear),
+        own=own,
+        allowed=allowed,
+        alarm_curve=curve,
+        groupings=groupings(found, settings, description.threshold, draws),
+        cost=measure_cost(network, exam.some_windows(replace(settings, balance=False))),
+        hop_s=found.hop_us / 1e6,
+        align=align,
+        notes=[*exam.notes, *_notes(found, own, len(exam), description)],
+    )
+
+
+def plain(value: Any) -> Any:
+    """Dataclasses, arrays and tuples as what JSON knows; numbers that are not finite become None."""
+    if is_dataclass(value) and not isinstance(value, type):
+        extra = {
+            name: getattr(value, name) for name in ("false_per_min", "detection_rate") if isinstance(value, Alarms)
+        }
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)} | plain(extra)
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _told(exam: Exam, progress: Callable[[int], None] | None) -> Iterator[Record]:
+    for record in exam:
+        yield record
+        if progress:
+            progress(1)
+
+
+def _curves(clear: Answers) -> Curves:
+    found = tally.tally(clear.label, clear.p_slip)
+    slips, holds = (np.concatenate([[0.0], np.cumsum(side[::-1])]) for side in (found.slip, found.hold))
+    recalled, precision = tally.precision_recall(found)
+    share, mean, weight = tally.reliability(found)
+    filled = weight > 0
+    both = slips[-1] > 0 and holds[-1] > 0
+    return Curves(
+        roc=_thinned(holds / holds[-1], slips / slips[-1]) if both else [],
+        precision_recall=_thinned(recalled, precision) if slips[-1] else [],
+        reliability=_thinned(mean[filled], share[filled]),
+    )
+
+
+def _thinned(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
+    chosen = np.unique(np.linspace(0, len(x) - 1, min(CURVE_POINTS, len(x))).round().astype(int))
+    return list(zip(x[chosen].tolist(), y[chosen].tolist(), strict=True))
+
+
+def _alarm_curve(swept: list[Alarms]) -> AlarmCurve:
+    return AlarmCurve(
+        [found.threshold for found in swept],
+        [found.false_per_min for found in swept],
+        [found.detection_rate for found in swept],
+        [alarms.quantile(found.latency_s, 0.5) for found in swept],
+    )
+
+
+def _notes(found: Answers, own: Alarms | None, records: int, description: Description) -> list[str]:
+    notes = []
+    if not found.hop_us:
+        notes.append("windows of a file do not follow one another: alarms, latency and speeds of the arm need records")
+    elif own is None:
+        notes.append("no object is held still, so there are no false alarms to count")
+    elif own.holding_min < 3:
+        notes.append(f"{60 * own.holding_min:.0f} s of holding: too little to tell 1 false alarm a minute from none")
+    if found.hop_us and len(found.tracks) < records:
+        notes.append(
+            f"{records - len(found.tracks)} of {records} records have no ground truth or hold nothing: left out"
+        )
+    missing = [
+        text
+        for text, known in {
+            "events on the object": (found.object_events != UNKNOWN).any(),
+            "phases": (found.around.phase != 255).any(),
+            "speed of the arm": np.isfinite(found.around.arm_speed_m_s).any(),
+            "light and shading": np.isfinite(found.around.light_ratio).any(),
+        }.items()
+        if not known
+    ]
+    if missing and found.hop_us:
+        notes.append(f"the records do not tell: {', '.join(missing)}")
+    seen = set(description.training.get("validation_trajectories", [])) & {track.name for track in found.tracks}
+    if seen:
+        notes.append(
+            f"{len(seen)} trajectories are called as some it was validated on; if they are the same, it is flattered"
+        )
+    if found.label[found.counted].size and not (found.label == SLIP).any():
+        notes.append("no window slips: scores that need both labels are left out")
+    return notes

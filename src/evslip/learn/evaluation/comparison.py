@@ -1,0 +1,108 @@
+"""Several detectors side by side: those that differ in the seed alone are one row, with mean and spread."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from evslip.learn.evaluation.alarms import quantile
+from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.scores.bootstrap import Interval
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A column of the comparison."""
+
+    name: str
+    title: str
+    digits: int
+    of: Callable[[Assessment], float]
+    """inf: not reached, since too many slips are missed; nan: not measured."""
+    lower_is_better: bool = False
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A figure of one row."""
+
+    mean: float
+    spread: float
+    """Standard deviation over the seeds (n - 1); nan for one seed."""
+    interval: Interval | None
+    """Of a single seed: from resampled trajectories."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Detectors that differ in the seed alone."""
+
+    name: str
+    models: list[str]
+    cells: dict[str, Cell]
+
+
+def _score(name: str) -> Callable[[Assessment], float]:
+    return lambda found: getattr(found.scores, name)
+
+
+def _alarm(name: str, share: float) -> Callable[[Assessment], float]:
+    return lambda found: math.nan if found.allowed is None else quantile(getattr(found.allowed, name), share)
+
+
+FIGURES = (
+    Figure("accuracy", "accuracy", 3, _score("accuracy")),
+    Figure("balanced_accuracy", "balanced accuracy", 3, _score("balanced_accuracy")),
+    Figure("f1", "F1", 3, _score("f1")),
+    Figure("auroc", "AUROC", 4, _score("auroc")),
+    Figure("auprc", "AUPRC", 4, _score("auprc")),
+    Figure("ece", "ECE", 3, _score("ece"), True),
+    Figure("brier", "Brier", 3, _score("brier"), True),
+    Figure(
+        "false_per_min", "false alarms a minute", 1, lambda a: math.nan if a.own is None else a.own.false_per_min, True
+    ),
+    Figure(
+        "detection_rate", "detected at 1 a minute", 2,
+        lambda a: math.nan if a.allowed is None else a.allowed.detection_rate,
+    ),
+    Figure("latency_s", "latency s, median", 3, _alarm("latency_s", 0.5), True),
+    Figure("latency_p95_s", "latency s, p95", 3, _alarm("latency_s", 0.95), True),
+    Figure("slipped_deg", "slipped °, median", 2, _alarm("slipped_deg", 0.5), True),
+    Figure("slipped_mm", "slipped mm, median", 2, _alarm("slipped_mm", 0.5), True),
+    Figure("median_ms", "ms a window", 2, lambda a: a.cost.median_ms, True),
+)  # fmt: skip
+
+
+def compare(found: Iterable[Assessment]) -> list[Row]:
+    """A row for each network and way of training, in the order in which they come."""
+    groups: dict[str, list[Assessment]] = {}
+    for one in found:
+        groups.setdefault(_kind(one), []).append(one)
+    names = _names(list(groups.values()))
+    return [
+        Row(name, [one.model for one in group], {figure.name: _cell(figure, group) for figure in FIGURES})
+        for name, group in zip(names, groups.values(), strict=True)
+    ]
+
+
+def _kind(one: Assessment) -> str:
+    settings = {name: value for name, value in one.settings.items() if name != "seed"}
+    # A model that does not say how it was trained is like no other one.
+    return f"{one.network} {sorted(settings.items())}" if settings else one.model
+
+
+def _names(groups: Sequence[Sequence[Assessment]]) -> list[str]:
+    """The network's name, and the folder's where several rows have the same network."""
+    networks = [group[0].network for group in groups]
+    return [
+        network if networks.count(network) == 1 else f"{network} ({Path(group[0].model).name})"
+        for network, group in zip(networks, groups, strict=True)
+    ]
+
+
+def _cell(figure: Figure, group: Sequence[Assessment]) -> Cell:
+    values = np.array([figure.of(one) for one in group], float)
+    spread = float(values.std(ddof=1)) if len(values) > 1 and np.isfinite(values).all() else math.nan
+    return Cell(float(values.mean()), spread, group[0].scores.intervals.get(figure.name) if len(group) == 1 else None)

@@ -1,0 +1,146 @@
+"""Where a detector is good: its answers by speed of slip and arm, phase, light and number of events."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from evslip.learn.evaluation.predictions import UNKNOWN, Answers
+from evslip.learn.scores import bootstrap, tally
+from evslip.physics.motion.phases import PHASE_NAMES
+from evslip.windows.conditions import NO_PHASE
+from evslip.windows.window_set import HOLD, SLIP, WindowSettings
+
+
+@dataclass(frozen=True)
+class Group:
+    """Some of the windows."""
+
+    name: str
+    """What they have in common, such as "5 to 25"."""
+    windows: int
+    slips: int
+    holds: int
+    between: int
+    """Windows between the limits of hold and slip: they have no right answer."""
+    trajectories: int
+    accuracy: float
+    """Share of slips and holds told right; nan without any."""
+    interval: bootstrap.Interval | None
+    """Of the accuracy."""
+    balanced_accuracy: float
+    auroc: float
+    """nan with one label alone."""
+    between_said_slip: float
+    """Share of the windows between that are called slip; nan without any."""
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """All windows, divided by one circumstance."""
+
+    name: str
+    title: str
+    unit: str
+    groups: tuple[Group, ...]
+
+
+def groupings(answers: Answers, settings: WindowSettings, threshold: float, draws: np.ndarray) -> list[Grouping]:
+    """The counted windows by every circumstance that is known of some of them; empty groups are left out.
+
+    `draws` are the resamples of the trajectories, see evslip.learn.scores.bootstrap.
+    """
+    counted = answers.take(answers.counted)
+    found = []
+    for name, title, unit, members in _divisions(counted, settings):
+        groups = [group_of(counted, which, label, threshold, draws) for label, which in members.items() if which.any()]
+        if groups:
+            found.append(Grouping(name, title, unit, tuple(groups)))
+    return found
+
+
+def group_of(answers: Answers, which: np.ndarray, name: str, threshold: float, draws: np.ndarray) -> Group:
+    """The windows of a mask."""
+    part = answers.take(which)
+    clear = np.isin(part.label, (HOLD, SLIP))
+    labels, p_slip, track = part.label[clear], part.p_slip[clear], part.track[clear]
+    told = tally.tally(labels, p_slip)
+    said = tally.counts(told, threshold)
+
+    def shares(weights: np.ndarray) -> dict[str, np.ndarray]:
+        return {"accuracy": tally.accuracy(tally.counts(tally.tally(labels, p_slip, weights), threshold))}
+
+    return Group(
+        name=name,
+        windows=len(part.label),
+        slips=int((labels == SLIP).sum()),
+        holds=int((labels == HOLD).sum()),
+        between=int((~clear).sum()),
+        trajectories=len(np.unique(part.track)),
+        accuracy=float(tally.accuracy(said)),
+        interval=bootstrap.intervals(shares, track, draws)["accuracy"] if len(np.unique(track)) > 1 else None,
+        balanced_accuracy=float(tally.balanced_accuracy(said)),
+        auroc=float(tally.auroc(told)),
+        between_said_slip=float((part.p_slip[~clear] >= threshold).mean()) if (~clear).any() else float("nan"),
+    )
+
+
+_Division = tuple[str, str, str, dict[str, np.ndarray]]
+
+
+def _divisions(answers: Answers, settings: WindowSettings) -> list[_Division]:
+    length_s = settings.length_s
+    around = answers.around
+    turn = _speed_edges(settings.hold_deg / length_s, settings.slip_deg / length_s)
+    slide = _speed_edges(settings.hold_mm / length_s, settings.slip_mm / length_s)
+    on_object = np.where(answers.object_events == UNKNOWN, np.nan, answers.object_events)
+    count = (100, 1000, 10_000, 30_000)
+    numbers: list[tuple[str, str, str, np.ndarray, Sequence[float]]] = [
+        ("turning_deg_s", "Turning in the hand", "°/s", answers.rotation_deg / length_s, turn),
+        ("sliding_mm_s", "Sliding in the hand", "mm/s", answers.translation_mm / length_s, slide),
+        ("arm_speed_m_s", "Speed of the arm", "m/s", around.arm_speed_m_s, (0.02, 0.1, 0.2, 0.4)),
+        ("light_ratio", "Lamp over surroundings", "", around.light_ratio, (1, 5, 25)),
+        ("light_turn_deg", "Turn of the lamp around the hand", "° in a window", around.light_turn_deg, (0.2, 1, 3)),
+        ("object_events", "Events on the object", "in a window", on_object, count),
+        ("events", "Events in the crop", "in a window", answers.events.astype(float), (*count, 100_000)),
+    ]
+    by_number = [(name, title, unit, _intervals(values, edges)) for name, title, unit, values, edges in numbers]
+    phases = {name: around.phase == code for code, name in enumerate(PHASE_NAMES) if code != NO_PHASE}
+    return [*by_number[:3], ("phase", "Phase of the task", "", phases), *by_number[3:], _flags(answers)]
+
+
+def _flags(answers: Answers) -> _Division:
+    recent, shading = answers.recent, answers.around.shading
+    members = {
+        "all": np.ones(len(recent), bool),
+        "not just after a slip": ~recent,
+        "shading steady": ~shading,
+        "neither": ~(recent | shading),
+        "just after a slip": recent,
+        "shading changes": shading,
+    }
+    return "flags", "Flagged windows", "", members
+
+
+def _speed_edges(hold: float, slip: float) -> tuple[float, ...]:
+    """Hold, two halves of the zone between, slip and its multiples; limits that are equal or zero give fewer."""
+    edges = {hold, float(np.sqrt(hold * slip)), slip, 3 * slip, 10 * slip}
+    return tuple(sorted(edge for edge in edges if edge > 0))
+
+
+def _intervals(values: np.ndarray, edges: Sequence[float]) -> dict[str, np.ndarray]:
+    """Masks of the values below the first edge, between two, and from the last one on; nan belongs nowhere."""
+    bounds = [-np.inf, *edges, np.inf]
+    masks: dict[str, np.ndarray] = {}
+    for low, high in pairwise(bounds):
+        if low == -np.inf:
+            text = f"below {_plain(high)}"
+        else:
+            text = f"from {_plain(low)}" if high == np.inf else f"{_plain(low)} to {_plain(high)}"
+        masks[text] = (values >= low) & (values < high)
+    return masks
+
+
+def _plain(value: float) -> str:
+    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"

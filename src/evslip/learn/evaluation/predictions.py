@@ -1,0 +1,207 @@
+"""What a detector says of every moment in which an object is held, beside what is true and known of that moment."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from evslip.data.record import Record
+from evslip.events.frame import OBJECT
+from evslip.events.stream import Events
+from evslip.learn.evaluation.evaluate import BATCH, answer, probabilities
+from evslip.learn.networks import Network
+from evslip.utils.errors import DataError
+from evslip.windows.alignment import Align, require_sensor
+from evslip.windows.conditions import Circumstances, circumstances
+from evslip.windows.cutting import crop, entering, labelled, moved_before
+from evslip.windows.window_set import WindowEvents, Windows, WindowSettings
+
+UNKNOWN = -1
+"""Count of events on the object where nobody knows the bodies."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """One trajectory among the answers."""
+
+    name: str
+    rows: slice
+    """Its answers, in order of time."""
+    onset_us: int | None
+    """When the first slip begins."""
+    end_us: int | None
+    """When it ends."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Windows at every hop, n of them. Arrays of shape (n,) unless said otherwise."""
+
+    p_slip: np.ndarray
+    label: np.ndarray
+    """HOLD, SLIP or, between the two, evslip.windows.cutting.UNCERTAIN."""
+    counted: np.ndarray
+    """Which windows are scored one by one: those wholly in the held time that do not overlap; bool."""
+    track: np.ndarray
+    """Position in `tracks`."""
+    start_us: np.ndarray
+    rotation_deg: np.ndarray
+    """Largest rotation in the hand since the window's start."""
+    translation_mm: np.ndarray
+    """Largest slide in the hand since the window's start."""
+    recent: np.ndarray
+    """Whether the object moved in the 0.2 s before the window; bool."""
+    events: np.ndarray
+    """In the crop."""
+    object_events: np.ndarray
+    """Of the object, in the crop; UNKNOWN in real recordings."""
+    around: Circumstances
+    tracks: tuple[Track, ...]
+    length_us: int
+    """Of a window."""
+    hop_us: int
+    """From one window's start to the next one's; 0: windows that were cut and thinned out before, no stream."""
+
+    @property
+    def end_us(self) -> np.ndarray:
+        """When each answer is given: at the end of its window."""
+        return self.start_us + self.length_us
+
+    @property
+    def flagged(self) -> np.ndarray:
+        """Windows in which even a good detector may see movement that is none: just after a slip, or while shadows and
+        shading change on the object; bool of shape (n,)."""
+        return self.recent | self.around.shading
+
+    @property
+    def names(self) -> np.ndarray:
+        """Name of each window's trajectory."""
+        return np.array([track.name for track in self.tracks])[self.track]
+
+    def take(self, which: np.ndarray) -> "Answers":
+        """The answers of a mask; the tracks' rows are those of the whole."""
+        arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name in _ARRAYS}
+        return replace(self, **arrays, around=self.around.take(which))
+
+
+_ARRAYS = (
+    "p_slip", "label", "counted", "track", "start_us", "rotation_deg", "translation_mm", "recent", "events",
+    "object_events",
+)  # fmt: skip
+
+
+def on_windows(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Answers:
+    """Answers on windows that were cut before, of the network's size. `progress` is called with numbers of windows."""
+    names, track = np.unique(windows.name, return_inverse=True)
+    bodies = windows.by_body.sum(1) > 0
+    settings = windows.settings
+    n = len(windows)
+    return Answers(
+        p_slip=probabilities(network, windows, progress).astype(float),
+        label=windows.label,
+        counted=np.ones(n, bool),
+        track=track,
+        start_us=windows.start_us,
+        rotation_deg=windows.rotation_deg,
+        translation_mm=windows.translation_mm,
+        recent=windows.recent.astype(bool),
+        events=windows.events,
+        object_events=np.where(bodies, windows.by_body[:, OBJECT], 0) if bodies.any() else np.full(n, UNKNOWN),
+        around=Circumstances.unknown(n),
+        tracks=tuple(Track(str(name), slice(0, 0), None, None) for name in names),
+        length_us=round(settings.length_s * 1e6),
+        hop_us=0,
+    )
+
+
+def on_records(
+    network: Network, settings: WindowSettings, records: Iterable[Record], hop_s: float, align: Align | None = None
+) -> Answers:
+    """Answers at every hop of the held time of records, from its first moment on, or of windows in a person's
+    intervals, cut and labelled as the settings say; none is left out.
+
+    Records without either say nothing and are passed over. Raises DataError if nothing is left, and for a record of
+    another sensor unless `align` says how the crop lies on it.
+    """
+    parts: list[Answers] = []
+    for record in records:
+        own = require_sensor(settings, record.size, align, record.name)
+        part = _on_record(network, replace(own, hop_s=hop_s), record)
+        if part is not None:
+            parts.append(part)
+    if not parts:
+        raise DataError(f"no record with a truth or labels in which an object is held for {settings.length_s:g} s")
+    return _joined(parts)
+
+
+def _on_record(network: Network, settings: WindowSettings, record: Record) -> Answers | None:
+    inside_held = labelled(record, settings)
+    if not inside_held:
+        return None
+    before = entering(record, settings)
+    found = before + inside_held
+    moved = [movement for movement, _ in found]
+    length_us = round(settings.length_s * 1e6)
+    start_us = np.array([movement.start_us for movement in moved], np.int64)
+    inside = crop(record.events, settings)
+    bounds = np.searchsorted(inside.t_us, np.stack([start_us, start_us + length_us]))
+    on_object = None if inside.body is None else np.concatenate([[0], np.cumsum(inside.body == OBJECT)])
+    p_slip = [np.empty(0, np.float32)]
+    for first in range(0, len(moved), BATCH):
+        chosen = range(first, min(first + BATCH, len(moved)))
+        windows = [_window(inside, slice(*bounds[:, i]), int(start_us[i])) for i in chosen]
+        p_slip.append(answer(network, [network.prepare(window) for window in windows]))
+    return Answers(
+        p_slip=np.concatenate(p_slip).astype(float),
+        label=np.array([label for _, label in found], np.uint8),
+        counted=np.concatenate([np.zeros(len(before), bool), _apart(start_us[len(before) :], length_us)]),
+        track=np.zeros(len(moved), np.int64),
+        start_us=start_us,
+        rotation_deg=np.array([movement.rotation_deg for movement in moved]),
+        translation_mm=np.array([movement.translation_mm for movement in moved]),
+        recent=np.array([moved_before(record, int(start), settings) for start in start_us]),
+        events=bounds[1] - bounds[0],
+        object_events=np.full(len(moved), UNKNOWN) if on_object is None else np.diff(on_object[bounds], axis=0)[0],
+        around=circumstances(record, start_us, length_us),
+        tracks=(Track(record.name, slice(0, len(moved)), record.onset_us, _end_of_slip(record)),),
+        length_us=length_us,
+        hop_us=round(settings.hop_s * 1e6),
+    )
+
+
+def _window(events: Events, which: slice, start_us: int) -> WindowEvents:
+    part = events.select(which)
+    return WindowEvents((part.t_us - start_us).astype(np.uint32), part.x, part.y, part.p)
+
+
+def _apart(start_us: np.ndarray, length_us: int) -> np.ndarray:
+    """Which windows to take so that none overlaps the one taken before; bool of shape (n,)."""
+    taken, free_us = np.zeros(len(start_us), bool), np.iinfo(np.int64).min
+    for i, start in enumerate(start_us):
+        if start >= free_us:
+            taken[i], free_us = True, start + length_us
+    return taken
+
+
+def _end_of_slip(record: Record) -> int | None:
+    """End of the first slip; of records without episodes, the end of the held time."""
+    if record.intervals:
+        return next((interval.end_us for interval in record.intervals if interval.label == "slip"), None)
+    truth = record.truth
+    if truth is None or truth.onset_us is None:
+        return None
+    if truth.episodes:
+        return truth.episodes[0].end_us
+    held = np.flatnonzero(truth.held)
+    return int(truth.t_us[held[-1]]) if len(held) else None
+
+
+def _joined(parts: list[Answers]) -> Answers:
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS}
+    arrays["track"] = np.repeat(np.arange(len(parts)), [len(part.p_slip) for part in parts])
+    ends = np.cumsum([len(part.p_slip) for part in parts]).tolist()
+    tracks = tuple(
+        replace(part.tracks[0], rows=slice(start, end))
+        for part, start, end in zip(parts, [0, *ends[:-1]], ends, strict=True)
+    )
+    return replace(parts[0], **arrays, around=Circumstances.concatenate([part.around for part in parts]), tracks=tracks)

@@ -1,0 +1,114 @@
+"""What a detector is examined on: a data set, a folder or file of records, or windows that were cut before."""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from evslip.data import record as records
+from evslip.data.dataset import Dataset, open_dataset
+from evslip.data.layout import CONFIG
+from evslip.data.record import Record
+from evslip.utils.errors import DataError
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import FORMAT, WindowEvents, Windows, WindowSettings, load_windows
+
+
+@dataclass(frozen=True)
+class Exam:
+    """Data to examine detectors on. Either windows, or records that are read when asked for."""
+
+    name: str
+    """For a person: the path and the split."""
+    windows: Windows | None = None
+    dataset: Dataset | None = None
+    paths: tuple[Path, ...] = ()
+    """Files of records."""
+    notes: tuple[str, ...] = ()
+    """What a reader of the figures should know of the data."""
+
+    def __iter__(self) -> Iterator[Record]:
+        if self.dataset is not None:
+            yield from self.dataset
+        for path in self.paths:
+            yield records.read(path)
+
+    def named(self, names: Collection[str]) -> Iterator[Record]:
+        """The records of some names; of a data set, no other one is read."""
+        if self.dataset is not None:
+            yield from (self.dataset.read(position) for position in self.dataset.positions(names))
+        for path in self.paths:
+            record = records.read(path)
+            if record.name in names:
+                yield record
+
+    def __len__(self) -> int:
+        """Number of records."""
+        return len(self.paths) + (len(self.dataset) if self.dataset is not None else 0)
+
+    @property
+    def steps(self) -> int:
+        """What an examination counts as it goes on: windows, or else records."""
+        return len(self) if self.windows is None else len(self.windows)
+
+    def some_windows(self, settings: WindowSettings, most: int = 48) -> list[WindowEvents]:
+        """A few windows evenly from the first records, to time a detector on. Raises DataError."""
+        cut = self.windows
+        if cut is None:
+            first = list(islice(self, 3))
+            cut = windows_of((record for record in first if record.size == first[0].size), settings)
+        chosen = np.unique(np.linspace(0, len(cut) - 1, min(most, len(cut))).astype(int))
+        return [cut[int(i)] for i in chosen]
+
+
+def open_exam(path: str | Path, split: str | None = None) -> Exam:
+    """Open a data set's folder, a folder of records, one record, or a file of windows. Raises DataError.
+
+    Of a data set, `split` is examined; without one, the test split if it has one, else everything.
+    """
+    path = Path(path)
+    if (path / CONFIG).is_file():
+        return _of_dataset(open_dataset(path), split)
+    if split is not None:
+        raise DataError(f"{path}: not a data set, so it has no split {split!r}")
+    if path.is_dir():
+        files = tuple(sorted(path.glob("*.h5")))
+        if not files:
+            raise DataError(f"{path}: neither a data set nor a folder with records (*.h5)")
+        return Exam(f"{path}, {len(files)} records", paths=files)
+    if _is_windows(path):
+        windows = load_windows(path)
+        if not len(windows):
+            raise DataError(f"{path}: there is no window to evaluate on")
+        return Exam(str(path), windows=windows)
+    return Exam(str(path), paths=(path,))
+
+
+def _of_dataset(dataset: Dataset, split: str | None) -> Exam:
+    notes: tuple[str, ...] = ()
+    if split is None:
+        held_out = dataset.split("test")
+        if len(held_out):
+            dataset, split = held_out, "test"
+        else:
+            notes = ("the data set has no test split: a detector that was trained on some of its samples is flattered",)
+    else:
+        dataset = dataset.split(split)
+    if not len(dataset):
+        raise DataError(f"{dataset.root}: no sample{f' in split {split}' if split else ''} to evaluate on")
+    return Exam(f"{dataset.root}, {split or 'all samples'}", dataset=dataset, notes=notes)
+
+
+def _is_windows(path: Path) -> bool:
+    if not path.is_file():
+        raise DataError(f"{path}: no such file; expected a data set, a record or a file of `evslip windows`")
+    try:
+        with h5py.File(path) as file:
+            return file.attrs.get("format") == FORMAT
+    except OSError:
+        raise DataError(
+            f"{path}: not an HDF5 file; expected a data set, a record or a file of `evslip windows`"
+        ) from None

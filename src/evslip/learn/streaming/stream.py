@@ -1,0 +1,153 @@
+"""A detector on a stream of events."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from evslip.events.stream import Events
+from evslip.learn.checkpoint import load_model
+from evslip.learn.evaluation.evaluate import BATCH, answer
+from evslip.learn.streaming.recent import Recent
+from evslip.learn.streaming.rolling import rolling_form
+from evslip.utils.errors import ConfigError, DataError
+from evslip.windows.alignment import Align, require_sensor
+from evslip.windows.cutting import crop
+from evslip.windows.window_set import WindowEvents
+
+MOST_SILENCE_US = 3_600_000_000
+"""A longer gap is a broken clock, not a silent scene."""
+_NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
+
+
+@dataclass(frozen=True)
+class Detection:
+    """Slip probability over time."""
+
+    t_us: np.ndarray
+    """Ends of the windows, int64 of shape (n,)."""
+    p_slip: np.ndarray
+    """Slip probability of the window that ends there, float32 of shape (n,)."""
+    events: np.ndarray
+    """Events of that window in the crop, int64 of shape (n,)."""
+    threshold: float
+    """From here on the detector says slip."""
+    start_us: int = 0
+    """Time of the stream's first event, from which a person counts."""
+
+    def summary(self) -> str:
+        """One line for a person."""
+        share = (self.p_slip >= self.threshold).mean() if len(self.p_slip) else 0.0
+        return f"{len(self.t_us)} answers, {share:.0%} of them slip (threshold {self.threshold:.2f})"
+
+
+class Detector:
+    """Answers every `hop_s` seconds with the slip probability of the last window's events.
+
+    `model` is the folder of a detector, or "default", the one of the package.
+    `size` is the sensor's (width, height), by default that which the detector was trained on. Of another one, `align`
+    says which pixels are looked at: as many around the "centre", or from the "corner"; those that it lacks stay
+    silent. Memory is bounded by the events of one window and one push. Where the network has a form that computes only
+    what a hop brings anew it is used, unless `incremental` is False; the answers agree within 1e-5. Raises DataError
+    for a model that cannot be read, and for another size without `align`.
+    """
+
+    def __init__(
+        self,
+        model: str | Path,
+        *,
+        size: tuple[int, int] | None = None,
+        align: Align | None = None,
+        hop_s: float = 0.005,
+        incremental: bool = True,
+    ):
+        if not 0.001 <= hop_s <= 1000:
+            raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected 0.001 to 1000")
+        self._network, self.description = load_model(model)
+        settings = self.description.windows
+        self._crop = require_sensor(settings, size or settings.sensor, align)
+        self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
+        self._rolling = rolling_form(self._network, self._hop_us) if incremental else None
+        self._kept = Recent()
+        self._turn = 0
+        self._last_us: int | None = None
+        self._next_us = 0
+        self._newest = float("nan")
+        self._silent = float(answer(self._network, [self._network.prepare(_NOTHING)])[0])
+
+    def push(self, events: Events, until_us: int | None = None) -> float:
+        """Take the next events of the stream; the newest slip probability, nan until a first window is complete.
+
+        Arguments and errors are those of `follow`, which gives the answers of all hops.
+        """
+        found = self.follow(events, until_us)
+        if len(found.p_slip):
+            self._newest = float(found.p_slip[-1])
+        return self._newest
+
+    def follow(self, events: Events, until_us: int | None = None) -> Detection:
+        """Take the next events of the stream and answer for every hop that they complete.
+
+        `until_us` says that the stream is known up to that time, where it is silent after the last event. Raises
+        DataError for events that lie before those pushed earlier or more than an hour after them.
+        """
+        now = self._advance(events, until_us)
+        self._kept.add(crop(Events(*events[:4]), self._crop))
+        ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
+        bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
+        counts = bounds[1] - bounds[0]
+        p_slip = np.full(len(ends), self._silent, np.float32)
+        busy = np.flatnonzero(counts)
+        if self._rolling is not None:
+            for i in busy:
+                window = self._kept.part(slice(*bounds[:, i]))
+                p_slip[i] = self._rolling(self._turn + int(i), *window, int(ends[i]) - self._length_us)
+        else:
+            for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
+                windows = [self._window(slice(*bounds[:, i]), int(ends[i]) - self._length_us) for i in chosen]
+                p_slip[chosen] = answer(self._network, [self._network.prepare(window) for window in windows])
+        if len(ends):
+            self._next_us = int(ends[-1]) + self._hop_us
+            self._turn += len(ends)
+        self._kept.forget(self._next_us - self._length_us)
+        return Detection(ends, p_slip, counts, self.description.threshold)
+
+    def _advance(self, events: Events, until_us: int | None) -> int:
+        """Check that time goes on, and return up to when the stream is now known."""
+        if not events.count and until_us is None:
+            return self._next_us - 1
+        first = int(events.t_us[0]) if events.count else int(until_us or 0)
+        last = max(int(events.t_us[-1]) if events.count else first, first if until_us is None else until_us)
+        if self._last_us is None:
+            self._next_us = first + self._length_us
+        elif not 0 <= first - self._last_us <= MOST_SILENCE_US:
+            raise DataError(
+                f"events at {first} us pushed after {self._last_us} us; expected time order and no gap of over an hour"
+            )
+        if last - first > MOST_SILENCE_US and not events.count:
+            raise DataError(f"until_us {last}: more than an hour after {first} us; expected the stream's own clock")
+        self._last_us = last
+        return last
+
+    def _window(self, which: slice, start_us: int) -> WindowEvents:
+        t_us, x, y, p = self._kept.part(which)
+        return WindowEvents((t_us - start_us).astype(np.uint32), x, y, p)
+
+
+def detect(
+    model: str | Path, events: Events, size: tuple[int, int], *, align: Align | None = None, hop_s: float = 0.02
+) -> Detection:
+    """Run a detector over a whole stream from a sensor of `size` (width, height); `align` as for Detector. Raises
+    DataError, ConfigError."""
+    detector = Detector(model, size=size, align=align, hop_s=hop_s)
+    span = (int(events.t_us[-1]) - int(events.t_us[0])) / 1e6 if events.count else 0.0
+    if span < detector.description.windows.length_s:
+        needed = detector.description.windows.length_s
+        raise DataError(f"the recording lasts {span:.3f} s; expected at least one window of {needed:g} s")
+    # In pieces, so that the windows prepared at one time stay few.
+    edges = np.arange(0, events.count, 500_000)
+    parts = [detector.follow(events.select(slice(first, first + 500_000))) for first in edges]
+    t_us, p_slip, counts = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("t_us", "p_slip", "events")
+    )
+    return Detection(t_us, p_slip, counts, detector.description.threshold, int(events.t_us[0]))

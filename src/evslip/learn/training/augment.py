@@ -1,0 +1,97 @@
+"""Windows changed as the world might have changed them, for training."""
+
+import numpy as np
+
+from evslip.events.stream import Events
+from evslip.learn.networks.network import Geometry
+from evslip.learn.training.settings import TrainSettings
+from evslip.utils.errors import DataError
+from evslip.windows.alignment import laid_on
+from evslip.windows.cutting import crop
+from evslip.windows.window_set import WindowEvents, WindowSettings
+
+
+class Augmentation:
+    """Flip, shift, dropout in time and of events, and noise, in this order, as the settings say.
+
+    Raises DataError when the recording of noise cannot be read or is shorter than a window.
+    """
+
+    def __init__(self, settings: TrainSettings, windows: WindowSettings):
+        self._settings = settings
+        self._geometry = Geometry(windows.width, windows.height, round(windows.length_s * 1e6))
+        self._noise = _noise(settings.noise, windows) if settings.noise else None
+
+    def __call__(self, events: WindowEvents, rng: np.random.Generator) -> WindowEvents:
+        """A changed copy; equal generators give equal ones."""
+        s = self._settings
+        if s.flip and rng.random() < 0.5:
+            events = flipped(events, self._geometry.width)
+        if s.shift_px:
+            dx, dy = rng.integers(-s.shift_px, s.shift_px + 1, 2)
+            events = shifted(events, int(dx), int(dy), self._geometry)
+        if s.time_dropout:
+            length = self._geometry.length_us * s.time_dropout * rng.random()
+            start = rng.random() * (self._geometry.length_us - length)
+            events = _kept(events, (events.t_us < start) | (events.t_us >= start + length))
+        if s.event_dropout:
+            events = _kept(events, rng.random(len(events.t_us)) >= s.event_dropout * rng.random())
+        if s.noise_hz:
+            events = merged(events, shot_noise(s.noise_hz * rng.random() ** 2, self._geometry, rng))
+        if self._noise is not None:
+            events = merged(events, self._part_of_noise(rng))
+        return events
+
+    def _part_of_noise(self, rng: np.random.Generator) -> WindowEvents:
+        assert self._noise is not None
+        first, last = int(self._noise.t_us[0]), int(self._noise.t_us[-1])
+        start = int(rng.integers(first, last - self._geometry.length_us + 1))
+        part = self._noise.between(start, start + self._geometry.length_us)
+        part = part.select(np.flatnonzero(rng.random(part.count) < rng.random()))
+        return WindowEvents((part.t_us - start).astype(np.uint32), part.x, part.y, part.p)
+
+
+def flipped(events: WindowEvents, width: int) -> WindowEvents:
+    """Mirrored left to right."""
+    return events._replace(x=(width - 1 - events.x).astype(np.uint8))
+
+
+def shifted(events: WindowEvents, dx: int, dy: int, geometry: Geometry) -> WindowEvents:
+    """Moved by so many pixels; what leaves the crop is lost."""
+    x, y = events.x.astype(np.int16) + dx, events.y.astype(np.int16) + dy
+    inside = (x >= 0) & (x < geometry.width) & (y >= 0) & (y < geometry.height)
+    moved = events._replace(x=x.astype(np.uint8), y=y.astype(np.uint8))
+    return _kept(moved, inside)
+
+
+def shot_noise(rate_hz: float, geometry: Geometry, rng: np.random.Generator) -> WindowEvents:
+    """Events that come at random, `rate_hz` from each pixel on average, both polarities alike: a Poisson process."""
+    count = rng.poisson(rate_hz * geometry.width * geometry.height * geometry.length_us / 1e6)
+    return WindowEvents(
+        np.sort(rng.integers(0, geometry.length_us, count, np.uint32)),
+        rng.integers(0, geometry.width, count, np.uint8),
+        rng.integers(0, geometry.height, count, np.uint8),
+        rng.random(count) < 0.5,
+    )
+
+
+def merged(events: WindowEvents, others: WindowEvents) -> WindowEvents:
+    """Both, in order of time."""
+    order = np.argsort(np.concatenate([events.t_us, others.t_us]), kind="stable")
+    return WindowEvents(*(np.concatenate([one, other])[order] for one, other in zip(events, others, strict=True)))
+
+
+def _kept(events: WindowEvents, which: np.ndarray) -> WindowEvents:
+    return WindowEvents(*(column[which] for column in events))
+
+
+def _noise(path: str, windows: WindowSettings) -> Events:
+    from evslip.codecs import read_recording
+
+    record = read_recording(path)
+    noise = crop(record.events, laid_on(windows, record.size))
+    if not noise.count or noise.t_us[-1] - noise.t_us[0] < windows.length_s * 1e6:
+        raise DataError(
+            f"{path}: shorter than a window of {windows.length_s:g} s; expected a longer recording of noise"
+        )
+    return noise

@@ -1,0 +1,102 @@
+"""How a detector is trained."""
+
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args
+
+from evslip.learn.networks import network_class
+from evslip.utils.errors import ConfigError
+
+Optimiser = Literal["adam", "rmsprop"]
+Schedule = Literal["cycle", "constant"]
+Protocol = Literal["trajectory", "paper"]
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """How a detector is trained."""
+
+    model: str = "cnn3d_bn"
+    """Name of the network."""
+    epochs: int = 14
+    """Most passes over the training windows."""
+    batch: int = 16
+    """Windows a step."""
+    lr: float = 4e-3
+    """Learning rate, the highest of a cycle."""
+    schedule: Schedule = "cycle"
+    """cycle: the rate rises over a fifth of the steps, then falls to nothing by a cosine. constant: as in the paper."""
+    optimiser: Optimiser = "adam"
+    """adam (AdamW) or rmsprop."""
+    weight_decay: float = 1e-4
+    """How strongly weights are pulled towards 0: apart from the gradient with adam, as an L2 penalty with rmsprop."""
+    smoothing: float = 0.05
+    """Label smoothing: keeps the probabilities of few windows from running to 0 and 1."""
+    patience: int = 6
+    """Epochs without a better validation loss before training stops."""
+    val_fraction: float = 0.2
+    """Share of the trajectories kept for validation."""
+    protocol: Protocol = "trajectory"
+    """trajectory: validation is on other trajectories. paper: on other windows of the same ones, chosen as the paper's
+    public code does; for comparison."""
+    flip: bool = True
+    """Mirror half of the windows left to right: gravity has no left."""
+    shift_px: int = 0
+    """Move each window by up to so many pixels in both directions."""
+    time_dropout: float = 0.0
+    """Silence a span of each window, up to this share of its length."""
+    event_dropout: float = 0.0
+    """Remove a share of each window's events, up to this one."""
+    noise_hz: float = 0.0
+    """Add events at random, as a sensor's shot noise is: to each window so many a second and pixel, from 0 to this,
+    small rates more often."""
+    noise: str = ""
+    """Recording whose events are added: to each window a part of random start, of which a random share is taken."""
+    seed: int = 0
+    """Seed of initial weights, order and augmentation."""
+
+    def __post_init__(self) -> None:
+        if self.epochs < 1 or self.batch < 2 or not self.lr > 0 or self.patience < 1:
+            raise ConfigError(
+                f"epochs {self.epochs}, batch {self.batch}, lr {self.lr:g}, patience {self.patience}: "
+                "expected at least 1, at least 2, more than 0, at least 1"
+            )
+        for name, values in (("optimiser", Optimiser), ("schedule", Schedule), ("protocol", Protocol)):
+            if getattr(self, name) not in get_args(values):
+                raise ConfigError(f"{name} {getattr(self, name)!r}: expected one of {', '.join(get_args(values))}")
+        if not 0 <= self.weight_decay < 1 or not 0 <= self.smoothing < 1 or self.seed < 0:
+            raise ConfigError(
+                f"weight_decay {self.weight_decay:g}, smoothing {self.smoothing:g}, seed {self.seed}: "
+                "expected at least 0 and less than 1, the same, at least 0"
+            )
+        if not 0 < self.val_fraction < 1:
+            raise ConfigError(f"val_fraction {self.val_fraction:g}: expected more than 0 and less than 1")
+        if not 0 <= self.noise_hz <= 1000:
+            raise ConfigError(f"noise_hz {self.noise_hz:g}: expected 0 to 1000")
+        if not (0 <= self.time_dropout < 1 and 0 <= self.event_dropout < 1 and 0 <= self.shift_px <= 100):
+            raise ConfigError(
+                f"time_dropout {self.time_dropout:g}, event_dropout {self.event_dropout:g}, shift_px {self.shift_px}: "
+                "expected at least 0 and less than 1, the same, 0 to 100"
+            )
+
+    @classmethod
+    def of(cls, model: str, **chosen: Any) -> "TrainSettings":
+        """What suits the network, but for what is chosen; None is not chosen. Raises ConfigError."""
+        given = {name: value for name, value in chosen.items() if value is not None}
+        unknown = given.keys() - {field.name for field in fields(cls)}
+        if unknown:
+            raise ConfigError(f"{min(unknown)}: no setting of training; see TrainSettings")
+        return cls(**{"model": model, **network_class(model).recommended, **given})
+
+    def words(self) -> list[str]:
+        """Options of `evslip train` that give these settings."""
+        usual = TrainSettings.of(self.model)
+        words = ["--model", self.model]
+        for field in fields(self):
+            option, value = field.name.replace("_", "-"), getattr(self, field.name)
+            if value == getattr(usual, field.name) and field.name != "seed":
+                continue
+            if isinstance(value, bool):
+                words.append(f"--{option}" if value else f"--no-{option}")
+            else:
+                words += [f"--{option}", str(value)]
+        return words

@@ -1,0 +1,278 @@
+"""Training: from windows to a saved detector."""
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from torch.nn.modules.batchnorm import _BatchNorm
+
+from evslip.learn.checkpoint import Description, geometry_of, save_model
+from evslip.learn.evaluation.evaluate import BATCH, probabilities
+from evslip.learn.networks import Network, build_model
+from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
+from evslip.learn.training.augment import Augmentation
+from evslip.learn.training.logs import logs
+from evslip.learn.training.settings import TrainSettings
+from evslip.learn.training.training_state import STATE, TrainingState, training_of
+from evslip.utils import atomic
+from evslip.utils.console import console
+from evslip.utils.errors import DataError
+from evslip.windows.window_set import SLIP, Windows
+
+HISTORY = "history.json"
+MOST_TO_SETTLE = 512
+"""Windows that batch norm's statistics are averaged over; more do not change them."""
+
+
+@dataclass(frozen=True)
+class TrainResult:
+    """What training came to."""
+
+    folder: Path
+    best_epoch: int
+    val_accuracy: float
+    """Balanced, at the chosen threshold."""
+    val_auroc: float
+    threshold: float
+    history: list[dict[str, float]] = field(default_factory=list)
+
+    def summary(self) -> str:
+        """One line for a person."""
+        return (
+            f"best of {len(self.history)} epochs: {self.best_epoch}; validation balanced accuracy "
+            f"{self.val_accuracy:.3f}, AUROC {self.val_auroc:.4f}, threshold {self.threshold:.2f}"
+        )
+
+
+def train(
+    windows: Windows,
+    out: str | Path,
+    settings: TrainSettings | None = None,
+    quiet: bool = False,
+    wandb: bool = False,
+    watch: Callable[[int, dict[str, float]], None] | None = None,
+) -> TrainResult:
+    """Train on most trajectories, choose epoch and threshold on the others, save the detector.
+
+    Deterministic on CPU: equal windows and settings give equal weights, and so does a training that was killed and is
+    started again. Raises DataError for too little data and for a loss that is not finite; then the best state so far is
+    saved, if there is one. Raises ConfigError if the folder holds another unfinished training. `watch` is called with
+    each epoch's number and figures; what it raises stops the training, which can be gone on with.
+    """
+    settings = settings or TrainSettings()
+    out = Path(out)
+    training, validation = split(windows, settings)
+    with atomic.storage_errors(out):
+        out.mkdir(parents=True, exist_ok=True)
+    augmentation = Augmentation(settings, windows.settings)
+    torch.manual_seed(settings.seed)
+    network = build_model(settings.model, geometry_of(windows.settings))
+    network.fit(training)
+    network.to("cuda" if torch.cuda.is_available() else "cpu")
+    optimiser = make_optimiser(network, settings)
+    state, of = TrainingState(network, optimiser), training_of(windows, settings)
+    if (out / STATE).exists():
+        state.load(out / STATE, of)
+    failure = None
+    with (
+        logs(out, settings, len(state.history) + 1, wandb) as log,
+        _progress(settings, len(training), len(state.history), quiet) as show,
+    ):
+        try:
+            while not finished(state, settings):
+                row = _epoch(state, training, validation, settings, augmentation, show)
+                state.history.append({"epoch": len(state.history) + 1, **row})
+                if row["val_loss"] < min((h["val_loss"] for h in state.history[:-1]), default=math.inf):
+                    state.keep_best()
+                log(len(state.history), row)
+                state.save(out / STATE, of)
+                if watch:
+                    watch(len(state.history), row)
+        except _NotFinite as error:
+            failure = error
+    if not state.best:
+        reason = failure or "the validation loss was never finite"
+        (out / STATE).unlink(missing_ok=True)
+        raise DataError(f"{reason}; lower the learning rate (lr {settings.lr:g})")
+    network.load_state_dict(state.best)
+    result = _finish(out, state, training, validation, settings)
+    if failure:
+        raise DataError(f"{failure}; the state of epoch {result.best_epoch} is saved in {out}")
+    return result
+
+
+def split(windows: Windows, settings: TrainSettings) -> tuple[Windows, Windows]:
+    """The windows to train and to validate on. Raises DataError if there are too few."""
+    if settings.protocol == "paper":
+        return windows.split_as_paper(0)
+    return windows.split_by_trajectory(settings.val_fraction, settings.seed)
+
+
+def make_optimiser(network: Network, settings: TrainSettings) -> torch.optim.Optimizer | None:
+    """None for a network without parameters."""
+    parameters = list(network.parameters())
+    if not parameters:
+        return None
+    if settings.optimiser == "rmsprop":
+        return torch.optim.RMSprop(parameters, lr=settings.lr, weight_decay=settings.weight_decay)
+    return torch.optim.AdamW(parameters, lr=settings.lr, weight_decay=settings.weight_decay, fused=True)
+
+
+def finished(state: TrainingState, settings: TrainSettings) -> bool:
+    """Whether all epochs are over, or enough of them brought nothing."""
+    done = len(state.history)
+    most = settings.epochs if state.optimiser else 1
+    return done >= most or (done > 0 and done - state.best_epoch >= settings.patience)
+
+
+def learning_rate(share: float, settings: TrainSettings) -> float:
+    """The rate when this share of all steps is done. A cycle rises from 1/25 and falls to nothing, both by cosines
+    (Smith & Topin 2019)."""
+    if settings.schedule == "constant":
+        return settings.lr
+    rise, low = 0.2, 1 / 25
+    if share < rise:
+        return settings.lr * (low + (1 - low) * (1 - math.cos(math.pi * share / rise)) / 2)
+    return settings.lr * (1 + math.cos(math.pi * (share - rise) / (1 - rise))) / 2
+
+
+def _finish(
+    out: Path, state: TrainingState, training: Windows, validation: Windows, settings: TrainSettings
+) -> TrainResult:
+    """Choose the threshold, save the detector, remove what was kept to go on."""
+    assert isinstance(state.network, Network)
+    scores = probabilities(state.network, validation)
+    threshold = best_threshold(validation.label, scores, validation.name)
+    result = TrainResult(
+        folder=out,
+        best_epoch=state.best_epoch,
+        val_accuracy=balanced_accuracy(validation.label, scores >= threshold),
+        val_auroc=auroc(validation.label, scores),
+        threshold=threshold,
+        history=state.history,
+    )
+    training_facts = {
+        "settings": asdict(settings),
+        "windows": {"training": len(training), "validation": len(validation)},
+        "validation_trajectories": np.unique(validation.name).tolist(),
+        "best_epoch": result.best_epoch,
+        "val_accuracy": result.val_accuracy,
+        "val_auroc": result.val_auroc,
+        "torch": torch.__version__,
+    }
+    description = Description(settings.model, threshold, training.settings, training_facts)
+    save_model(out, state.network, description)
+    atomic.write_text(out / HISTORY, json.dumps(state.history, indent=1) + "\n")
+    (out / STATE).unlink(missing_ok=True)
+    return result
+
+
+class _NotFinite(Exception):
+    pass
+
+
+def _epoch(
+    state: TrainingState,
+    training: Windows,
+    validation: Windows,
+    settings: TrainSettings,
+    augmentation: Augmentation,
+    show: "_Show",
+) -> dict[str, float]:
+    """One pass over the training windows; loss and accuracy on both sides after it."""
+    network, optimiser = state.network, state.optimiser
+    assert isinstance(network, Network)
+    epoch = len(state.history) + 1
+    rng = np.random.default_rng([settings.seed, 0x7A1, epoch])
+    torch.manual_seed(int(rng.integers(2**62)))  # dropout
+    steps = math.ceil(len(training) / settings.batch)
+    network.train()
+    total, right = 0.0, 0
+    for number, chosen in enumerate(np.array_split(rng.permutation(len(training)), steps)):
+        inputs = [network.prepare(augmentation(training[int(i)], rng)) for i in chosen]
+        labels = torch.from_numpy(training.label[chosen].astype(np.int64)).to(network.device)
+        loss, logits = network.step(inputs, labels, settings.smoothing)
+        if not torch.isfinite(loss):
+            raise _NotFinite(f"the loss is {loss.item()} at batch {number + 1} of epoch {epoch}")
+        if optimiser:
+            for group in optimiser.param_groups:
+                group["lr"] = learning_rate(((epoch - 1) * steps + number) / (steps * settings.epochs), settings)
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+        total += loss.item() * len(chosen)
+        right += int((logits.argmax(1) == labels).sum())
+        show.batch(epoch, total, right, number, len(chosen))
+    settle_norms(network, training, rng)
+    scores = probabilities(network, validation)
+    truth = validation.label == SLIP
+    likelihood = np.clip(np.where(truth, scores, 1 - scores), 1e-7, 1).astype(float)
+    row = {
+        "loss": total / len(training),
+        "accuracy": right / len(training),
+        "val_loss": float(-np.log(likelihood).mean()),
+        "val_accuracy": float(((scores >= 0.5) == truth).mean()),
+        "val_auroc": auroc(validation.label, scores),
+    }
+    show.epoch(epoch, row)
+    return row
+
+
+def settle_norms(network: Network, windows: Windows, rng: np.random.Generator) -> None:
+    """Average each batch norm's statistics over many windows for the present weights.
+
+    The running averages lag behind weights that still change fast, by far too much to be used on a small data set.
+    """
+    norms = [module for module in network.modules() if isinstance(module, _BatchNorm)]
+    if not norms:
+        return
+    momenta = [norm.momentum for norm in norms]
+    for norm in norms:
+        norm.reset_running_stats()
+        norm.momentum = None  # cumulative average
+    network.train()
+    some = rng.permutation(len(windows))[:MOST_TO_SETTLE]
+    with torch.no_grad():
+        for chosen in np.array_split(some, math.ceil(len(some) / BATCH)):
+            network([network.prepare(windows[int(i)]) for i in chosen])
+    for norm, momentum in zip(norms, momenta, strict=True):
+        norm.momentum = momentum
+
+
+class _Show:
+    """Progress of training: a bar that fits a line of 80 characters; without a terminal a line an epoch."""
+
+    def __init__(self, bar: Progress, task: Any, epochs: int, quiet: bool):
+        self._bar, self._task, self._epochs, self._quiet = bar, task, epochs, quiet
+        self._seen, self._validation = 0, ""
+
+    def batch(self, epoch: int, total: float, right: int, number: int, size: int) -> None:
+        self._seen = size if number == 0 else self._seen + size
+        self._say(epoch, total / self._seen, right / self._seen, advance=1)
+
+    def epoch(self, epoch: int, row: dict[str, float]) -> None:
+        self._validation = f", validation {row['val_loss']:.3f} {row['val_accuracy']:.3f}"
+        self._say(epoch, row["loss"], row["accuracy"])
+        if not self._quiet and not console.is_terminal:
+            console.print(self._bar.tasks[self._task].fields["scores"])
+
+    def _say(self, epoch: int, loss: float, accuracy: float, advance: int = 0) -> None:
+        scores = f"{epoch}/{self._epochs} loss {loss:.3f} accuracy {accuracy:.3f}{self._validation}"
+        self._bar.update(self._task, advance=advance, scores=scores)
+
+
+@contextmanager
+def _progress(settings: TrainSettings, windows: int, done: int, quiet: bool) -> Iterator[_Show]:
+    columns = (TextColumn(settings.model), BarColumn(8), TimeRemainingColumn(), TextColumn("{task.fields[scores]}"))
+    hidden = quiet or not console.is_terminal
+    steps = math.ceil(windows / settings.batch)
+    with Progress(*columns, console=console, disable=hidden) as bar:
+        task = bar.add_task("", total=steps * settings.epochs, completed=steps * done, scores="")
+        yield _Show(bar, task, settings.epochs, quiet)

@@ -1,0 +1,113 @@
+"""Where and how the pads press on the object."""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.physics.contact import PAD_HALF_M, Patch, flat_patch, pressed_patch
+from evslip.scene.shapes import shape_of, shape_of_spec
+from evslip.utils.errors import PlanRejected
+
+TCP_M = np.array([0.0, 0.0, 0.1034])
+"""Tool centre, the middle between the pads, in the frame of the hand (panda_hand)."""
+LEFT, RIGHT = range(2)
+"""Pads. At the start the left one is on the object's side y < 0, the right one on y > 0."""
+OPEN_BY_M = 0.006
+"""How much farther than the object each finger opens, ..."""
+WIDEST_M = 0.039
+"""... at most to here."""
+
+
+class Grasp(NamedTuple):
+    """Both pads on the object."""
+
+    point_m: np.ndarray
+    """Tool centre (x, z) from the object's centre, x along its width, z up, of shape (2,)."""
+    pads: tuple[Patch, Patch]
+
+    @property
+    def gap_m(self) -> float:
+        """Distance between the pads' faces."""
+        return self.pads[LEFT].face_m + self.pads[RIGHT].face_m
+
+    @property
+    def middle_m(self) -> float:
+        """Middle between the pads from the object's centre, along its depth."""
+        return (self.pads[RIGHT].face_m - self.pads[LEFT].face_m) / 2
+
+
+def tcp_offset_m(params: Params) -> float:
+    """Tool centre from where the object's centre is planned to be, along its width."""
+    return shape_of(params).reach_m(PAD_HALF_M) * params.grip.offset
+
+
+def grip_point_m(params: Params) -> np.ndarray:
+    """Tool centre (x, z) from the object's centre, where it really is: x along its width, z up; of shape (2,)."""
+    grip = params.grip
+    yaw = np.radians(grip.error_yaw_deg)
+    x = np.cos(yaw) * (tcp_offset_m(params) - grip.error_x_m) - np.sin(yaw) * grip.error_y_m
+    return np.array([x, params.object.height_m / 2 - grip.depth_m])
+
+
+def planned_grasp(params: Params) -> Grasp:
+    """The grasp of an object that stands where it is planned to. Raises PlanRejected."""
+    point = (tcp_offset_m(params), params.object.height_m / 2 - params.grip.depth_m)
+    spec: Any = params.object
+    return _grasp(spec, point, params.grip.force_n, params.grip.friction)
+
+
+def grasp(params: Params) -> Grasp:
+    """The grasp of the object where it stands. Raises PlanRejected when the pads miss it or cannot hold on to it."""
+    x, z = grip_point_m(params)
+    spec: Any = params.object
+    return _grasp(spec, (float(x), float(z)), params.grip.force_n, params.grip.friction)
+
+
+def contact_patch(params: Params) -> tuple[float, float, float, float]:
+    """Rectangle (x0, x1, z0, z1) in metres around what the pads touch, about the tool centre; x along the width, z
+    up."""
+    points = np.concatenate([pad.corners for pad in grasp(params).pads])
+    (x0, z0), (x1, z1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return x0, x1, z0, z1
+
+
+def contact_points(params: Params, pad: int = LEFT) -> np.ndarray:
+    """Where the model's pad touches the object, (x, z) about the tool centre in metres, of shape (6, 2)."""
+    return grasp(params).pads[pad].contacts
+
+
+def contact_elements(params: Params) -> tuple[np.ndarray, np.ndarray]:
+    """Both pads' patches in small pieces: centres (x, z) about the tool centre in metres (n, 2), and the share of the
+    normal force that each carries (n,)."""
+    pads = grasp(params).pads
+    return np.concatenate([pad.points for pad in pads]), np.concatenate([pad.weights for pad in pads]) / len(pads)
+
+
+def open_travel_m(params: Params) -> float:
+    """Travel of each finger before it closes."""
+    return min(WIDEST_M, params.object.depth_m / 2 + abs(planned_grasp(params).middle_m) + OPEN_BY_M)
+
+
+def check_opening(params: Params) -> None:
+    """Raise PlanRejected if the hand comes down on the object instead of around it."""
+    grip, opened = params.grip, open_travel_m(params)
+    yaw = abs(np.radians(grip.error_yaw_deg))
+    half_m = params.object.depth_m / 2 / np.cos(yaw) + min(PAD_HALF_M, params.object.width_m / 2) * np.tan(yaw)
+    reach = half_m + abs(grip.error_y_m - planned_grasp(params).middle_m)
+    if reach > opened:
+        raise PlanRejected(
+            "grip",
+            f"grip.error_y_m {grip.error_y_m:g}, grip.error_yaw_deg {grip.error_yaw_deg:g}: a finger comes down on the "
+            f"object, which reaches {1e3 * reach:.1f} mm to one side of the hand's middle; it opens to "
+            f"{1e3 * opened:.1f} mm",
+        )
+
+
+@lru_cache(maxsize=8)
+def _grasp(spec: Any, point: tuple[float, float], force_n: float, friction: float) -> Grasp:
+    shape = shape_of_spec(spec)
+    press = flat_patch if shape.solid_sides else pressed_patch
+    left, right = (press(shape, side, point, force_n, friction) for side in (-1, 1))
+    return Grasp(np.array(point), (left, right))

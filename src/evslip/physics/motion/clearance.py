@@ -1,0 +1,79 @@
+"""Whether a planned motion keeps object, fingers, hand and arm out of the table and of one another."""
+
+import mujoco
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.physics.grip import TCP_M, check_opening, tcp_offset_m
+from evslip.physics.motion.phases import phase_bounds_s
+from evslip.physics.robot import ARM_JOINTS, HAND, collision_hull
+from evslip.utils.errors import PlanRejected
+
+TIP_BELOW_TCP_M = 0.0095
+"""How far the finger tips reach below the tool centre."""
+TOUCH_M = 0.001
+"""The object may be planned this deep into the table: it is set down, not dropped."""
+_MOVING = {f"panda_link{k}": f"link{k}" for k in range(2, 8)} | {HAND: "hand"}
+"""Bodies that can come down to the table, and their meshes."""
+
+
+def check_grip(params: Params) -> None:
+    """Raise PlanRejected if the grasp itself puts the finger tips into the table or onto the object, or the object into
+    the palm."""
+    check_opening(params)
+    obj, grip = params.object, params.grip
+    deepest = obj.height_m - TIP_BELOW_TCP_M
+    if grip.depth_m > deepest:
+        raise PlanRejected(
+            "collision",
+            f"grip.depth_m: {grip.depth_m:g} puts the finger tips into the table for object.height_m {obj.height_m:g}; "
+            f"expected at most {deepest:.4g}",
+        )
+    palm = TCP_M[2] - collision_hull("hand")[:, 2].max()
+    if grip.depth_m > palm:
+        raise PlanRejected(
+            "collision", f"grip.depth_m: {grip.depth_m:g} puts the object into the palm; expected at most {palm:.3g}"
+        )
+
+
+def check_object(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: np.ndarray) -> None:
+    """Raise PlanRejected if object or finger tips, held as gripped, go into the table.
+
+    Tool centres (n, 3) and tilts (n,) are the planned ones at times (n,).
+    """
+    obj, bounds = params.object, phase_bounds_s(params)
+    depth, middle = params.grip.depth_m, -tcp_offset_m(params)
+    carried = (t_s >= bounds["lift"][0]) & (t_s <= bounds["placement"][1])
+    sides, ends = (middle - obj.width_m / 2, middle + obj.width_m / 2), (depth, depth - obj.height_m)
+    corners = np.array([(x, z) for x in sides for z in ends])
+    tips = np.array([(0.0, -TIP_BELOW_TCP_M)])
+    for name, points in (("object", corners), ("finger tips", tips)):
+        below = np.stack([-np.sin(tilt_rad), np.cos(tilt_rad)], axis=1) @ points.T
+        lowest = np.where(carried, tool_m[:, 2] + below.min(axis=1), np.inf)
+        worst = int(lowest.argmin())
+        if lowest[worst] < -TOUCH_M:
+            raise PlanRejected(
+                "collision",
+                f"motion: puts the {name} {-1e3 * lowest[worst]:.1f} mm into the table at {t_s[worst]:.2f} s; lift it "
+                "higher (motion.lift_m), tilt it less, or raise the way-points",
+            )
+
+
+def check_arm(model: mujoco.MjModel, t_s: np.ndarray, angles_rad: np.ndarray) -> None:
+    """Raise PlanRejected if a link or the hand goes into the table at joint angles (n, 7) of times (n,)."""
+    data = mujoco.MjData(model)
+    bodies = np.array([model.body(name).id for name in _MOVING])
+    down, height = np.empty((len(t_s), len(bodies), 3)), np.empty((len(t_s), len(bodies)))
+    for k, angles in enumerate(angles_rad):
+        data.qpos[: len(ARM_JOINTS)] = angles
+        mujoco.mj_kinematics(model, data)
+        down[k], height[k] = data.xmat[bodies, 6:], data.xpos[bodies, 2]
+    for body, (name, mesh) in enumerate(_MOVING.items()):
+        lowest = height[:, body] + (down[:, body] @ collision_hull(mesh).T).min(axis=1)
+        worst = int(lowest.argmin())
+        if lowest[worst] < 0:
+            raise PlanRejected(
+                "collision",
+                f"motion: puts {name} {-1e3 * lowest[worst]:.1f} mm into the table at {t_s[worst]:.2f} s; lift higher "
+                "(motion.lift_m) or grip a higher object",
+            )

@@ -1,0 +1,42 @@
+"""What the physics hands on: poses, joints and forces at 1 kHz."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.config.params import Params
+
+JOINTS = 9
+"""Columns of a trajectory's joints."""
+
+
+class Trajectory(NamedTuple):
+    """One pick-and-place, sampled at 1 kHz. World frame: metres, z up, table top at z = 0."""
+
+    params: Params
+    """The concrete parameters it was simulated from; they and the poses are all that rendering needs."""
+    t_us: np.ndarray
+    """Sample times in microseconds, int64 of shape (n,)."""
+    gripper_pose: np.ndarray
+    """Hand frame (panda_hand) in the world: position, then quaternion wxyz; float32 of shape (n, 7)."""
+    object_pose: np.ndarray
+    """Object frame (centre of the cuboid) in the world, as gripper_pose; of shape (n, 7)."""
+    joints: np.ndarray
+    """Arm joint angles in radians (7), then the travel of the left and right finger in metres; of shape (n, 9). The
+    cartesian hand's are x, y, z in metres, tilt in radians and three zeros."""
+    pad_force_n: np.ndarray
+    """Normal force on the left and right pad in newtons; of shape (n, 2)."""
+    floor_force_n: np.ndarray
+    """Normal force between object and surface in newtons; of shape (n,)."""
+    pad_friction: np.ndarray | None = None
+    """Friction of the left and right pad on the object in the plane of the pads: force along hand x and against hand z
+    (at zero tilt along world x and up) in newtons, and its torque about the closing axis through the tool centre, world
+    y at zero tilt, in newton metres; of shape (n, 2, 3). None in records made without."""
+    pad_utilisation: np.ndarray | None = None
+    """Share of what each pad's friction can carry that is in use: its pad_friction on the limit surface of its patch
+    under its normal force. 1 where it slides, within 0.03; 0 where it does not touch; of shape (n, 2)."""
+
+    @property
+    def finger_gap_m(self) -> np.ndarray:
+        """Distance between the two pads' faces in metres; of shape (n,)."""
+        return self.joints[:, 7] + self.joints[:, 8]

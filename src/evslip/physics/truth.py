@@ -1,0 +1,232 @@
+"""Exact slip ground truth from poses."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from evslip.config.params import Params
+from evslip.physics.episodes import SLIP_DEG, SLIP_M, Episode, movements_of
+from evslip.physics.grip import TCP_M
+from evslip.physics.motion.phases import PHASE_NAMES, phase_times
+from evslip.physics.trajectory import Trajectory
+from evslip.utils.errors import GraspFailed
+
+SETTLED_SHARE = 0.9
+"""The grip is closed when each pad carries this share of the grip force ..."""
+SETTLED_SPEED_M_S = 1e-3
+"""... and each finger is slower than this ..."""
+SETTLED_S = 0.1
+"""... for this long."""
+LOST_S = 0.02
+"""The grip is lost when a pad has carried nothing for this long."""
+THETA_BITS, ROTATION_BITS, POSITION_BITS = 16, 22, 23
+"""Angles are kept to about 1e-5 degrees, positions to 0.1 micrometres: finer digits would only make records large."""
+SPEED_S = 0.01
+"""Slip speeds are central differences over this time."""
+
+
+class Truth(NamedTuple):
+    """What the object did in the hand, at the trajectory's times."""
+
+    t_us: np.ndarray
+    """Times in microseconds, int64 of shape (n,)."""
+    theta_deg: np.ndarray
+    """The paper's angular difference against the first pose; of shape (n,)."""
+    rotation: np.ndarray
+    """Orientation of the object in the hand frame, quaternion wxyz; of shape (n, 4)."""
+    position_m: np.ndarray
+    """Where, in the hand frame, that point of the object is which the tool centre held when the grip closed; of shape
+    (n, 3). It moves when the object slides, and hardly when it rotates about the grip."""
+    held: np.ndarray
+    """Whether the object hangs in the closed grip, free of the surface; bool of shape (n,)."""
+    span_us: tuple[int, int]
+    """From the closed grip to the command to open: the time that is recorded."""
+    onset_us: int | None
+    """When the first slip begins: the first 0.1 deg or 0.1 mm of a movement in the grip that reaches 1 deg or 2 mm.
+    None, if the object holds."""
+    episodes: tuple[Episode, ...] = ()
+    """Every slip, in order."""
+    phase: np.ndarray | None = None
+    """Phase of the task at each sample, as its position in PHASE_NAMES; uint8 of shape (n,)."""
+    pad_force_n: np.ndarray | None = None
+    """The trajectory's pad_force_n, pad_friction and pad_utilisation; the latter two None in records made without."""
+    pad_friction: np.ndarray | None = None
+    pad_utilisation: np.ndarray | None = None
+
+    @property
+    def spin_deg(self) -> np.ndarray:
+        """Rotation in the hand about the closing axis since the grip closed, signed and unbounded: positive where the
+        object turns as the hand does with positive tilt; of shape (n,)."""
+        w, _, y, _ = self._since_closed().as_quat(scalar_first=True).T
+        return -np.degrees(np.unwrap(2 * np.arctan2(y, w)))
+
+    @property
+    def slide_m(self) -> np.ndarray:
+        """Way of the gripped point in the hand since the grip closed: along the object's width, along the closing axis,
+        and up (against the fingers), as they lie at zero tilt; of shape (n, 3)."""
+        return (self.position_m - self.position_m[self._closed]).astype(np.float64) * [1, -1, -1]
+
+    @property
+    def slide_mm(self) -> np.ndarray:
+        """Distance of the gripped point from where it was when the grip closed; of shape (n,)."""
+        return 1e3 * np.linalg.norm(self.slide_m, axis=1)
+
+    @property
+    def angular_speed_deg_s(self) -> np.ndarray:
+        """How fast the object turns in the hand, about any axis; of shape (n,)."""
+        before, after, seconds = self._neighbours()
+        first, second = (Rotation.from_quat(self.rotation[k], scalar_first=True) for k in (before, after))
+        return np.degrees((first.inv() * second).magnitude()) / seconds
+
+    @property
+    def linear_speed_mm_s(self) -> np.ndarray:
+        """How fast the gripped point slides in the hand; of shape (n,)."""
+        before, after, seconds = self._neighbours()
+        way = self.position_m[after].astype(np.float64) - self.position_m[before]
+        return 1e3 * np.linalg.norm(way, axis=1) / seconds
+
+    def during(self, *phases: str) -> np.ndarray:
+        """Which samples lie in the named phases; bool of shape (n,). None do where the phase is not known."""
+        if self.phase is None:
+            return np.zeros(len(self.t_us), bool)
+        return np.isin(self.phase, [PHASE_NAMES.index(name) for name in phases])
+
+    @property
+    def _closed(self) -> int:
+        return int(np.searchsorted(self.t_us, self.span_us[0]))
+
+    def _since_closed(self) -> Rotation:
+        turns = Rotation.from_quat(self.rotation, scalar_first=True)
+        return turns * turns[min(self._closed, len(self.t_us) - 1)].inv()
+
+    def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Samples SPEED_S / 2 before and after each one, as far as there are any, and the seconds between them."""
+        n = len(self.t_us)
+        reach = max(1, round(SPEED_S / 2 * 1e6 / max(1, int(self.t_us[min(1, n - 1)] - self.t_us[0]))))
+        before, after = np.maximum(np.arange(n) - reach, 0), np.minimum(np.arange(n) + reach, n - 1)
+        return before, after, np.maximum(self.t_us[after] - self.t_us[before], 1) / 1e6
+
+
+def angular_difference(trajectory: Trajectory) -> np.ndarray:
+    """The paper's theta in degrees, of shape (n,): |arccos((tr(dMg^T dMc) - 1) / 2)| with dM = M M0^T, for gripper and
+    cuboid against the first pose (Reinold et al. 2025, eq. 1)."""
+    relative = _relative_rotation(trajectory)
+    return _angle_deg(relative[0].inv() * relative)
+
+
+def measure(trajectory: Trajectory) -> Truth:
+    """Ground truth of a trajectory. Raises GraspFailed when the object never hangs in a closed grip."""
+    closed, opening = _recorded(trajectory)
+    relative = _relative_rotation(trajectory)
+    hand = _rotation(trajectory.gripper_pose)
+    centre = hand.inv().apply(trajectory.object_pose[:, :3] - trajectory.gripper_pose[:, :3])
+    position = centre + (relative * relative[closed].inv()).apply(TCP_M - centre[closed])
+    first, last, lost = _held_span(trajectory, closed, opening)
+    held = np.zeros(len(trajectory.t_us), bool)
+    held[first:last] = True
+    t_us = trajectory.t_us
+    phase = phase_of(trajectory.params, t_us)
+    episodes = find_episodes(t_us, relative, position, held, phase, lost)
+    return Truth(
+        t_us=t_us,
+        theta_deg=_rounded(angular_difference(trajectory), THETA_BITS),
+        rotation=_rounded(relative.as_quat(scalar_first=True), ROTATION_BITS),
+        position_m=_rounded(position, POSITION_BITS),
+        held=held,
+        span_us=(int(t_us[closed]), int(t_us[opening])),
+        onset_us=episodes[0].start_us if episodes else None,
+        episodes=episodes,
+        phase=phase,
+        pad_force_n=trajectory.pad_force_n,
+        pad_friction=trajectory.pad_friction,
+        pad_utilisation=trajectory.pad_utilisation,
+    )
+
+
+def phase_of(params: Params, t_us: np.ndarray) -> np.ndarray:
+    """Phase at each time, as its position in PHASE_NAMES; uint8 of shape (n,)."""
+    times = phase_times(params)
+    starts = [start for start, _ in times.values()]
+    codes = np.array([PHASE_NAMES.index(name) for name in times], np.uint8)
+    return codes[np.searchsorted(starts, t_us, "right") - 1]
+
+
+def find_episodes(
+    t_us: np.ndarray, rotation: Rotation, position_m: np.ndarray, held: np.ndarray, phase: np.ndarray, lost: bool
+) -> tuple[Episode, ...]:
+    """The slips within the held time, of poses in the hand; `lost`: the object left the grip at its end."""
+    inside = np.flatnonzero(held)
+    if len(inside) < 2:
+        return ()
+    first, last = int(inside[0]), int(inside[-1]) + 1
+    step_s = int(t_us[1] - t_us[0]) / 1e6
+    found = []
+    for slip in movements_of(rotation[first:last], position_m[first:last], step_s):
+        reached = slip.rotation_deg >= SLIP_DEG, slip.translation_m >= SLIP_M
+        kind = "mixed" if all(reached) else "rotation" if reached[0] else "translation"
+        if lost and first + slip.end == last - 1:
+            kind = "drop"
+        start, end = first + slip.start, first + slip.end
+        measures = slip.rotation_deg, 1e3 * slip.translation_m
+        found.append(Episode(int(t_us[start]), int(t_us[end]), kind, PHASE_NAMES[phase[start]], *measures))
+    return tuple(found)
+
+
+def _recorded(trajectory: Trajectory) -> tuple[int, int]:
+    """Indices of the closed grip and of the command to open."""
+    t_s = trajectory.t_us / 1e6
+    force = trajectory.params.grip.force_n
+    speed = np.abs(np.gradient(trajectory.joints[:, 7:], t_s, axis=0))
+    settled = np.all((trajectory.pad_force_n >= SETTLED_SHARE * force) & (speed < SETTLED_SPEED_M_S), axis=1)
+    opening = int(np.searchsorted(trajectory.t_us, phase_times(trajectory.params)["release"][0]))
+    closed = _first_run(settled[:opening], round(SETTLED_S / (t_s[1] - t_s[0])))
+    if closed is None:
+        peak = trajectory.pad_force_n[:opening].min(axis=1).max()
+        raise GraspFailed(
+            "never_closed", f"the pads never carried {force:g} N at rest; the weaker one reached {peak:.2g} N"
+        )
+    return closed, opening
+
+
+def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, int, bool]:
+    """From the last touch of the surface while lifting to the first while placing, or to the loss of the grip, and
+    whether it is that."""
+    step_us = int(trajectory.t_us[1] - trajectory.t_us[0])
+    empty = np.any(trajectory.pad_force_n[closed:opening] <= 0, axis=1)
+    lost = _first_run(empty, round(LOST_S * 1e6 / step_us))
+    end = opening if lost is None else closed + lost
+    lowering = min(end, phase_times(trajectory.params)["placement"][0] // step_us)
+    touching = np.array(trajectory.floor_force_n > 0)
+    lifting_touches = np.flatnonzero(touching[closed:lowering])
+    first = closed + (int(lifting_touches[-1]) + 1 if len(lifting_touches) else 0)
+    landed = _first_run(touching[first:end], 1)
+    last = end if landed is None else first + landed
+    if (last - first) * step_us < SETTLED_S * 1e6:
+        raise GraspFailed("never_lifted", "the object stayed on the surface: the grip cannot carry it")
+    return first, last, lost is not None and landed is None
+
+
+def _first_run(flags: np.ndarray, length: int) -> int | None:
+    """Start of the first `length` true flags in a row."""
+    if len(flags) < length:
+        return None
+    full = np.convolve(flags, np.ones(length, int), "valid") == length
+    return int(full.argmax()) if full.any() else None
+
+
+def _rotation(pose: np.ndarray) -> Rotation:
+    return Rotation.from_quat(pose[:, 3:], scalar_first=True)
+
+
+def _relative_rotation(trajectory: Trajectory) -> Rotation:
+    return _rotation(trajectory.gripper_pose).inv() * _rotation(trajectory.object_pose)
+
+
+def _rounded(values: np.ndarray, bits: int) -> np.ndarray:
+    """Values to the nearest 2**-bits, in single precision."""
+    return (np.round(values * 2.0**bits) / 2.0**bits).astype(np.float32)
+
+
+def _angle_deg(rotation: Rotation) -> np.ndarray:
+    return np.degrees(rotation.magnitude())

@@ -1,0 +1,134 @@
+"""The camera on the hand: where it sits, where it looks, how it projects."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from evslip.config.params import Params
+from evslip.physics.grip import TCP_M
+from evslip.rendering.distortion import NO_DISTORTION, Distortion
+from evslip.utils.errors import ConfigError
+
+MOUNTS = {"side": (0.0, 0.27, 0.13), "front": (0.27, 0.0, 0.13)}
+"""Position in the hand frame in metres. Both look straight across the hand's z axis, with the hand's -z up."""
+NEAREST_M = 0.05
+"""A custom camera closer to the hand's axis has no view of the grasp."""
+
+EDGE = 65
+"""Places along each side of the image at which the distortion is looked at."""
+
+
+class Camera(NamedTuple):
+    """A camera whose pixels are square and whose axis goes through the middle of the image: a pinhole, but for the
+    lens's distortion."""
+
+    position: np.ndarray
+    """In the hand frame, in metres; of shape (3,)."""
+    rotation: np.ndarray
+    """Its axes in the hand frame as columns: right, up, backward; of shape (3, 3)."""
+    width: int
+    height: int
+    focal_px: float
+    distortion: Distortion = NO_DISTORTION
+    is_mounted: bool = True
+    """Whether it is fixed to the hand. If not, it stands in the world, and position and rotation are in that frame."""
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Image positions (x right, y down, in pixels) and depths in metres of points (..., 3) given in camera axes.
+
+        With distortion, they are right for points in view; far beside the image the lens may fold others back into it.
+        """
+        depth = -points[..., 2]
+        if self.distortion != NO_DISTORTION:
+            x, y = self.distortion.distort(points[..., 0] / depth, -points[..., 1] / depth)
+            return np.stack([self.width / 2 + self.focal_px * x, self.height / 2 + self.focal_px * y, depth], -1)
+        scale = self.focal_px / depth
+        x = self.width / 2 + scale * points[..., 0]
+        y = self.height / 2 - scale * points[..., 1]
+        return np.stack([x, y, depth], -1)
+
+    def rays(self) -> np.ndarray:
+        """Directions (x, y, -1) in camera axes through the middles of the pixels; of shape (height, width, 3)."""
+        x = (np.arange(self.width) + 0.5 - self.width / 2) / self.focal_px
+        y = (np.arange(self.height) + 0.5 - self.height / 2) / self.focal_px
+        x, y = np.meshgrid(x, y)
+        if self.distortion != NO_DISTORTION:
+            x, y = self.distortion.undistort(x, y)
+        return np.stack([x, -y, -np.ones_like(x)], -1)
+
+    def pinhole(self) -> "Camera":
+        """The camera without distortion whose image holds all that this one sees and a pixel more, at the same focal
+        length; itself where there is no distortion. Raises ConfigError where the lens would fold the image."""
+        if self.distortion == NO_DISTORTION:
+            return self
+        x, y = self.distortion.undistort(*self._border())
+        margins = []
+        for place, side in ((x, self.width), (y, self.height)):
+            margins.append(math.ceil(float(np.abs(place).max()) * self.focal_px - side / 2) + 1)
+        width, height = self.width + 2 * margins[0], self.height + 2 * margins[1]
+        return self._replace(width=width, height=height, distortion=NO_DISTORTION)
+
+    def stretch(self) -> float:
+        """How much longer than in `pinhole` a short way in the image may be, at least 1."""
+        if self.distortion == NO_DISTORTION:
+            return 1.0
+        rays = self.rays()
+        jacobian = self.distortion.jacobian(rays[..., 0], -rays[..., 1])
+        return max(1.0, float(np.linalg.norm(jacobian, 2, axis=(-2, -1)).max()))
+
+    def _border(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places along the image's edge, over the focal length, as x and y (n,)."""
+        right, low = self.width / 2 / self.focal_px, self.height / 2 / self.focal_px
+        along = np.linspace(-1, 1, EDGE)
+        ends = np.ones(EDGE)
+        x = np.concatenate([along, along, ends, -ends]) * right
+        return x, np.concatenate([ends, -ends, along, along]) * low
+
+
+def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
+    """The sample's camera; `size` is (width, height) in pixels, with the horizontal field of view unchanged.
+
+    Raises ConfigError for a camera that sits in the grasp and for a lens that folds the image.
+    """
+    settings = params.camera
+    width, height = size or (settings.width, settings.height)
+    shift = np.array([settings.x_m, settings.y_m, settings.z_m])
+    if settings.mount == "custom":
+        position, backward = shift, shift - TCP_M
+        if np.hypot(*shift[:2]) < NEAREST_M:
+            raise ConfigError(
+                f"camera.x_m {shift[0]:g}, camera.y_m {shift[1]:g}: a custom camera must be at least {NEAREST_M:g} m "
+                "away from the hand's axis"
+            )
+    else:
+        position, backward = MOUNTS[settings.mount] + shift, np.array([*MOUNTS[settings.mount][:2], 0.0])
+    turn = Rotation.from_euler("YXZ", [-settings.yaw_deg, settings.pitch_deg, -settings.roll_deg], degrees=True)
+    focal_px = 0.5 * width / math.tan(math.radians(settings.fov_deg) / 2)
+    distortion = Distortion(settings.k1, settings.k2, settings.p1, settings.p2)
+    camera = Camera(position, _facing(backward) @ turn.as_matrix(), width, height, focal_px, distortion)
+    camera.pinhole()  # a lens that folds the image is refused here
+    return camera
+
+
+SCENE_EYE, SCENE_AIM = (1.45, -1.25, 0.85), (0.25, -0.02, 0.3)
+"""Where the scene camera stands, and what it looks at: all of the robot and its workplace are in view."""
+SCENE_FOV_DEG = 32.0
+"""Vertical field of view of the scene camera."""
+
+
+def scene_camera(size: tuple[int, int]) -> Camera:
+    """A camera beside the table that sees the whole robot; `size` is (width, height) in pixels."""
+    position = np.array(SCENE_EYE)
+    backward = position - SCENE_AIM
+    focal_px = 0.5 * size[1] / math.tan(math.radians(SCENE_FOV_DEG) / 2)
+    return Camera(position, _facing(backward, (0.0, 0.0, 1.0)), *size, focal_px, is_mounted=False)
+
+
+def _facing(backward: np.ndarray, upward: tuple[float, float, float] = (0.0, 0.0, -1.0)) -> np.ndarray:
+    """Axes right, up, backward as columns, with `upward`, the hand's -z, as nearly up as can be."""
+    backward = backward / np.linalg.norm(backward)
+    right = np.cross(upward, backward)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(backward, right), backward], axis=1)

@@ -1,0 +1,153 @@
+"""Where rays meet a plane, how large a pixel is there, and what the lamp gives without shadows."""
+
+import math
+
+from evslip.rendering.scratch import (
+    GLOSS,
+    GROUND,
+    HALF,
+    LIT,
+    MAJOR_U,
+    MAJOR_V,
+    MINOR_U,
+    MINOR_V,
+    ONE,
+    OPEN,
+    RAY_X,
+    RAY_Y,
+    RESULT,
+    ROOM,
+    SEEN,
+    TEX,
+    ZERO,
+    U,
+    V,
+    W,
+    f32,
+    kernel,
+)  # fmt: skip
+from evslip.rendering.shading.lamplight import highlight, matt
+
+PLANE = 15
+"""Floats that describe a plane to the passes; see `describe`."""
+GRAZING = f32(-1e-5)
+
+
+@kernel
+def describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp):
+    """plane (15,): the normal and both axes in camera axes (9), the height of the origin over the camera along the
+    normal (1), the camera in the plane's u, v (2), the lamp in its u, v, normal (3)."""
+    for k in range(3):
+        plane[k], plane[3 + k], plane[6 + k] = 0.0, 0.0, 0.0
+        for j in range(3):
+            plane[k] += turn[j, k] * normal[j]
+            plane[3 + k] += turn[j, k] * u_axis[j]
+            plane[6 + k] += turn[j, k] * v_axis[j]
+    for k in range(9, 15):
+        plane[k] = 0.0
+    for j in range(3):
+        plane[9] += normal[j] * (origin[j] - camera[j])
+        plane[10] += u_axis[j] * (camera[j] - origin[j])
+        plane[11] += v_axis[j] * (camera[j] - origin[j])
+        plane[12] += u_axis[j] * (lamp[j] - origin[j])
+        plane[13] += v_axis[j] * (lamp[j] - origin[j])
+        plane[14] += normal[j] * (lamp[j] - origin[j])
+
+
+@kernel
+def meet_plane(S, n, plane, pixel):
+    """U, V, W = the points where the rays meet a plane; MAJOR, MINOR = a pixel's footprint, MAJOR away from the camera.
+
+    pixel: width of a pixel at unit distance. The footprint is of the ROOM that the pixel has left.
+    """
+    n0, n1, n2 = plane[0], plane[1], plane[2]
+    u0, u1, u2 = plane[3], plane[4], plane[5]
+    v0, v1, v2 = plane[6], plane[7], plane[8]
+    height, camera_u, camera_v = plane[9], plane[10], plane[11]
+    for i in range(n):
+        x, y = S[RAY_X + i], S[RAY_Y + i]
+        facing = min(n0 * x + n1 * y - n2, GRAZING)
+        ray_u = u0 * x + u1 * y - u2
+        ray_v = v0 * x + v1 * y - v2
+        distance = height / facing
+        sideways = ray_u * ray_u + ray_v * ray_v
+        width = distance * pixel * S[ROOM + i]
+        length = -width * math.sqrt(sideways + facing * facing) / facing
+        along = length / math.sqrt(sideways + f32(1e-12))
+        across = along * width / length
+        S[U + i], S[V + i], S[W + i] = camera_u + distance * ray_u, camera_v + distance * ray_v, ZERO
+        S[MAJOR_U + i], S[MAJOR_V + i] = along * ray_u, along * ray_v
+        S[MINOR_U + i], S[MINOR_V + i] = -across * ray_v, across * ray_u
+
+
+@kernel
+def meet_face(S, n, plane, pixel, half_u, half_v):
+    """As `meet_plane`, of the face |u| <= half_u, |v| <= half_v; MAJOR and MINOR are a pixel's own sides.
+
+    The footprint stays within the face: a thin one takes its mean.
+    """
+    n0, n1, n2 = plane[0], plane[1], plane[2]
+    u0, u1, u2 = plane[3], plane[4], plane[5]
+    v0, v1, v2 = plane[6], plane[7], plane[8]
+    height, camera_u, camera_v = plane[9], plane[10], plane[11]
+    for i in range(n):
+        x, y = S[RAY_X + i], S[RAY_Y + i]
+        inverse = ONE / min(n0 * x + n1 * y - n2, GRAZING)
+        ray_u = (u0 * x + u1 * y - u2) * inverse
+        ray_v = (v0 * x + v1 * y - v2) * inverse
+        step = height * inverse * pixel * S[ROOM + i]
+        right_u, right_v = step * (u0 - ray_u * n0), step * (v0 - ray_v * n0)
+        up_u, up_v = step * (u1 - ray_u * n1), step * (v1 - ray_v * n1)
+        room_u = max(half_u - HALF * (abs(right_u) + abs(up_u)), ZERO)
+        room_v = max(half_v - HALF * (abs(right_v) + abs(up_v)), ZERO)
+        S[U + i] = min(max(camera_u + height * ray_u, -room_u), room_u)
+        S[V + i] = min(max(camera_v + height * ray_v, -room_v), room_v)
+        S[W + i] = ZERO
+        S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i] = right_u, right_v, up_u, up_v
+
+
+@kernel
+def light_plane(S, n, plane, power, lamp_radius):
+    """LIT, the luminance of a white matt surface, at the points U, V of a plane; GLOSS = 0, SEEN = 1.
+
+    power: luminance x radius^2 of the lamp.
+    """
+    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
+    for i in range(n):
+        to_u, to_v = lamp_u - S[U + i], lamp_v - S[V + i]
+        near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
+        S[LIT + i], S[SEEN + i], S[GLOSS + i] = matt(power, near, lamp_n * near, lamp_radius), ONE, ZERO
+
+
+@kernel
+def polish(S, n, plane, gloss):
+    """GLOSS = a highlight of the strength `gloss`, which no texture filters (Blinn-Phong, exponent 32)."""
+    height, camera_u, camera_v = plane[9], plane[10], plane[11]
+    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
+    for i in range(n):
+        u, v = S[U + i], S[V + i]
+        to_u, to_v = lamp_u - u, lamp_v - v
+        near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
+        back_u, back_v = camera_u - u, camera_v - v
+        inverse = ONE / math.sqrt(back_u * back_u + back_v * back_v + height * height)
+        half_way_u, half_way_v = to_u * near + back_u * inverse, to_v * near + back_v * inverse
+        half_way_n = lamp_n * near - height * inverse
+        shine = half_way_u * half_way_u + half_way_v * half_way_v + half_way_n * half_way_n + f32(1e-9)
+        shine = highlight(half_way_n * half_way_n / shine)
+        S[GLOSS + i] = gloss * shine * S[LIT + i]
+
+
+@kernel
+def reflect(S, n, ambient):
+    """RESULT = what the surface sends to the camera."""
+    for i in range(n):
+        S[RESULT + i] = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+
+
+@kernel
+def reflect_below_horizon(S, n, ambient):
+    """As `reflect`, over what RESULT holds already, in the GROUND share of each pixel."""
+    for i in range(n):
+        own = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
+        share = min(ONE, max(ZERO, S[GROUND + i]))
+        S[RESULT + i] += share * (own - S[RESULT + i])

@@ -1,0 +1,73 @@
+"""The arm in a picture: it stands behind object and hand, and in the light."""
+
+import numpy as np
+
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.hand import WHITEST
+from evslip.rendering.geometry.links import CASTERS, COARSE, LinkPoses, hulls, in_view, outlines_of, posed
+from evslip.rendering.geometry.raster import make_raster, trace
+from evslip.rendering.materials.texels import bake
+from evslip.rendering.raycast.passes import Passes
+from evslip.rendering.raycast.setting import Setting
+from evslip.rendering.shading.mesh_shading import SkinTexture
+from evslip.rendering.shadows.casters import ARM_PART, Casters
+from evslip.rendering.viewpoint import View
+
+HALF = 0.5
+"""Share of a pixel that the arm covers for it to be the pixel's body."""
+
+
+class Arm:
+    """Draws the links of one trajectory's arm at one resolution."""
+
+    def __init__(self, camera: Camera, gloss: float):
+        height, width = camera.height, camera.width
+        self._slopes = width / 2 / camera.focal_px, height / 2 / camera.focal_px
+        self._gloss = gloss
+        self._raster = None
+        self._texture = SkinTexture(*bake(np.full((2, 2), WHITEST, np.float32), wrap=True), (True, True))
+        self.total = np.zeros((height, width), np.float32)
+        """Share of each pixel that the arm covers."""
+        self.touched, self._full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
+        self._keep = np.ones((height, width), np.float32)
+        self._count, self._depth = 0, 1.0
+
+    def cover(self, links: LinkPoses, index: int, view: View) -> bool:
+        """Find the pixels that show the arm; whether any may."""
+        places, turns = links.places[index], links.turns[index]
+        parts = hulls()
+        if not in_view(places, turns, parts.centres, parts.halves, view.camera, view.turn, *self._slopes):
+            return False
+        facets = posed(places, turns)
+        self._raster = self._raster or make_raster(facets, self.total.shape[1], self.total.shape[0])
+        self._count = trace(
+            *view._replace(place=np.zeros(3), axes=np.eye(3)), facets, self._raster, self.total, self.touched,
+            self._full,
+        )  # fmt: skip
+        nearest = float(self._raster.near.max())
+        self._depth = 1.0 / nearest if nearest > 0 else 1.0
+        return self._count > 0
+
+    def draw(self, out: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters) -> None:
+        """Add what `cover` found to `out`."""
+        assert self._raster is not None
+        passes.draw_skin(
+            out, self._keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
+            self._count, casters, ARM_PART, self._depth,
+        )  # fmt: skip
+
+    def mark(self, bodies: np.ndarray, number: int) -> None:
+        """Put `number` into `bodies` where the arm covers most of a pixel."""
+        bodies[self.total >= HALF] = number
+
+
+def cast_links(
+    links: LinkPoses, index: int, lamp: np.ndarray, forward: np.ndarray
+) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
+    """What casts the links' shadows: turns, places and halves of boxes around them, and the outlines of
+    `links.outlines_of`."""
+    parts, places, turns = hulls(COARSE), links.places[index], links.turns[index]
+    found = outlines_of(
+        parts.facets.vertices, parts.facets.planes, parts.starts, parts.facets.edges, places, turns, lamp, forward
+    )
+    return (turns[:CASTERS], links.middles[index, :CASTERS], hulls().halves[:CASTERS]), found

@@ -1,0 +1,60 @@
+"""The object as the renderer sees it: one interface for every kind of body."""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Protocol
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
+from evslip.rendering.raycast.layers import Layers
+from evslip.rendering.raycast.passes import Passes
+from evslip.rendering.raycast.setting import Setting
+from evslip.rendering.shadows.casters import Casters
+from evslip.rendering.shadows.mesh_shadow import Outline
+from evslip.rendering.viewpoint import View
+
+
+class Body(Protocol):
+    """Draws one object. `cover` comes first in each frame; the other methods go by what it found."""
+
+    total: np.ndarray
+    """Share of each pixel that the object covers, float32 of shape (height, width)."""
+    touched: np.ndarray
+    """Columns in which it covers anything: first and past the last, of shape (height, 2)."""
+    full: np.ndarray
+    """A run of columns that it covers wholly."""
+    half: np.ndarray
+    """Half sides of a box about its origin that holds it, of shape (3,)."""
+
+    def cover(self, view: View) -> None:
+        """Find the pixels that show the object."""
+        ...
+
+    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
+        """What casts its shadow; None if its box does."""
+        ...
+
+    def order(self, front: np.ndarray, layers: Layers) -> None:
+        """front (n,): set to 1 for the gripper's fragments in front of the object, to 0 for those behind."""
+        ...
+
+    def draw(
+        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+    ) -> None:
+        """Add the object to `out` where `keep` (height, width) leaves room, in the shadow of the casters."""
+        ...
+
+
+BODIES = {"cuboid": "evslip.rendering.raycast.cuboid:Cuboid"}
+"""Shape of the object -> module:class, for shapes that have formulas of their own. A body is made from (params, camera,
+channel)."""
+ANY_SHAPE = "evslip.rendering.raycast.mesh:Mesh"
+
+
+def make_body(params: Params, camera: Camera, channel: int) -> Body:
+    """The body of a sample's object in one colour channel. Raises ConfigError for an unreadable texture or mesh."""
+    module, _, attribute = BODIES.get(params.object.shape, ANY_SHAPE).partition(":")
+    kind: Callable[[Params, Camera, int], Body] = getattr(import_module(module), attribute)
+    return kind(params, camera, channel)

@@ -1,0 +1,81 @@
+"""The object as a box."""
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.coverage import cover_box
+from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
+from evslip.rendering.materials.texels import bake, squared
+from evslip.rendering.raycast.gripper import order_by_faces
+from evslip.rendering.raycast.layers import Layers
+from evslip.rendering.raycast.passes import Passes
+from evslip.rendering.raycast.setting import Setting, channel_of
+from evslip.rendering.shading.box_shading import Cover, FaceTextures
+from evslip.rendering.shadows.casters import Casters
+from evslip.rendering.shadows.mesh_shadow import Outline
+from evslip.rendering.viewpoint import View
+from evslip.scene.textures import library
+
+
+class Cuboid:
+    """A `body.Body`: its faces are planes, so silhouettes and textures are formulas."""
+
+    def __init__(self, params: Params, camera: Camera, channel: int):
+        height, width = camera.height, camera.width
+        shape = params.object
+        sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
+        self.half = sides / 2
+        self._textures = bake_faces(channel_of(library.load(shape.texture), channel), sides)
+        self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
+        self.total = np.zeros((height, width), np.float32)
+        self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
+        self._area, self._spans = np.zeros((3, height, width + 2)), np.zeros((3, height, 2), np.int64)
+        self._rows, self._faces = np.zeros((3, 2), np.int64), np.zeros(3, np.int64)
+        self._visible, self._view = 0, None
+
+    def cover(self, view: View) -> None:
+        self._view = view
+        self._visible = cover_box(
+            view.camera, view.turn, view.focal, view.place, view.axes, self.half, self._area, self._spans, self._rows,
+            self._faces, self.total, self.touched, self.full,
+        )  # fmt: skip
+
+    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
+        return None
+
+    def order(self, front: np.ndarray, layers: Layers) -> None:
+        assert self._view is not None
+        _, turn, _, place, axes = self._view
+        order_by_faces(front, layers.fragments, turn.T @ (place - self._view.camera), turn.T @ axes, self.half)
+
+    def draw(
+        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+    ) -> None:
+        cover = Cover(self._visible, self._faces, self._rows, self._area, self._spans)
+        passes.draw_solid(
+            out,
+            keep,
+            view,
+            setting.lamp,
+            setting.ambient.matrix,
+            self._gloss,
+            self.half,
+            self._textures,
+            casters,
+            cover,
+        )
+
+
+def bake_faces(image: np.ndarray, sides: np.ndarray) -> FaceTextures:
+    """The whole texture on every face of a box. Each pair of faces has a pyramid of its own."""
+    cells, levels, starts, total = [], [], [0], 0
+    for axis in range(3):
+        up = 1 if axis == 2 else 2
+        own_cells, own_levels = bake(squared(image, sides[3 - axis - up] / sides[up]), wrap=False)
+        own_levels[:, 0] += total
+        cells.append(own_cells)
+        levels.append(own_levels)
+        starts.append(starts[-1] + len(own_levels))
+        total += len(own_cells)
+    return FaceTextures(np.concatenate(cells), np.concatenate(levels), np.array(starts))

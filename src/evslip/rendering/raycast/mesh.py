@@ -1,0 +1,70 @@
+"""The object as a mesh: cylinders and whatever comes from a file."""
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.facets import Facets, prepare_facets
+from evslip.rendering.geometry.raster import make_raster, trace
+from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
+from evslip.rendering.materials.texels import bake, squared
+from evslip.rendering.raycast.gripper import order_by_depth
+from evslip.rendering.raycast.layers import Layers
+from evslip.rendering.raycast.passes import Passes
+from evslip.rendering.raycast.setting import Setting, channel_of
+from evslip.rendering.shading.mesh_shading import SkinTexture
+from evslip.rendering.shadows.casters import OBJECT_PART, Casters
+from evslip.rendering.shadows.mesh_shadow import Outline, outline_of
+from evslip.rendering.viewpoint import View
+from evslip.scene.shapes import surface_of
+from evslip.scene.textures import library
+
+
+class Mesh:
+    """A `body.Body` of triangles with smooth normals."""
+
+    def __init__(self, params: Params, camera: Camera, channel: int):
+        height, width = camera.height, camera.width
+        self._facets = prepare_facets(*surface_of(params))
+        self._size = float(np.linalg.norm(self._facets.vertices, axis=1).max())
+        self.half = np.abs(self._facets.vertices).max(0)
+        image = channel_of(library.load(params.object.texture), channel)
+        baked = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
+        self._texture = SkinTexture(*baked, self._facets.repeats)
+        self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
+        self.total = np.zeros((height, width), np.float32)
+        self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
+        self._raster, self._count = make_raster(self._facets, width, height), 0
+
+    def cover(self, view: View) -> None:
+        self._count = trace(*view, self._facets, self._raster, self.total, self.touched, self.full)
+
+    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
+        return outline_of(self._facets, view.place, view.axes, lamp, -view.turn[:, 2], self._size)
+
+    def order(self, front: np.ndarray, layers: Layers) -> None:
+        order_by_depth(front, layers.fragments, layers.pixels, layers.starts, self._raster.near)
+
+    def draw(
+        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+    ) -> None:
+        depth = -float(view.turn[:, 2] @ (view.place - view.camera))
+        passes.draw_skin(
+            out, keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
+            self._count, casters, OBJECT_PART, depth,
+        )  # fmt: skip
+
+
+def repetition_ratio(facets: Facets) -> float:
+    """How many times as wide as high a repetition of the texture is on a mesh: the median over its area."""
+    corners = facets.vertices[facets.faces]
+    sides, steps = corners[:, 1:] - corners[:, :1], facets.uv[:, 1:] - facets.uv[:, :1]
+    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    textured = (np.abs(np.linalg.det(steps)) > 1e-12) & (areas > 0)
+    if not textured.any():
+        return 1.0
+    along = np.linalg.norm(np.linalg.inv(steps[textured]) @ sides[textured], axis=2)
+    ratios = along[:, 0] / along[:, 1]
+    order = np.argsort(ratios)
+    covered = np.cumsum(areas[textured][order])
+    return float(ratios[order][np.searchsorted(covered, covered[-1] / 2)])

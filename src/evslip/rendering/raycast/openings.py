@@ -1,0 +1,63 @@
+"""The gripper at the openings of the fingers that a sample goes through."""
+
+from collections import OrderedDict
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.hand import BLOCK_PARTS, Boxes, blocking_boxes, shadow_boxes
+from evslip.rendering.raycast.gripper import open_layers
+from evslip.rendering.raycast.layers import Layers, resolve
+
+FINE_M, COARSE_M = 1e-4, 5e-4
+"""Steps in which the finger travel is rounded: fine near the held one, coarse while the hand closes on nothing."""
+HELD_M = 1e-3
+"""Travel this close to the held one counts as holding."""
+MEMORY_BYTES = 1 << 26
+"""Of all openings that are kept; at least two are."""
+
+
+class Opening(NamedTuple):
+    layers: Layers
+    boxes: Boxes
+    """In camera axes."""
+    blockers: Boxes
+    """`hand.blocking_boxes`, in camera axes."""
+
+
+class Openings:
+    """Resolves each opening once. The gripper's image depends on the rounded travel alone, not on what came before."""
+
+    def __init__(self, camera: Camera, held_m: float):
+        """held_m: mean finger travel around which openings are rounded, so that a held grip stays one opening."""
+        self._camera, self._held_m = camera, held_m
+        self._kept: OrderedDict[float, Opening] = OrderedDict()
+
+    def at(self, travel_m: float) -> Opening:
+        """The gripper at a mean travel of the two fingers, which mirror each other."""
+        rounded = float(self.rounded(np.array(travel_m)))
+        if rounded in self._kept:
+            self._kept.move_to_end(rounded)
+            return self._kept[rounded]
+        opening = self._kept[rounded] = self._resolve(rounded)
+        most = max(2, MEMORY_BYTES // (opening.layers.fragments.nbytes + 1))
+        while len(self._kept) > most:
+            self._kept.popitem(last=False)
+        return opening
+
+    def rounded(self, travel_m: np.ndarray) -> np.ndarray:
+        """The travels at which the gripper is resolved."""
+        away = travel_m - self._held_m
+        step = np.where(np.abs(away) < HELD_M, FINE_M, COARSE_M)
+        return self._held_m + np.round(away / step) * step
+
+    def _resolve(self, travel_m: float) -> Opening:
+        boxes, blockers = self._turned(shadow_boxes(travel_m)), self._turned(blocking_boxes(travel_m))
+        layers = resolve(self._camera, travel_m)
+        open_layers(layers.fragments, *blockers, BLOCK_PARTS)
+        return Opening(layers, boxes, blockers)
+
+    def _turned(self, boxes: Boxes) -> Boxes:
+        turn = self._camera.rotation.T
+        return Boxes(turn @ boxes.turns, (boxes.places - self._camera.position) @ turn.T, boxes.halves)

@@ -1,0 +1,201 @@
+"""The fast renderer: every surface is a formula, so that a frame is a few passes of plain arithmetic."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.events.frame import ARM
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.hand import BOX_PARTS, Boxes
+from evslip.rendering.geometry.links import CASTERS
+from evslip.rendering.lens import SPREAD, Lens
+from evslip.rendering.materials.paint import GRIPPER_GLOSS
+from evslip.rendering.poses import Poses
+from evslip.rendering.raycast.arm import Arm, cast_links
+from evslip.rendering.raycast.backdrop import Uncovered
+from evslip.rendering.raycast.body import make_body
+from evslip.rendering.raycast.foreground_layer import Plate, Reel, spans_of
+from evslip.rendering.raycast.gripper import make_room, merge_gripper, put_over
+from evslip.rendering.raycast.layers import RED
+from evslip.rendering.raycast.openings import Opening, Openings
+from evslip.rendering.raycast.passes import make_passes
+from evslip.rendering.raycast.setting import LUMA, prepare
+from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, Casters, cast
+from evslip.rendering.shadows.mesh_shadow import Outline
+from evslip.rendering.timing.foreground import foreground_motion
+from evslip.rendering.timing.update_schedule import LAG, Cells, Plan, cell_motion, divide, plan_cells, plan_still
+from evslip.rendering.viewpoint import View
+from evslip.utils.errors import ConfigError
+
+PARTS = np.array([OBJECT_PART, *BOX_PARTS, *[ARM_PART] * CASTERS])
+"""Body of each caster."""
+NO_OUTLINE = tuple(
+    np.zeros(shape, kind)
+    for shape, kind in (((0, 2, 3), np.float32), (1, np.int64), ((0, 3, 3), float), ((0, 3), float), ((0, 3), float))
+)
+
+
+def _alone(outline: Outline) -> tuple[np.ndarray, ...]:
+    """Edges, starts, frames, origins and planes of `Casters`, of one outline."""
+    starts = np.array([0, len(outline.edges)])
+    return outline.edges, starts, outline.turn[None], outline.place[None], outline.plane[None]
+
+
+class Raycaster:
+    """Draws one sample, one colour channel, at one resolution."""
+
+    def __init__(self, params: Params, camera: Camera, held_travel_m: float, channel: int = LUMA):
+        """held_travel_m: finger travel while the object is held, as in `Openings`."""
+        if not camera.is_mounted:
+            raise ConfigError(
+                "renderer: raycast draws what the camera on the hand sees; use pathtrace for any other camera"
+            )
+        self._lens, self._sensor, self._held_m = Lens(params, camera), camera, held_travel_m
+        camera = self._lens.pinhole
+        height, width = camera.height, camera.width
+        self.camera, self.setting = camera, prepare(params, channel)
+        self._passes = make_passes(params.render.device, height, width)
+        self.params = params
+        self._closing = camera.rotation.T @ (1e-3, 1.0, 0.0)
+        self.albedo_row = RED + channel
+        self._body = make_body(params, camera, channel)
+        self._arm = Arm(camera, GRIPPER_GLOSS)
+        self._openings = Openings(camera, held_travel_m)
+        self._current: Opening | None = None
+        self._channels: list[Raycaster] = []
+        self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
+        self._cells = divide(height, width)
+        self._stills = Reel(1, height, width)
+        self._whole, self._alone = plan_still(self._cells), plan_still(Cells(1, 1, height, width))
+
+    def draw(self, poses: Poses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """Luminance in cd/m2 times `scale`, float32, and body indices, uint8, both new arrays (height, width)."""
+        self._prepare(poses, index)
+        self._draw_backdrop(self._stills, self._whole.slots[0])
+        self._draw_plate(self._stills.plate(0))
+        return self._develop(self._stills, self._whole, self._alone, 0, scale)
+
+    def film(self, poses: Poses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """As `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
+
+        Each cell of the backdrop, and what stands before it, is drawn as often as it moves by as much as a frame may,
+        see `pace` and `foreground`; so a frame is ready LAG frames after it was begun.
+        """
+        count = len(poses.travel_m)
+        if self.params.render.device == "cuda":  # all cells are drawn at once
+            yield from (self.draw(poses, index, scale) for index in range(count))
+            return
+        changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
+        scene = poses, self.camera, self.params, self.setting.lamp
+        behind, before = (
+            plan_cells(self._sensor.stretch() * motion, changes, self.params.render.max_motion_px)
+            for motion in (cell_motion(*scene), foreground_motion(*scene))
+        )
+        reel = Reel(LAG + 2, *self._image.shape)
+        for index in range(count + LAG):
+            if index < count:
+                self._prepare(poses, index)
+                self._draw_backdrop(reel, behind.slots[index])
+                slot = int(before.slots[index, 0, 0])
+                if slot >= 0:
+                    self._draw_plate(reel.plate(slot))
+            if index >= LAG:
+                yield self._develop(reel, behind, before, index - LAG, scale)
+
+    def _prepare(self, poses: Poses, index: int) -> None:
+        """Put everything where it is."""
+        opening = self._opening(poses.travel_m[index])
+        self._layers = opening.layers
+        self._view = View(
+            poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px,
+            poses.object_position[index], poses.object_rotation[index],
+        )  # fmt: skip
+        self._body.cover(self._view)
+        self._links = None if poses.links is None else (poses.links, index)
+        self._casters = self._cast(opening.boxes, opening.blockers)
+
+    def _draw_backdrop(self, reel: Reel, slots: np.ndarray) -> None:
+        """Draw the cells that are due into their slots."""
+        setting, body = self.setting, self._body
+        uncovered = Uncovered(self._layers.seen, body.total, body.touched, body.full)
+        self._passes.backdrop(
+            reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, self._view, setting.lamp,
+            setting.table, setting.sky, self._casters, uncovered,
+        )  # fmt: skip
+
+    def _draw_plate(self, plate: Plate) -> None:
+        """Draw what stands before the backdrop."""
+        lamp, ambient, layers = self.setting.lamp, self.setting.ambient, self._layers
+        view, casters, body, arm = self._view, self._casters, self._body, self._arm
+        if self._links is not None and arm.cover(*self._links, view):
+            plate.wipe(self._span, body.touched, arm.touched)
+            arm.mark(plate.marks, ARM)
+            make_room(plate.light, plate.clear, arm.total, arm.touched)
+            arm.draw(plate.light, self._passes, view, self.setting, casters)
+        else:
+            plate.wipe(self._span, body.touched)
+        self._passes.shade_gripper(
+            self._values, view, lamp, ambient.matrix, GRIPPER_GLOSS, layers.fragments, self.albedo_row, casters
+        )
+        body.order(self._front, layers)
+        fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
+        merge_gripper(plate.light, plate.clear, self._keep, self._over, self._values, *fragments)
+        make_room(plate.light, plate.clear, body.total, body.touched)
+        body.draw(plate.light, self._keep, self._passes, view, self.setting, casters)
+        put_over(plate.light, plate.marks, self._keep, body.total, body.touched, self._over, *fragments)
+
+    def _develop(
+        self, reel: Reel, behind: Plan, before: Plan, index: int, scale: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The frame of this number in the plans of backdrop and plate."""
+        bodies = reel.develop(behind, before, index, self._cells, self._image)
+        return self._lens.form(self._image, scale, SPREAD), self._lens.bend_mask(bodies)
+
+    def color(self, poses: Poses, index: int, scale: float = 1.0) -> np.ndarray:
+        """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""
+        if not self._channels:
+            self._channels = [Raycaster(self.params, self._sensor, self._held_m, channel) for channel in range(3)]
+        return np.stack([one.draw(poses, index, scale)[0] for one in self._channels], -1)
+
+    def _cast(self, boxes: Boxes, blockers: Boxes) -> Casters:
+        """What stands before the lamp: the object, the gripper's boxes and the arm's links."""
+        lamp, view = self.setting.lamp, self._view
+        outline = self._body.outline(view, lamp.position)
+        solids = [
+            (view.axes[None], view.place[None], self._body.half[None]),
+            (view.turn @ boxes.turns, view.camera + boxes.places @ view.turn.T, boxes.halves),
+        ]
+        blocking = (
+            np.concatenate([view.axes[None], view.turn @ blockers.turns]),
+            np.concatenate([view.place[None], view.camera + blockers.places @ view.turn.T]),
+            np.concatenate([self._body.half[None], blockers.halves]),
+        )
+        outlines = [NO_OUTLINE if outline is None else _alone(outline)]
+        count = 0 if outline is None else 1
+        numbers = [np.full(1 + len(boxes.halves), -1)]
+        numbers[0][0] = count - 1
+        if self._links is not None:
+            own, found = cast_links(*self._links, lamp.position, -view.turn[:, 2])
+            solids.append(own)
+            outlines.append(found)
+            numbers.append(count + np.arange(len(own[0])))
+        turns, places, halves = (np.concatenate(arrays) for arrays in zip(*solids, strict=True))
+        edges, starts, *rest = zip(*outlines, strict=True)
+        starts = np.concatenate([starts[0], *(len(edges[0]) + more[1:] for more in starts[1:])])
+        return cast(
+            lamp.position, lamp.radius_m, view.turn @ self._closing, turns, places, halves, PARTS[: len(halves)],
+            blocking, np.concatenate(numbers), np.concatenate(edges), starts,
+            *(np.concatenate(arrays) for arrays in rest),
+        )  # fmt: skip
+
+    def _opening(self, travel_m: float) -> Opening:
+        opening = self._openings.at(travel_m)
+        if opening is not self._current:
+            self._current = opening
+            count = opening.layers.fragments.shape[1]
+            self._values, self._front = np.zeros(count, np.float32), np.zeros(count, np.float32)
+            self._over = np.zeros(len(opening.layers.pixels), np.float32)
+            self._keep[:] = 1.0
+            self._span = spans_of(opening.layers.pixels, *self._keep.shape)
+        return opening

@@ -1,0 +1,106 @@
+"""What stays the same through a sample: textures ready for sampling, lamp, ambient light."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.rendering.materials.paint import REFLECTANCE, WIDTH, shines
+from evslip.rendering.materials.texels import bake, halve
+from evslip.rendering.raycast.layers import LUMA_WEIGHTS
+from evslip.rendering.shading.ambient import Ambient, surround
+from evslip.rendering.shading.environment_reflection import TERMS, sheen
+from evslip.scene.textures import library
+from evslip.utils.errors import ConfigError
+
+SKY_TEXELS = 64
+"""Side of the coarse background texture that the ambient light is taken from."""
+RED, GREEN, BLUE, LUMA = range(4)
+
+
+class Lamp(NamedTuple):
+    position: np.ndarray
+    """Centre in the world in metres, of shape (3,)."""
+    radius_m: float
+    luminance: float
+    """In cd/m2."""
+    share: float
+    """How much of its disc stands above the horizon of the surface."""
+
+
+class Table(NamedTuple):
+    """The surface."""
+
+    cells: np.ndarray
+    """Of `texels.bake`."""
+    levels: np.ndarray
+    tile_m: float
+    ambient: float
+    """Light from all around on it, as luminance of white."""
+    reflectance: float
+    """Seen straight from above; 0 if it is matt."""
+    sheen: np.ndarray
+    """What it mirrors of the background, see `sheen.sheen`; zeros if it is matt."""
+
+
+class Sky(NamedTuple):
+    """The background sphere."""
+
+    cells: np.ndarray
+    levels: np.ndarray
+    repetitions: float
+    """Of the texture around the horizon."""
+    radius_m: float
+    luminance: float
+    """Of white, in cd/m2."""
+
+
+class Setting(NamedTuple):
+    """One colour channel (or luminance) of everything that is lit."""
+
+    lamp: Lamp
+    ambient: Ambient
+    table: Table
+    sky: Sky
+
+
+def channel_of(image: np.ndarray, channel: int) -> np.ndarray:
+    """One channel of linear RGB (rows, columns, 3): RED, GREEN, BLUE or LUMA."""
+    return image @ LUMA_WEIGHTS.astype(np.float32) if channel == LUMA else np.ascontiguousarray(image[..., channel])
+
+
+def prepare(params: Params, channel: int = LUMA) -> Setting:
+    """The setting of a sample. Raises ConfigError for unreadable textures and for impossible lamps."""
+    light, background = params.light, params.background
+    lamp = make_lamp(params)
+    sky = channel_of(library.load(background.texture, is_background=True), channel)
+    table = channel_of(library.load(params.surface.texture), channel)
+    repetitions = 1 if library.is_panorama(sky) else max(1, round(360.0 / background.tile_deg))
+    white = light.luminance_cd_m2 * light.radius_m**2 / light.distance_m**2 * math.cos(math.radians(light.polar_deg))
+    coarse = sky
+    while len(coarse) > SKY_TEXELS:
+        coarse = halve(halve(coarse, 0), 1)
+    ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
+    reflectance = float(REFLECTANCE) if shines(params.surface.texture) else 0.0
+    mirrored = sheen(ambient.heights, float(WIDTH), reflectance) if reflectance else np.zeros(TERMS, np.float32)
+    return Setting(
+        lamp, ambient,
+        Table(*bake(table, wrap=True), params.surface.tile_m, ambient.surface, reflectance, mirrored),
+        Sky(*bake(sky, wrap=True), float(repetitions), background.radius_m, background.luminance_cd_m2),
+    )  # fmt: skip
+
+
+def make_lamp(params: Params) -> Lamp:
+    """The light sphere. Raises ConfigError where it would swallow the scene."""
+    light = params.light
+    if light.radius_m > 0.8 * light.distance_m:
+        raise ConfigError(
+            f"light.radius_m: {light.radius_m:g} is too large, "
+            f"expected at most 0.8 x light.distance_m, which is {light.distance_m:g}"
+        )
+    azimuth, polar = math.radians(light.azimuth_deg), math.radians(light.polar_deg)
+    direction = [math.sin(polar) * math.cos(azimuth), math.sin(polar) * math.sin(azimuth), math.cos(polar)]
+    height = min(1.0, light.distance_m * math.cos(polar) / light.radius_m)
+    share = 0.5 + (height * math.sqrt(max(0.0, 1 - height * height)) + math.asin(height)) / math.pi
+    return Lamp(light.distance_m * np.array(direction), light.radius_m, light.luminance_cd_m2, share)

@@ -1,0 +1,231 @@
+"""How much of the lamp a box hides: smooth at every size of lamp and pixel."""
+
+import math
+
+import numpy as np
+
+from evslip.rendering.geometry.simd_minmax import larger
+from evslip.rendering.scratch import (
+    HALF,
+    HIDDEN,
+    ONE,
+    PART,
+    ROOM,
+    SEEN,
+    SEEN_NOW,
+    SUM_HIDDEN,
+    SUM_OUTLINED,
+    TWO,
+    ZERO,
+    U,
+    V,
+    W,
+    f32,
+    formula,
+    kernel,
+)  # fmt: skip
+
+TINY = f32(1e-12)
+BOX = 24
+"""Floats that describe a box to the passes; see `describe_box`."""
+
+
+@formula
+def disc_share(x):
+    """Share of a unit disc on the inner side of a line at signed distance x; polynomial, within 0.013,
+    that leaves 0 and 1 with slope 0."""
+    x = min(max(x, -ONE), ONE)
+    y = x * x
+    return HALF + x * (f32(0.63662) + y * (f32(-0.0232) + y * f32(-0.1134)))
+
+
+@formula
+def fading(inside):
+    """How much a corner still counts for a point that lies `inside` half widths of a pixel's step inside the box."""
+    return min(max(TWO - TWO * inside, ZERO), ONE)
+
+
+@formula
+def past_corner(ay, az, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room):
+    """How far the lamp at (dy, dz) stands past the line to a corner at (ay, az), in units of the penumbra's half width.
+
+    The penumbra is widened by what half a pixel's steps (right, down) turn that line, so that no shadow edge is sharper
+    than a pixel, or than the `room` that the pixel has left; a step along the line, as towards the foot of a
+    standing box, turns nothing.
+    """
+    square = ay * ay + az * az
+    turned = lamp_distance * (abs(right_y * az - right_z * ay) + abs(down_y * az - down_z * ay))
+    return (dy * az - dz * ay) * math.sqrt(square) / (lamp_radius * square + HALF * room * turned + TINY)
+
+
+@formula
+def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, soft, room):
+    """Share of the lamp's disc inside the wedge that the rectangle |y| <= hy, |z| <= hz subtends from (py, pz).
+
+    The wedge's rims are the farthest corners to either side. Corners between them count as well: it changes nothing
+    for a point, but a pixel near the rectangle's edge reaches to both sides of it, and its shadow must pass on smoothly
+    from one corner to the next. So must it where a point comes to lie inside, over a pixel's step but at least `soft`.
+    """
+    # Mirrored so that the point lies at positive y and z; then only three corners can be rims.
+    mirror_y = ONE if py > ZERO else -ONE
+    mirror_z = ONE if pz > ZERO else -ONE
+    right_y, down_y = right_y * mirror_y, down_y * mirror_y
+    right_z, down_z = right_z * mirror_z, down_z * mirror_z
+    py, pz = abs(py), abs(pz)
+    dy, dz = ly * mirror_y - py, lz * mirror_z - pz
+    near_y, near_z = hy - py, hz - pz
+    first = past_corner(near_y, -hz - pz, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
+    middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
+    last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
+    inside_y = near_y / max(abs(right_y) + abs(down_y), soft)
+    inside_z = near_z / max(abs(right_z) + abs(down_z), soft)
+    # From within, a farther corner is no rim; and which of two it would be changes where the point is mirrored.
+    before = max(disc_share(first) * fading(inside_y), disc_share(middle))
+    behind = max(disc_share(-last) * fading(inside_z), disc_share(-middle))
+    between = before + behind - ONE
+    return max(max(ZERO, between), disc_share(TWO * min(inside_y, inside_z)))
+
+
+@kernel
+def hide(S, n, box, lamp_radius):
+    """HIDDEN = share of the lamp that a box hides from the points U, V, W.
+
+    box (BOX,): see `describe_box`. The box's silhouette is the intersection of its three wedges; their shares are
+    multiplied.
+    """
+    m00, m01, m02, m10, m11, m12, m20, m21, m22 = box[0], box[1], box[2], box[3], box[4], box[5], box[6], box[7], box[8]
+    o0, o1, o2, l0, l1, l2, h0, h1, h2 = box[9], box[10], box[11], box[12], box[13], box[14], box[15], box[16], box[17]
+    r0, r1, r2, d0, d1, d2 = box[18], box[19], box[20], box[21], box[22], box[23]
+    far0, far1, far2 = math.sqrt(l1 * l1 + l2 * l2), math.sqrt(l2 * l2 + l0 * l0), math.sqrt(l0 * l0 + l1 * l1)
+    soft = math.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + d0 * d0 + d1 * d1 + d2 * d2) * f32(0.25) + TINY
+    for i in range(n):
+        u, v, w, room = S[U + i], S[V + i], S[W + i], S[ROOM + i]
+        x = o0 + m00 * u + m01 * v + m02 * w
+        y = o1 + m10 * u + m11 * v + m12 * w
+        z = o2 + m20 * u + m21 * v + m22 * w
+        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2, soft, room)
+        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0, soft, room)
+        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1, soft, room)
+        S[HIDDEN + i] = hidden
+
+
+@kernel
+def begin_group(S, n):
+    for i in range(n):
+        S[SEEN_NOW + i], S[SUM_HIDDEN + i], S[SUM_OUTLINED + i] = ONE, ZERO, ZERO
+
+
+@kernel
+def take_in(S, n, part, outlined):
+    """Add what one caster hides (HIDDEN, made 0 for points of its own body) to its group. outlined: 1 for an outline,
+    0 for a box. Returns whether it hides any."""
+    most = ZERO
+    for i in range(n):
+        hidden = ZERO if S[PART + i] == part else S[HIDDEN + i]
+        S[HIDDEN + i] = hidden
+        S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
+        S[SUM_HIDDEN + i] += hidden
+        S[SUM_OUTLINED + i] += outlined * hidden
+        most = larger(most, hidden)
+    return most > ZERO
+
+
+@kernel
+def end_group(S, n):
+    for i in range(n):
+        # Shares that overlap may sum to a little more than the whole lamp.
+        S[SEEN + i] *= max(S[SEEN_NOW + i], ZERO)
+
+
+@kernel
+def describe_box(box, axes, place, box_axes, box_place, half, lamp):
+    """Fill in box (BOX,) for receivers in the frame `axes` at `place`: turn (9) and move (3) from there to the box's
+    frame, the lamp's centre there (3) and half sides (3); not `pixel_steps` (6)."""
+    turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
+    change_frame(axes, place, box_axes, box_place, turn, move)
+    for j in range(3):
+        total = 0.0
+        for i in range(3):
+            box[3 * j + i] = turn[j, i]
+            total += box_axes[i, j] * (lamp[i] - box_place[i])
+        box[9 + j], box[12 + j], box[15 + j] = move[j], f32(total), f32(half[j])
+
+
+@kernel
+def pixel_steps(box, right, down):
+    """How a receiver point moves, in the box frame, from one pixel to the next; right, down (3,): the same in the
+    receiver frame. No longer than the mean half side of the box: a shadow much smaller than its pixel, as close to the
+    horizon, is nothing to be spread."""
+    longest = (box[15] + box[16] + box[17]) / 3
+    for m in range(2):
+        step = right if m == 0 else down
+        length = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
+        scale = min(1.0, longest / (length + 1e-12))
+        for k in range(3):
+            along = box[3 * k] * step[0] + box[3 * k + 1] * step[1] + box[3 * k + 2] * step[2]
+            box[18 + 3 * m + k] = f32(scale * along)
+
+
+@kernel
+def change_frame(from_turn, from_place, to_turn, to_place, turn, move):
+    """turn (3, 3), move (3,): coordinates in one frame -> in another; columns of a frame's turn are its axes."""
+    for i in range(3):
+        total = 0.0
+        for j in range(3):
+            total += to_turn[j, i] * (from_place[j] - to_place[j])
+        move[i] = f32(total)
+        for k in range(3):
+            total = 0.0
+            for j in range(3):
+                total += to_turn[j, i] * from_turn[j, k]
+            turn[i, k] = f32(total)
+
+
+@kernel
+def may_shadow(receiver, receiver_radius, caster, caster_radius, lamp, lamp_radius):
+    """Whether a caster's bounding sphere touches the cone from the lamp to a receiver's bounding sphere."""
+    along = 0.0
+    length = 0.0
+    for k in range(3):
+        length += (lamp[k] - receiver[k]) ** 2
+        along += (lamp[k] - receiver[k]) * (caster[k] - receiver[k])
+    share = min(1.0, max(0.0, along / length))
+    gap = 0.0
+    for k in range(3):
+        gap += (receiver[k] + share * (lamp[k] - receiver[k]) - caster[k]) ** 2
+    return math.sqrt(gap) < caster_radius + receiver_radius * (1 - share) + lamp_radius * share
+
+
+@formula
+def extent(turn, k, reach, du, dv, dw):
+    """How far receivers reach along an axis of another frame: the box around them, or the sphere. turn: from their
+    frame to that one, by rows."""
+    return min(reach, abs(turn[3 * k]) * du + abs(turn[3 * k + 1]) * dv + abs(turn[3 * k + 2]) * dw)
+
+
+@kernel
+def box_may_shadow(near, box, lamp_radius):
+    """As `may_shadow`, for the box itself and so with fewer false alarms. near: what is around the receiver in its
+    frame, as of `casters.around`; box: of `describe_box`."""
+    u, v, w, reach, du, dv, dw = near
+    start = (
+        box[0] * u + box[1] * v + box[2] * w + box[9],
+        box[3] * u + box[4] * v + box[5] * w + box[10],
+        box[6] * u + box[7] * v + box[8] * w + box[11],
+    )
+    lamp, half = (box[12], box[13], box[14]), (box[15], box[16], box[17])
+    size, away, length = 0.0, 0.0, 0.0
+    for k in range(3):
+        size += half[k] ** 2
+        away += start[k] ** 2
+        length += (lamp[k] - start[k]) ** 2
+    # The cone from lamp to receiver, widened everywhere to its width at the far end of the box.
+    cone = lamp_radius * min(1.0, math.sqrt(away / length) + math.sqrt(size / length))
+    first, last = 0.0, 1.0
+    for k in range(3):
+        margin = cone + extent(box, k, reach, du, dv, dw) + abs(box[18 + k]) + abs(box[21 + k])  # and a pixel's blur
+        step = lamp[k] - start[k]
+        step = step if abs(step) > 1e-9 else 1e-9
+        a, b = (-half[k] - margin - start[k]) / step, (half[k] + margin - start[k]) / step
+        first, last = max(first, min(a, b)), min(last, max(a, b))
+    return first <= last

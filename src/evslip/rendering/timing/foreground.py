@@ -1,0 +1,40 @@
+"""How fast what stands before the backdrop changes in the image: object, gripper and arm.
+
+A held object and the fingers around it stand still in the image of a camera on the hand; what changes is the light on
+them, and that slowly.
+"""
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
+from evslip.rendering.poses import Poses
+from evslip.rendering.raycast.setting import Lamp
+from evslip.rendering.timing.schedule import arm_motion, into, object_motion
+from evslip.rendering.timing.update_schedule import STEADY_PX
+
+SOFT = 0.2
+"""A shadow that moves by this share of its penumbra counts as a sharp edge that moves by a pixel."""
+
+
+def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+    """Movement in pixels between consecutive poses that counts as much as that of the backdrop, of a single cell: of
+    shape (m - 1, 1, 1).
+
+    camera: a pinhole. Edges of object and arm count more: STEADY_PX of theirs as render.max_motion_px of the backdrop.
+    Not followed are fingers that open or close, and the links' shadows: drawn as often as those move, bodies were no
+    nearer to those of single frames (see docs/rendering.md).
+    """
+    often = params.render.max_motion_px / STEADY_PX
+    edges = often * np.maximum(object_motion(poses, camera, params), arm_motion(poses, camera))
+    motion = np.maximum(edges, _shadow_motion(poses, camera, lamp)) if lamp.luminance > 0 else edges
+    return motion[:, None, None]
+
+
+def _shadow_motion(poses: Poses, camera: Camera, lamp: Lamp) -> np.ndarray:
+    """How far the shadows that object and gripper cast on each other may move: they turn about what casts them as the
+    lamp turns about the camera."""
+    towards = into(poses.camera_position[:, None], poses.camera_rotation, lamp.position)[:, 0]
+    away = np.linalg.norm(towards, axis=1)
+    turned = np.linalg.norm(np.diff(towards / away[:, None], axis=0), axis=1)
+    return turned * np.minimum(camera.focal_px, away[1:] / (SOFT * lamp.radius_m))

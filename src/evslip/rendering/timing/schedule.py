@@ -1,0 +1,145 @@
+"""When to draw a frame: often enough that nothing moves far in the image, and no oftener."""
+
+import itertools
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.physics.trajectory import Trajectory
+from evslip.rendering.camera import Camera, hand_camera
+from evslip.rendering.geometry.links import LINKS, hulls, in_view
+from evslip.rendering.poses import Poses
+from evslip.scene.shapes import shape_of
+from evslip.utils.errors import ConfigError
+
+GRID = 7
+"""Motion of the scene behind the object is measured at GRID x GRID places of the image."""
+NEAR_M = 0.02
+"""Corners of object and arm closer to the camera plane than this are not followed."""
+SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+"""Of the corners of a box."""
+LOOK = 50
+"""Every so many poses, it is seen which of the arm's links are in view."""
+
+
+def frame_times(
+    traj: Trajectory, start_us: int, end_us: int, *, camera: Camera | None = None, max_motion_px: float | None = None
+) -> np.ndarray:
+    """Times in microseconds, int64, strictly increasing from `start_us` to `end_us`.
+
+    Between two of them no point of object or arm and no place of surface or background moves farther in the image than
+    `max_motion_px` (default: the parameters' render.max_motion_px, at the camera's resolution), and no more time passes
+    than one period of render.min_rate_hz. Raises ConfigError.
+    """
+    check_span(traj, start_us, end_us)
+    params = traj.params
+    camera = camera or hand_camera(params)
+    inside = traj.t_us[(traj.t_us > start_us) & (traj.t_us < end_us)]
+    knots = np.concatenate([[start_us], inside, [end_us]]).astype(np.int64)
+    motion = image_motion(Poses(traj, camera, knots), camera, params)
+    limit = max_motion_px or params.render.max_motion_px
+    frames = np.maximum(motion / limit, np.diff(knots) * 1e-6 * params.render.min_rate_hz)
+    progress = np.concatenate([[0.0], np.cumsum(frames)])
+    count = max(1, int(np.ceil(progress[-1] - 1e-9)))
+    times = np.interp(np.linspace(0.0, progress[-1], count + 1), progress, knots.astype(np.float64))
+    return np.unique(np.round(times).astype(np.int64))
+
+
+def check_span(traj: Trajectory, start_us: int, end_us: int) -> None:
+    """Raise ConfigError unless the span is a piece of the trajectory."""
+    first, last = int(traj.t_us[0]), int(traj.t_us[-1])
+    if not first <= start_us < end_us <= last:
+        raise ConfigError(f"span: {start_us} to {end_us} us is not inside the trajectory's {first} to {last} us")
+
+
+def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
+    """Farthest movement in pixels of any visible point between consecutive poses; of shape (m - 1,).
+
+    Under a lens with distortion: an upper bound.
+    """
+    plain, radius_m = camera.pinhole(), params.background.radius_m
+    moved = np.maximum(object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
+    return camera.stretch() * np.maximum(moved, arm_motion(poses, plain))
+
+
+def object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
+    """Farthest movement in pixels of the object's corners between consecutive poses, (m - 1,); 0 out of view."""
+    corners = shape_of(params).outline()
+    return _corner_motion(poses, camera, poses.object_position, poses.object_rotation, corners)
+
+
+def arm_motion(poses: Poses, camera: Camera) -> np.ndarray | float:
+    """The same of the corners of the arm's links; 0 where there is no arm."""
+    links, parts = poses.links, hulls()
+    if links is None:
+        return 0.0
+    slopes = camera.width / 2 / camera.focal_px, camera.height / 2 / camera.focal_px
+    motion = np.zeros(len(poses.camera_position) - 1)
+    for k in range(LINKS):
+        one = slice(k, k + 1)
+        looks = range(0, len(poses.camera_position), LOOK)
+        if any(
+            in_view(
+                links.places[i, one], links.turns[i, one], parts.centres[one], parts.halves[one],
+                poses.camera_position[i], poses.camera_rotation[i], *slopes,
+            )
+            for i in looks
+        ):  # fmt: skip
+            motion = np.maximum(
+                motion, _corner_motion(poses, camera, links.places[:, k], links.turns[:, k], link_corners(k))
+            )
+    return motion
+
+
+def link_corners(k: int) -> np.ndarray:
+    """Corners (8, 3) of the box around a link, in its frame."""
+    parts = hulls()
+    return parts.centres[k] + SIGNS * parts.halves[k]
+
+
+def posed_corners(places: np.ndarray, turns: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Corners (k, 3) of a body in the world, (m, k, 3); places (m, 3), turns (m, 3, 3): its poses."""
+    return places[:, None] + corners @ turns.transpose(0, 2, 1)
+
+
+def _corner_motion(
+    poses: Poses, camera: Camera, places: np.ndarray, turns: np.ndarray, corners: np.ndarray
+) -> np.ndarray:
+    """Farthest movement of a body's corners (k, 3) while it is in view; places (m, 3), turns (m, 3, 3): its poses."""
+    world = posed_corners(places, turns, corners)
+    image = camera.project(into(poses.camera_position[:, None], poses.camera_rotation, world))
+    ahead = image[..., 2] > NEAR_M
+    moved = np.hypot(*np.moveaxis(np.diff(image[..., :2], axis=0), -1, 0))
+    moved = np.where(ahead[1:] & ahead[:-1], moved, 0.0).max(1)
+    low = np.where(ahead[..., None], image[..., :2], np.inf).min(1)
+    high = np.where(ahead[..., None], image[..., :2], -np.inf).max(1)
+    visible = np.all((low < (camera.width, camera.height)) & (high > 0), 1)
+    return np.where(np.logical_or(visible[1:], visible[:-1]), moved, 0.0)
+
+
+def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
+    x, y = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
+    pixels = np.stack([x.ravel(), y.ravel()], 1)
+    hits, _ = scene_hits(poses, camera, pixels, radius_m)
+    points = into(poses.camera_position[1:, None], poses.camera_rotation[1:], hits)
+    moved = camera.project(points)[..., :2] - pixels
+    return np.hypot(moved[..., 0], moved[..., 1]).max(1)
+
+
+def scene_hits(poses: Poses, camera: Camera, pixels: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """What each pose but the last sees of surface and background at places (k, 2) of the image: points of the world
+    (m - 1, k, 3), and whether they lie on the surface, (m - 1, k). camera: a pinhole."""
+    rays = np.stack([pixels[:, 0] - camera.width / 2, camera.height / 2 - pixels[:, 1]], 1) / camera.focal_px
+    rays = np.concatenate([rays, np.full((len(rays), 1), -1.0)], 1)
+    origin = poses.camera_position[:-1, None]
+    rays = rays @ poses.camera_rotation[:-1].transpose(0, 2, 1)
+    a, b = np.sum(rays * rays, -1), np.sum(origin * rays, -1)
+    distance = (np.sqrt(b * b - a * (np.sum(origin * origin, -1) - radius_m**2)) - b) / a
+    drop = np.minimum(rays[..., 2], -1e-9)
+    to_surface = np.where(drop > -1e-9, np.inf, -origin[..., 2] / drop)
+    return origin + np.minimum(distance, to_surface)[..., None] * rays, to_surface < distance
+
+
+def into(position: np.ndarray, rotation: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """World points (m, k, 3) in the axes of frames (m, 1, 3), (m, 3, 3)."""
+    return (points - position) @ rotation

@@ -1,0 +1,259 @@
+"""How fast each part of the backdrop moves in the image, and in which frames it is drawn anew.
+
+Frames come as often as what moves fastest asks for: the table right before the camera. What is farther away moves a
+fraction of that. The image is divided into cells; each is drawn when it has moved about as far as a frame may, and is
+blended in between, over times in which the pixels would do the same.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.config.params import Params
+from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.hand import shadow_boxes
+from evslip.rendering.geometry.links import CASTERS
+from evslip.rendering.poses import Poses
+from evslip.rendering.raycast.setting import Lamp
+from evslip.rendering.scratch import TILE_H, TILE_W
+from evslip.rendering.timing.schedule import NEAR_M, SIGNS, into, link_corners, object_motion, posed_corners, scene_hits
+from evslip.scene.shapes import shape_of
+
+ROWS, COLUMNS = 17, 6
+"""About so many cells; they are made of whole tiles."""
+LAG = 5
+"""A cell is drawn at least in every so-manieth frame."""
+STEADY_PX = 0.05
+"""An edge that has moved so far is drawn anew: over less than that, what it covers of a pixel grows as time does. An
+object's edge has uncovered something, so the cells around it are drawn anew, too. So they are where the surface has
+moved so far below an object that is about to stand on it: the gap between them is dark."""
+GAP_M = 0.01
+"""How near the surface that is."""
+ASIDE_PX = 2.0
+"""How far around an object's corners it may cover pixels."""
+LOWEST = 0.05
+"""Least height of the lamp over a point of a body, as a share of the lamp's own, at which its shadow is followed."""
+ASIDE_M = 0.02
+"""How far around a body's shadow it is still dark, beyond its penumbra."""
+STEP_M = 1e-4
+"""For differences in place of derivatives."""
+
+
+class Cells(NamedTuple):
+    """A grid over the image; the last row and column may be cut."""
+
+    rows: int
+    columns: int
+    height: int
+    """Of a cell, in pixels."""
+    width: int
+
+
+class Plan(NamedTuple):
+    """When each cell is drawn, and of which drawings it is blended in each frame: slots of shape (frames, rows,
+    columns), int8."""
+
+    slots: np.ndarray
+    """Where a cell that is drawn in a frame is kept until it is no longer needed, -1 if it is not drawn."""
+    before: np.ndarray
+    """Slot of the last time that it was drawn, up to this frame."""
+    earlier: np.ndarray
+    """Slot of the time before that, or the same."""
+    after: np.ndarray
+    """Slot of the next time, from this frame on."""
+    shares: np.ndarray
+    """Weights of `after` and `earlier`; the rest is that of `before`. float32 of shape (frames, rows, columns, 2)."""
+
+
+def divide(height: int, width: int) -> Cells:
+    """The cells of an image."""
+    tall, wide = -(-height // (ROWS * TILE_H)) * TILE_H, -(-width // (COLUMNS * TILE_W)) * TILE_W
+    return Cells(-(-height // tall), -(-width // wide), tall, wide)
+
+
+def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: int = LAG) -> Plan:
+    """When to draw the cells.
+
+    motion (m - 1, rows, columns): from `cell_motion`. A cell is drawn in the frame that is nearest to `limit_px` of
+    motion after the last one, in every `lag`-th, in the first and last, and on both sides of each of the `changes`,
+    bool (m - 1,).
+    """
+    count = len(motion) + 1
+    drawn = np.zeros((count, *motion.shape[1:]), bool)
+    drawn[0] = drawn[-1] = True
+    drawn[:-1][changes] = drawn[1:][changes] = True
+    way, since = np.zeros(motion.shape[1:]), np.zeros(motion.shape[1:], np.int64)
+    for k in range(1, count - 1):
+        way += motion[k - 1]
+        since += 1
+        now = drawn[k] | (way + 0.5 * motion[k] > limit_px) | (since >= lag)
+        drawn[k] = now
+        way[now], since[now] = 0.0, 0
+    order = np.cumsum(drawn, 0) - 1
+    earlier, before, after = (np.maximum(order + k, 0) for k in (-1, 0, np.where(drawn, 0, 1)))
+    # Where nothing moves, time stands for motion.
+    place = np.concatenate([np.zeros((1, *motion.shape[1:])), np.cumsum(motion + 1e-6, 0)])
+    shares = _parabola(place, *(_place_of(drawn, place, k) for k in (earlier, before, after)))
+    last, one_before, following = ((k % (lag + 2)).astype(np.int8) for k in (before, earlier, after))
+    return Plan(np.where(drawn, last, np.int8(-1)), last, one_before, following, shares.astype(np.float32))
+
+
+def plan_still(cells: Cells) -> Plan:
+    """The plan of a single frame."""
+    return plan_cells(np.zeros((0, cells.rows, cells.columns)), np.zeros(0, bool), 1.0)
+
+
+def _place_of(drawn: np.ndarray, place: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """Where in `place` (frames, rows, columns) the drawings of these numbers are."""
+    found = np.zeros((int(drawn.sum(0).max()), *place.shape[1:]))
+    frame, *cell = np.nonzero(drawn)
+    number = (np.cumsum(drawn, 0) - 1)[frame, *cell]
+    found[number, *cell] = place[frame, *cell]
+    return np.take_along_axis(found, order, 0)
+
+
+def _parabola(at: np.ndarray, earlier: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Weights of `after` and `earlier`, stacked along a last axis, in the parabola through three points: a line takes
+    the tops off fine textures. It is a line where the earlier point is much nearer than the later: something changed
+    between them."""
+    ahead, back, way = after - before, before - earlier, at - before
+    line = way / np.maximum(ahead, 1e-9)
+    bend = way * (way - ahead) / np.maximum(back * (back + ahead), 1e-12)
+    bent = 2 * back > ahead
+    later = np.where(bent, way * (way + back) / np.maximum(ahead * (ahead + back), 1e-12), line)
+    return np.stack([np.where(ahead > 0, later, 0.0), np.where(bent & (ahead > 0), bend, 0.0)], -1)
+
+
+def cell_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+    """Farthest movement in pixels of surface, background, shadows and lamp in each cell between consecutive poses, of
+    shape (m - 1, rows, columns); where an object uncovers something, as much as asks for a new drawing.
+
+    camera: a pinhole. The movement is found over LAG poses at a time, and shared out among them.
+    """
+    looks = np.append(np.arange(0, len(poses.travel_m) - 1, LAG), len(poses.travel_m) - 1)
+    steps = np.diff(looks)
+    motion = _motion_between(poses.some(looks), camera, params, lamp)
+    return np.repeat(motion / steps[:, None, None], steps, 0)
+
+
+def _motion_between(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+    cells = divide(camera.height, camera.width)
+    x = np.minimum(np.arange(cells.columns + 1) * cells.width, camera.width)
+    y = np.minimum(np.arange(cells.rows + 1) * cells.height, camera.height)
+    pixels = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2).astype(float)
+    hits, is_surface = scene_hits(poses, camera, pixels, params.background.radius_m)
+    landing = _project_next(poses, camera, hits)
+    shape = (len(hits), cells.rows + 1, cells.columns + 1)
+    motion = _largest(_length(landing - pixels).reshape(shape))
+    if lamp.luminance > 0:
+        steps = [(_project_next(poses, camera, hits + STEP_M * axis) - landing) / STEP_M for axis in np.eye(3)[:2]]
+        ground = _Ground(hits[..., :2].reshape(*shape, 2), is_surface.reshape(shape), landing - pixels, *steps)
+        for corners in _bodies(poses, params):
+            _follow_shadow(motion, corners, lamp, ground)
+        bulb = np.broadcast_to(lamp.position + lamp.radius_m * SIGNS, (len(poses.travel_m), 8, 3))
+        image = _project(poses, camera, bulb)
+        ahead = np.all(image[..., 2] > NEAR_M, 1)
+        shift = _length(np.diff(image[..., :2], axis=0)).max(1)
+        _at_least(motion, np.where(ahead[1:] & ahead[:-1], shift, 0.0), _touched(image, x, y, 0.0))
+    corners = posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
+    around = _touched(_project(poses, camera, corners), x, y, ASIDE_PX)
+    often = params.render.max_motion_px / STEADY_PX
+    _at_least(motion, often * object_motion(poses, camera, params), around)
+    height = corners[..., 2].min(1)
+    near = np.minimum(height[1:], height[:-1]) < GAP_M
+    return np.where(around & near[:, None, None], often * motion, motion)
+
+
+class _Ground(NamedTuple):
+    """The surface at the cells' corners."""
+
+    places: np.ndarray
+    """In the world, of shape (m - 1, rows + 1, columns + 1, 2)."""
+    is_surface: np.ndarray
+    """Whether it is seen there, of shape (m - 1, rows + 1, columns + 1)."""
+    moved: np.ndarray
+    """How far it moves in the image until the next pose, of shape (m - 1, n, 2)."""
+    along_x: np.ndarray
+    """How far a step in the world moves it there in pixels per metre, of shape (m - 1, n, 2)."""
+    along_y: np.ndarray
+
+
+def _bodies(poses: Poses, params: Params) -> Iterator[np.ndarray]:
+    """Corners (m, k, 3) of all that casts shadows: object, gripper and links."""
+    yield posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
+    boxes = shadow_boxes(float(np.median(poses.travel_m)))
+    corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
+    yield posed_corners(poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
+    links = poses.links
+    if links is not None:
+        for k in range(CASTERS):
+            yield posed_corners(links.places[:, k], links.turns[:, k], link_corners(k))
+
+
+def _follow_shadow(motion: np.ndarray, corners: np.ndarray, lamp: Lamp, ground: _Ground) -> None:
+    """Raise the motion to that of a body's shadow on the surface; corners (m, k, 3): the body's.
+
+    The shadow moves over the surface, which moves in the image itself: below what the hand carries, one undoes the
+    other.
+    """
+    over = np.maximum(lamp.position[2] - corners[..., 2:], LOWEST * lamp.position[2])
+    fall = np.maximum(corners[..., 2:], 0.0) / over
+    shadow = corners[..., :2] + (corners[..., :2] - lamp.position[:2]) * fall
+    aside = ASIDE_M + lamp.radius_m * fall.max(1)
+    low, high = shadow.min(1) - aside, shadow.max(1) + aside
+    low, high = np.minimum(low[1:], low[:-1]), np.maximum(high[1:], high[:-1])
+    seen = ground.is_surface[..., None]
+    some, whole = _largest(seen), _least(seen)
+    first = np.where(whole, _least(ground.places), -np.inf)
+    last = np.where(whole, _largest(ground.places), np.inf)
+    where = np.all(some & (low[:, None, None] < last) & (high[:, None, None] > first), -1)
+    shift = np.diff(shadow, axis=0)
+    middle = shift.mean(1)
+    spread = _length(shift - middle[:, None]).max(1)
+    moved = ground.moved + ground.along_x * middle[:, None, :1] + ground.along_y * middle[:, None, 1:]
+    steepness = np.hypot(_length(ground.along_x), _length(ground.along_y))
+    way = np.where(ground.is_surface, (_length(moved) + steepness * spread[:, None]).reshape(seen.shape[:-1]), 0.0)
+    np.maximum(motion, np.where(where, _largest(way), 0.0), out=motion)
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    return np.hypot(vectors[..., 0], vectors[..., 1])
+
+
+def _project(poses: Poses, camera: Camera, points: np.ndarray) -> np.ndarray:
+    """Points (m, k, 3) of the world in the images of all poses, as of `Camera.project`."""
+    return camera.project(into(poses.camera_position[:, None], poses.camera_rotation, points))
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """Of values (m, rows + 1, columns + 1, ...) at the cells' corners, the largest of each cell."""
+    pairs = np.maximum(values[:, 1:], values[:, :-1])
+    return np.maximum(pairs[:, :, 1:], pairs[:, :, :-1])
+
+
+def _least(values: np.ndarray) -> np.ndarray:
+    pairs = np.minimum(values[:, 1:], values[:, :-1])
+    return np.minimum(pairs[:, :, 1:], pairs[:, :, :-1])
+
+
+def _at_least(motion: np.ndarray, least: np.ndarray, where: np.ndarray) -> None:
+    """Raise the motion to `least` (m - 1,) in the cells (m - 1, rows, columns) that `where` marks."""
+    np.maximum(motion, np.where(where, least[:, None, None], 0.0), out=motion)
+
+
+def _touched(image: np.ndarray, x: np.ndarray, y: np.ndarray, aside_px: float) -> np.ndarray:
+    """Cells that the points (m, k, 3) of an image may lie in, in either of two consecutive poses: of shape (m - 1,
+    rows, columns). All of them where a point is not before the camera."""
+    ahead = image[..., 2] > NEAR_M
+    low = np.where(ahead[..., None], image[..., :2], -np.inf).min(1) - aside_px
+    high = np.where(ahead[..., None], image[..., :2], np.inf).max(1) + aside_px
+    low, high = np.minimum(low[1:], low[:-1]), np.maximum(high[1:], high[:-1])
+    across = (low[:, :1] < x[1:]) & (high[:, :1] > x[:-1])
+    down = (low[:, 1:] < y[1:]) & (high[:, 1:] > y[:-1])
+    return down[:, :, None] & across[:, None, :]
+
+
+def _project_next(poses: Poses, camera: Camera, points: np.ndarray) -> np.ndarray:
+    """Where points (m - 1, k, 3) of the world are in the image of the next pose."""
+    return camera.project(into(poses.camera_position[1:, None], poses.camera_rotation[1:], points))[..., :2]

@@ -1,0 +1,124 @@
+"""Watertight meshes from files, checked before anything is built on them."""
+
+import warnings
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from evslip.utils.errors import ConfigError
+
+SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".dae")
+"""Archives are left out: a small one can hold a mesh of any size."""
+MOST_BYTES = 64 << 20
+MOST_FACES = 200_000
+MOST_CORNERS = 200
+"""Of the hull: as many as are needed to stand on the table and to follow in the image."""
+THINNEST = 1e-3
+"""Smallest side of the bounding box against the largest."""
+
+
+class MeshFile(NamedTuple):
+    vertices: np.ndarray
+    """In the file's units, of shape (n, 3)."""
+    faces: np.ndarray
+    """Corners of each triangle, anticlockwise seen from outside; of shape (m, 3)."""
+    uv: np.ndarray | None
+    """The file's own texture coordinates at the corners, v downwards, of shape (m, 3, 2); None: it has none."""
+    hull: np.ndarray
+    """Indices of the vertices on the convex hull, of shape (k,)."""
+    corners: np.ndarray
+    """Of these, MOST_CORNERS at most: those that reach farthest in as many directions."""
+
+
+@lru_cache(maxsize=8)
+def load_mesh(path: str) -> MeshFile:
+    """Read a closed mesh; the arrays are read-only.
+
+    Raises ConfigError for a file that is missing, too large or no mesh, and for a mesh that is open or flat."""
+    import trimesh
+
+    source = Path(path).expanduser()
+    if source.suffix.lower() not in SUFFIXES:
+        raise ConfigError(f"object.mesh: {path}: unknown kind of file; expected one of {', '.join(SUFFIXES)}")
+    if not source.is_file():
+        raise ConfigError(f"object.mesh: {path}: there is no such file")
+    if source.stat().st_size > MOST_BYTES:
+        raise ConfigError(f"object.mesh: {path}: larger than {MOST_BYTES >> 20} MB; simplify the mesh")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mesh = trimesh.load_mesh(source, process=False)
+            corners = np.asarray(mesh.vertices, np.float64)
+            faces = np.asarray(mesh.faces, np.int64)
+            uv = getattr(mesh.visual, "uv", None)
+    except Exception as error:  # each of trimesh's readers fails in its own ways on a damaged file
+        reason = " ".join(str(error).split())[:100] or type(error).__name__
+        raise ConfigError(f"object.mesh: {path}: cannot be read as a mesh: {reason}") from None
+    if len(faces) > MOST_FACES:
+        raise ConfigError(f"object.mesh: {path}: {len(faces):,} faces; expected at most {MOST_FACES:,}")
+    if len(faces) < 4 or not np.isfinite(corners).all():
+        raise ConfigError(f"object.mesh: {path}: not a solid: {len(faces)} faces, or corners that are no numbers")
+    vertices, merged = np.unique(corners, axis=0, return_inverse=True)
+    merged_faces = merged.reshape(-1)[faces]
+    a, b, c = merged_faces.T
+    solid = (a != b) & (b != c) & (c != a)
+    vertices, merged_faces = _used(vertices, merged_faces[solid])
+    own_uv = None if uv is None or len(uv) != len(corners) else _downwards(np.asarray(uv, np.float64)[faces][solid])
+    vertices, merged_faces, own_uv = _checked(path, vertices, merged_faces, own_uv)
+    hull = np.sort(ConvexHull(vertices).vertices)
+    mesh = MeshFile(vertices, merged_faces, own_uv, hull, _farthest(vertices, hull))
+    for array in mesh:
+        if array is not None:
+            array.flags.writeable = False
+    return mesh
+
+
+def _farthest(vertices: np.ndarray, hull: np.ndarray) -> np.ndarray:
+    if len(hull) <= MOST_CORNERS:
+        return hull
+    middle, size = vertices.mean(axis=0), np.ptp(vertices, axis=0)
+    directions = np.concatenate([_sphere(MOST_CORNERS - 6), np.eye(3), -np.eye(3)])
+    return hull[np.unique(((vertices[hull] - middle) / size @ directions.T).argmax(axis=0))]
+
+
+def _sphere(count: int) -> np.ndarray:
+    """Directions spread evenly over the sphere (a Fibonacci lattice), of shape (count, 3)."""
+    k = np.arange(count) + 0.5
+    z, angle = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
+    ring = np.sqrt(1 - z**2)
+    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
+
+
+def _used(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    used, faces_of_used = np.unique(faces, return_inverse=True)
+    return vertices[used], faces_of_used.reshape(faces.shape)
+
+
+def _downwards(uv: np.ndarray) -> np.ndarray:
+    return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)
+
+
+def _checked(
+    path: str, vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """The mesh turned outside out. Raises ConfigError unless it encloses a volume."""
+    # Each edge of a closed, consistently wound surface is run through once in each direction.
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    forth = np.sort(edges[:, 0] * len(vertices) + edges[:, 1])
+    back = np.sort(edges[:, 1] * len(vertices) + edges[:, 0])
+    if len(faces) < 4 or not np.array_equal(forth, back):
+        either = np.sort(edges, axis=1)
+        lone = np.unique(either, axis=0, return_counts=True)[1] % 2
+        hint = f"{lone.sum():,} edges with a face on one side only" if lone.any() else "faces of both orientations"
+        raise ConfigError(f"object.mesh: {path}: not watertight: {hint}; close it and orient all faces outwards")
+    size = np.ptp(vertices, axis=0)
+    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
+    volume = float(np.sum(a * np.cross(b, c)) / 6)
+    if size.min() < THINNEST * size.max() or abs(volume) < 1e-6 * size.prod():
+        raise ConfigError(f"object.mesh: {path}: has no volume; expected a solid body")
+    if volume < 0:
+        return vertices, faces[:, ::-1].copy(), None if uv is None else uv[:, ::-1].copy()
+    return vertices, faces, uv

@@ -1,0 +1,103 @@
+"""Files that are either whole or absent, whatever happens while they are written."""
+
+import contextlib
+import errno
+import os
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from evslip.utils.errors import StorageError
+
+
+@contextlib.contextmanager
+def staged(path: Path) -> Iterator[BinaryIO]:
+    """A file, unbuffered, open for writing and reading, that takes its name when the block ends without an error.
+
+    Written under a temporary name, synced, renamed, the folder synced. Raises StorageError when the disk is full or
+    refuses; then, and when the block raises, nothing is left behind, nor a folder that was made for it.
+    """
+    with storage_errors(path):
+        missing = [folder for folder in (path.parent, *path.parent.parents) if not folder.exists()]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+        file = temporary.open("x+b", buffering=0)
+    try:
+        with file:
+            yield file
+            with storage_errors(path):
+                os.fsync(file.fileno())
+        with storage_errors(path):
+            temporary.replace(path)
+            sync_folder(path.parent)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        for folder in missing:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file as `staged` does. Raises StorageError."""
+    with staged(path) as file:
+        write_into(file, data, path)
+
+
+def write_new(path: Path, data: bytes) -> None:
+    """Write a file unless there is one, also one that another process writes at this moment. Raises StorageError."""
+    candidate = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+    write_bytes(candidate, data)
+    try:
+        with storage_errors(path):
+            try:
+                os.link(candidate, path)
+            except (FileExistsError, FileNotFoundError):
+                pass  # the other was first, and may have swept the candidate away
+            except OSError:  # a file system without links
+                candidate.replace(path)
+            sync_folder(path.parent)
+    finally:
+        candidate.unlink(missing_ok=True)
+
+
+def write_into(file: BinaryIO, data: bytes | memoryview, path: Path) -> None:
+    """Write all of `data` to the unbuffered file of `path`. Raises StorageError."""
+    rest = memoryview(data)
+    with storage_errors(path):
+        while rest:
+            rest = rest[file.write(rest) :]
+
+
+def write_text(path: Path, text: str) -> None:
+    """As write_bytes, in UTF-8."""
+    write_bytes(path, text.encode())
+
+
+def sync_folder(folder: Path) -> None:
+    """Make renames inside a folder survive a power cut."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def storage_errors(path: Path) -> Iterator[None]:
+    """Turn what the operating system says about a path into one clear line."""
+    try:
+        yield
+    except OSError as error:
+        reason = {
+            errno.ENOSPC: "no space left on the disk",
+            errno.EDQUOT: "the disk quota is used up",
+            errno.EROFS: "the file system is read-only",
+            errno.EACCES: "permission denied",
+            errno.EPERM: "permission denied",
+            errno.ENOTDIR: "a parent of it is a file, not a folder",
+            errno.EISDIR: "it is a folder, a file was expected",
+            errno.EEXIST: "a file of that name is in the way of a folder",
+        }.get(error.errno or 0, os.strerror(error.errno or 0))
+        raise StorageError(f"cannot write {path}: {reason}") from error

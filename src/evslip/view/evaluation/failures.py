@@ -1,0 +1,158 @@
+"""The windows that a detector tells worst, with their events."""
+
+import io
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evslip.data.record import Record
+from evslip.events.stream import Events
+from evslip.utils import atomic
+from evslip.view.pictures.frame_source import Sight
+from evslip.view.pictures.images import jpeg_uri, overlay
+from evslip.view.report import page
+from evslip.windows.alignment import Align, laid_on
+from evslip.windows.window_set import SLIP, WindowSettings
+
+FOLDER = "failures"
+"""Beside evaluation.json: the pictures."""
+MOST = 12
+"""Windows of a model."""
+PICTURES = 3
+"""Of a window, evenly over its time."""
+SHOWN_US = 10_000
+"""Each picture shows the events of this time before it."""
+
+Show = Callable[["Failure"], str | None]
+"""The picture of a window as a URI, if there is one."""
+
+
+class Failure(NamedTuple):
+    """A window and what is said of it."""
+
+    name: str
+    """Of its trajectory."""
+    start_us: int
+    slips: bool
+    """What is true."""
+    p_slip: float
+
+    @property
+    def error(self) -> float:
+        """|probability - truth|."""
+        return abs(self.p_slip - self.slips)
+
+    @property
+    def file(self) -> str:
+        """Name of its picture's file; the same for every model."""
+        label = "slip" if self.slips else "hold"
+        return f"{label}_{self.name.replace('/', '-')}_{self.start_us // 1000:06d}ms.jpg"
+
+
+def worst(scores: Mapping[str, Any], most: int = MOST) -> list[Failure]:
+    """The windows whose probability is farthest from the truth, by the fields of Metrics; none if it does not name its
+    windows."""
+    columns = [scores.get(name) or [] for name in ("names", "starts_us", "labels", "probabilities")]
+    if len({len(column) for column in columns}) != 1:
+        return []
+    found = [
+        Failure(str(name), int(start), label == SLIP, float(p)) for name, start, label, p in zip(*columns, strict=True)
+    ]
+    return sorted(found, key=lambda failure: -failure.error)[:most]
+
+
+def failures(models: Sequence[tuple[str, float, Sequence[Failure]]], show: Show) -> str:
+    """The gallery: name, threshold and worst windows of each model."""
+    blocks = []
+    for name, threshold, found in models:
+        if found:
+            head = f"<h3>{page.text(name)}</h3>" if len(models) > 1 else ""
+            cards = "".join(_card(failure, threshold, show(failure)) for failure in found)
+            blocks.append(f'{head}<div class="failures">{cards}</div>')
+    note = (
+        "Windows whose probability is farthest from the truth, the worst first: what the camera sees after a sixth, "
+        f"half and five sixths of the window, with the events of the {SHOWN_US // 1000} ms before each."
+    )
+    return page.section("Worst windows", note, "".join(blocks)) if blocks else ""
+
+
+def _card(failure: Failure, threshold: float, uri: str | None) -> str:
+    said = failure.p_slip >= threshold
+    verdict = "right" if said == failure.slips else "missed" if failure.slips else "false alarm"
+    warn = "" if verdict == "right" else ' class="warn"'
+    caption = (
+        f"<b>{'slips' if failure.slips else 'holds'}</b>, probability {failure.p_slip:.3f}: "
+        f"<span{warn}>{verdict}</span><br>{page.text(failure.name)}, from {failure.start_us / 1e6:.3f} s"
+    )
+    image = f'<img loading="lazy" src="{uri}" alt="{page.text(failure.file)}">' if uri else ""
+    return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
+
+
+def from_folder(folder: Path) -> Show:
+    """Pictures that `save_pictures` has written."""
+
+    def show(failure: Failure) -> str | None:
+        path = folder / failure.file
+        return jpeg_uri(path.read_bytes()) if path.is_file() else None
+
+    return show
+
+
+def from_records(find: Callable[[str], Record | None], settings: WindowSettings) -> Show:
+    """Pictures drawn from the records that `find` gives by name."""
+
+    def show(failure: Failure) -> str | None:
+        record = find(failure.name)
+        return None if record is None else jpeg_uri(jpeg(of_record(record, failure.start_us, settings)))
+
+    return show
+
+
+def save_pictures(folder: Path, pictures: Iterable[tuple[Failure, np.ndarray]]) -> None:
+    """Write pictures of windows. Raises StorageError."""
+    for failure, picture in pictures:
+        atomic.write_bytes(folder / failure.file, jpeg(picture))
+
+
+def of_record(record: Record, start_us: int, settings: WindowSettings, align: Align = "centre") -> np.ndarray:
+    """A window's pictures side by side, cropped as the detector sees them; uint8 (height, width, 3)."""
+    sight, (width, height) = Sight(record), record.size
+    length_us = round(settings.length_s * 1e6)
+    lies = laid_on(settings, record.size, align)
+    crop = slice(max(0, lies.top), lies.top + lies.height), slice(max(0, lies.left), lies.left + lies.width)
+    parts = []
+    for t_us in _moments(start_us, length_us):
+        frame = sight.at(t_us) if sight.is_there else _blank(height, width)
+        parts.append(overlay(frame, record.events.between(t_us - SHOWN_US, t_us))[crop])
+    return _beside(parts)
+
+
+def of_events(events: Events, settings: WindowSettings) -> np.ndarray:
+    """The same of a cut window, whose times and pixels count from its own corner; there is no frame."""
+    times = _moments(0, round(settings.length_s * 1e6))
+    blank = _blank(settings.height, settings.width)
+    return _beside([overlay(blank, events.between(t_us - SHOWN_US, t_us)) for t_us in times])
+
+
+def jpeg(picture: np.ndarray) -> bytes:
+    """A picture as a file."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, "JPEG", quality=80)
+    return buffer.getvalue()
+
+
+def _moments(start_us: int, length_us: int) -> list[int]:
+    return [start_us + (2 * k + 1) * length_us // (2 * PICTURES) for k in range(PICTURES)]
+
+
+def _blank(height: int, width: int) -> np.ndarray:
+    return np.full((height, width, 3), 255, np.uint8)
+
+
+def _beside(parts: Sequence[np.ndarray]) -> np.ndarray:
+    gap = np.full((len(parts[0]), 3, 3), 255, np.uint8)
+    return np.hstack([piece for part in parts for piece in (part, gap)][:-1])

@@ -1,0 +1,185 @@
+"""What a sweep has found, as a table and a page."""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import evslip
+from evslip.learn.search.sweep import Sweep, Trial
+from evslip.utils import atomic
+from evslip.view.pictures import charts
+from evslip.view.pictures.figures import Figure
+from evslip.view.report import page
+
+FIGURES = ("val_accuracy", "val_auroc", "best_epoch", "epochs", "seconds")
+
+
+def write_sweep(found: Sweep) -> None:
+    """sweep.csv and sweep.html in the sweep's folder. Raises StorageError."""
+    buffer = io.StringIO()
+    csv.writer(buffer, lineterminator="\n").writerows(_rows(found, found.trials))
+    atomic.write_text(found.folder / "sweep.csv", buffer.getvalue())
+    states = [trial.state for trial in found.trials]
+    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
+    parts = [
+        page.section(
+            "Settings and what came of them",
+            "A line is a trial, from its settings to its result: the better, the darker. Marks tell their values.",
+            page.embed("parallel", parallel_coordinates(found)),
+        ),
+        page.section(
+            "In the order of trials", "The thin line is the best so far.", page.embed("course", _course(found))
+        ),
+        page.section("All trials", "Best first.", _table(sweep_table(found, most=len(found.trials)))),
+    ]
+    subtitle = f"{counts}; goal: {_goal(found)} of validation. Made by evslip {evslip.__version__}."
+    page.write_page(found.folder / "sweep.html", f"evslip: sweep {found.folder.absolute().name}", subtitle, parts)
+
+
+def sweep_table(found: Sweep, most: int, short: bool = False) -> list[list[str]]:
+    """Head and lines, best first; `short` is for a terminal: each ends with the settings."""
+    ranked = sorted(found.trials, key=lambda trial: _rank(found, trial))[:most]
+    head, *rows = _rows(found, ranked)
+    if not short:
+        return [head, *([_text(cell) for cell in row] for row in rows)]
+    end = -len(FIGURES) - 1
+    return [
+        [title.replace("_", " ") for title in head[:end]],
+        *([*(_text(cell, 3) for cell in row[:3]), *(_text(cell, 2) for cell in row[3:end])] for row in rows),
+    ]
+
+
+def parallel_coordinates(found: Sweep) -> Figure:
+    """An axis a setting, and one for the result; a line a trial that has a result."""
+    ended = sorted((t for t in found.trials if t.value is not None), key=lambda t: _rank(found, t), reverse=True)
+    names = list(dict.fromkeys(name for trial in ended for name in trial.settings))
+    axes = [_Axis(name, [trial.settings.get(name) for trial in ended]) for name in names]
+    axes.append(_Axis(_goal(found), [trial.value for trial in ended]))
+    traces: list[dict[str, Any]] = []
+    for place, trial in enumerate(ended):
+        share = (place + 1) / len(ended)  # 1: the best
+        values = [trial.settings.get(name) for name in names] + [trial.value]
+        texts = [f"{axis.name} {_text(value)}" for axis, value in zip(axes, values, strict=True)]
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines+markers",
+                "x": list(range(len(axes))),
+                "y": charts.finite([axis.height(value) for axis, value in zip(axes, values, strict=True)]),
+                "name": f"trial {trial.number}",
+                "text": texts,
+                "hovertemplate": "%{text}<extra>trial " + f"{trial.number}, {trial.state}</extra>",
+                "line": {"color": f"rgba(10,111,176,{0.12 + 0.88 * share**3:.3f})", "width": 1 + 2 * share**3},
+                "marker": {"size": 6},
+            }
+        )
+    shapes = [
+        {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "line": {"color": "rgba(130,130,130,0.7)", "width": 1.5}}
+        for x in range(len(axes))
+    ]
+    notes = [
+        {"x": x, "y": y, "text": text, "showarrow": False, "xanchor": "right", "xshift": -6, "font": {"size": 11}}
+        for x, axis in enumerate(axes)
+        for y, text in axis.ticks
+    ]
+    return {
+        "data": traces,
+        "layout": {
+            "height": 420,
+            "margin": {"l": 70, "r": 30, "t": 12, "b": 40},
+            "xaxis": {
+                "tickvals": list(range(len(axes))), "ticktext": [axis.name for axis in axes], "showgrid": False,
+                "range": [-0.25, len(axes) - 0.75], "zeroline": False,
+            },
+            "yaxis": {"visible": False, "range": [-0.04, 1.04]},
+            "shapes": shapes,
+            "annotations": notes,
+            "showlegend": False,
+            "hovermode": "closest",
+        },
+    }  # fmt: skip
+
+
+class _Axis:
+    """Values of one setting as heights from 0 to 1: numbers by size, on a logarithmic scale where they span more than a
+    factor of 20; names and flags by rank."""
+
+    def __init__(self, name: str, values: Sequence[Any]):
+        self.name = name
+        self._places: dict[Any, float] = {}
+        numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
+        self._log = bool(numbers) and min(numbers) > 0 and max(numbers) > 20 * min(numbers)
+        if numbers:
+            self._low, self._high = self._scaled(min(numbers)), self._scaled(max(numbers))
+            steps = sorted(set(numbers)) if len(set(numbers)) <= 6 else None
+            self.ticks = [(self.height(v), _text(v)) for v in steps or [self._at(k / 4) for k in range(5)]]
+        else:
+            names = sorted({str(v) for v in values if v is not None})
+            self._places = {name: (k + 0.5) / len(names) for k, name in enumerate(names)}
+            self.ticks = [(height, name) for name, height in self._places.items()]
+
+    def height(self, value: Any) -> float:
+        """Where a value is; nan where there is none."""
+        if value is None:
+            return math.nan
+        if self._places:
+            return self._places[str(value)]
+        span = self._high - self._low
+        return 0.5 if not span else (self._scaled(float(value)) - self._low) / span
+
+    def _scaled(self, value: float) -> float:
+        return math.log(value) if self._log else value
+
+    def _at(self, height: float) -> float:
+        value = self._low + height * (self._high - self._low)
+        return math.exp(value) if self._log else value
+
+
+def _course(found: Sweep) -> Figure:
+    ended = [trial for trial in found.trials if trial.state == "complete" and trial.value is not None]
+    numbers, values = [float(t.number) for t in ended], [float(t.value or 0) for t in ended]
+    better = min if found.goal == "loss" else max
+    best = [better(values[: k + 1]) for k in range(len(values))]
+    points = charts.line("trials", numbers, values, 0, marked=True) | {"mode": "markers"}
+    course = charts.line("best so far", numbers, best, 1, shape="hv")
+    figure = charts.chart([points, course], "trial", _goal(found))
+    figure["layout"]["yaxis"]["rangemode"] = "normal"
+    return figure
+
+
+def _rows(found: Sweep, trials: Sequence[Trial]) -> list[list[Any]]:
+    names = list(dict.fromkeys(name for trial in found.trials for name in trial.settings))
+    head = ["trial", "state", _goal(found), *names, *FIGURES, "folder"]
+    lines = [
+        [
+            trial.number, f"{trial.state}: {trial.error}" if trial.error else trial.state, trial.value,
+            *(trial.settings.get(name) for name in names), *(trial.figures.get(name) for name in FIGURES),
+            trial.folder if trial.state == "complete" else None,
+        ]
+        for trial in trials
+    ]  # fmt: skip
+    return [head, *lines]
+
+
+def _rank(found: Sweep, trial: Trial) -> tuple[int, float, int]:
+    """Complete trials first, the best of them first."""
+    if trial.value is None or not math.isfinite(trial.value):
+        return 2, 0.0, trial.number
+    sign = 1 if found.goal == "loss" else -1
+    return int(trial.state != "complete"), sign * trial.value, trial.number
+
+
+def _goal(found: Sweep) -> str:
+    return {"loss": "loss", "auroc": "AUROC", "accuracy": "balanced accuracy"}[found.goal]
+
+
+def _table(lines: Sequence[Sequence[str]]) -> str:
+    return page.table(lines[0], lines[1:])
+
+
+def _text(value: Any, digits: int = 4) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,195 @@
+"""The pages and the data behind them, as a web application."""
+
+import threading
+from collections.abc import Callable
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route
+
+from evslip.utils.errors import EvslipError
+from evslip.view.explorer.guard import Guard
+from evslip.view.explorer.labels import Labels
+from evslip.view.explorer.sample import Sample
+from evslip.view.explorer.shelf import Shelf
+
+OPEN_SAMPLES = 3
+"""Kept in memory; one is up to 100 MB."""
+MOST_EVENTS = 400_000
+"""Of one answer."""
+CLOUD_EVENTS = 30_000
+FACTS_AT_ONCE = 50
+STATIC = {
+    "style.css": "text/css",
+    "list.js": "text/javascript",
+    "player.js": "text/javascript",
+    "stage.js": "text/javascript",
+    "chart.js": "text/javascript",
+    "events.js": "text/javascript",
+    "labels.js": "text/javascript",
+    "cloud.js": "text/javascript",
+    "clock.js": "text/javascript",
+    "page.js": "text/javascript",
+    "sample.js": "text/javascript",
+}
+"""All files that are given out, with their types."""
+
+
+class Explorer:
+    """Answers to the pages' requests about one shelf."""
+
+    def __init__(self, shelf: Shelf, model: Path | None = None, labels: Labels | None = None):
+        self.shelf, self.model, self.labels = shelf, model, labels
+        self._opening = threading.Lock()
+        self._open = lru_cache(maxsize=OPEN_SAMPLES)(
+            lambda position: Sample(shelf.read(position), shelf[position].label)
+        )
+        self._answers = lru_cache(maxsize=8)(self._detect)
+
+    def sample(self, request: Request) -> Sample:
+        """The sample that a request's path names."""
+        position = request.path_params["position"]
+        if not position < len(self.shelf):
+            raise HTTPException(404, f"there are {len(self.shelf)} samples, counted from 0")
+        with self._opening:
+            return self._open(position)
+
+    def page(self, name: str, script: str) -> Callable[[Request], Response]:
+        """A page of static/, with what it shares with the others, and its script."""
+        folder = resources.files("evslip.view.explorer").joinpath("static")
+        head, player, page = (
+            Template(folder.joinpath(file).read_text(encoding="utf-8")) for file in ("head.html", "player.html", name)
+        )
+        text = page.substitute(head=head.substitute(script=script), player=player.template)
+        return lambda request: Response(text, media_type="text/html")
+
+    def static(self, request: Request) -> Response:
+        """A script or style sheet."""
+        name = request.path_params["name"]
+        if name not in STATIC:
+            raise HTTPException(404, "no such file")
+        data = resources.files("evslip.view.explorer").joinpath("static", name).read_bytes()
+        return Response(data, media_type=STATIC[name])
+
+    def plotly(self, request: Request) -> Response:
+        """The library that draws the cloud."""
+        from plotly.offline import get_plotlyjs
+
+        return Response(get_plotlyjs(), media_type="text/javascript", headers={"cache-control": "max-age=86400"})
+
+    def items(self, request: Request) -> Response:
+        """The list, without opening a file."""
+        rows = [[item.name, item.split, item.label, item.events] for item in self.shelf.items]
+        return JSONResponse({"title": self.shelf.title, "items": rows, "labelling": self.labels is not None})
+
+    def facts(self, request: Request) -> Response:
+        """What the files of some samples say."""
+        first = _number(request, "first", 0, len(self.shelf))
+        return JSONResponse(list(self.shelf.facts(first, FACTS_AT_ONCE)))
+
+    def about(self, request: Request) -> Response:
+        """Facts and curves of a sample."""
+        return JSONResponse({**self.sample(request).about(), "model": self.model is not None})
+
+    def events(self, request: Request) -> Response:
+        """Events of a span as bytes, see `sample.EVENT`; the header X-Events says how many there were."""
+        start, end = _number(request, "start_us", -(2**62), 2**62), _number(request, "end_us", -(2**62), 2**62)
+        most = _number(request, "most", 0, MOST_EVENTS)
+        packed, count = self.sample(request).packed(start, end, most)
+        return Response(packed.tobytes(), media_type="application/octet-stream", headers={"x-events": str(count)})
+
+    def frame(self, request: Request) -> Response:
+        """What the camera sees at a time, as bytes, see `Sample.pixels`: between two programs on one machine, packing a
+        picture and unpacking it would take longer than handing it over."""
+        t_us = _number(request, "t_us", -(2**62), 2**62)
+        return Response(self.sample(request).pixels(t_us).tobytes(), media_type="application/octet-stream")
+
+    def cloud(self, request: Request) -> Response:
+        """Events of a span in space and time, for Plotly."""
+        from evslip.view.pictures.figures import space_time
+
+        start, end = _number(request, "start_us", -(2**62), 2**62), _number(request, "end_us", -(2**62), 2**62)
+        record = self.sample(request).record
+        return JSONResponse(space_time(record.events.between(start, end), record.size, CLOUD_EVENTS))
+
+    def detection(self, request: Request) -> Response:
+        """The model's slip probability over time."""
+        if self.model is None:
+            raise HTTPException(404, "no model was given; start with --model FOLDER")
+        self.sample(request)
+        return JSONResponse(self._answers(request.path_params["position"]))
+
+    def _detect(self, position: int) -> dict[str, Any]:
+        from evslip.learn import detect
+
+        assert self.model is not None  # asked before
+        record = self._open(position).record
+        found = detect(self.model, record.events, record.size)
+        return {
+            "t_us": found.t_us.tolist(),
+            "p_slip": np.round(found.p_slip.astype(float), 4).tolist(),
+            "threshold": found.threshold,
+        }
+
+    def read_labels(self, request: Request) -> Response:
+        """The intervals as they are in the file."""
+        return JSONResponse(self._labels().as_json())
+
+    async def write_labels(self, request: Request) -> Response:
+        """Replace all intervals; they are on disk when this answers."""
+        from starlette.concurrency import run_in_threadpool
+
+        labels = self._labels()
+        try:
+            given = await request.json()
+        except (ValueError, RecursionError):
+            raise HTTPException(400, "expected JSON") from None
+        await run_in_threadpool(labels.replace, given)
+        return JSONResponse(labels.as_json())
+
+    def _labels(self) -> Labels:
+        if self.labels is None:
+            raise HTTPException(404, "labels are made with `evslip label`")
+        return self.labels
+
+
+def make_app(explorer: Explorer, hosts: list[str]) -> Guard:
+    """The application, which answers to the given values of the Host header alone."""
+    at = "/api/samples/{position:int}"
+    first = ("label.html", "labels") if explorer.labels is not None else ("index.html", "list")
+    routes = [
+        Route("/", explorer.page(*first)),
+        Route("/sample/{position:int}", explorer.page("sample.html", "sample")),
+        Route("/static/{name}", explorer.static),
+        Route("/plotly.js", explorer.plotly),
+        Route("/api/items", explorer.items),
+        Route("/api/facts", explorer.facts),
+        Route(at, explorer.about),
+        Route(f"{at}/events", explorer.events),
+        Route(f"{at}/frame", explorer.frame),
+        Route(f"{at}/cloud", explorer.cloud),
+        Route(f"{at}/detection", explorer.detection),
+        Route("/api/labels", explorer.read_labels, methods=["GET"]),
+        Route("/api/labels", explorer.write_labels, methods=["PUT"]),
+    ]
+    return Guard(Starlette(routes=routes, exception_handlers={EvslipError: _explain}), hosts)
+
+
+def _explain(request: Request, error: Exception) -> Response:
+    return PlainTextResponse(f"{' '.join(str(error).split())}\n", 422)
+
+
+def _number(request: Request, name: str, least: int, most: int) -> int:
+    text = request.query_params.get(name, "")
+    digits = text.removeprefix("-")
+    if not digits.isascii() or not digits.isdigit() or len(digits) > 19 or not least <= int(text) <= most:
+        raise HTTPException(400, f"{name}: expected a whole number from {least} to {most}")
+    return int(text)

@@ -1,0 +1,161 @@
+"""One opened record, and what the pages draw of it."""
+
+import threading
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from evslip.data.record import Record
+from evslip.events.stream import Events
+from evslip.physics.motion.phases import phase_times
+from evslip.view.pictures.frame_source import Sight
+
+RATE_BINS = 600
+"""Steps of the curve of event rates."""
+CURVE_POINTS = 1500
+"""Most points of a curve."""
+EVENT = np.dtype([("t_us", "<u4"), ("x", "<u2"), ("y", "<u2"), ("flags", "u1")])
+"""An event on its way to the page: time since the beginning of the asked span; flags: bit 0 polarity, bits 1-3 body
+(7 is unknown), bits 4-5 cause."""
+UNKNOWN_BODY = 7
+LONGEST_US = 60_000_000
+"""Longest span of events that is sent at once."""
+
+
+class Sample:
+    """A record with its pictures; safe to use from several threads."""
+
+    def __init__(self, record: Record, label: str = ""):
+        """`label`: slip or hold, as the data set has it; default: as the record has it."""
+        self.record, self._label = record, label or record.label
+        self._sight, self._lock = Sight(record), threading.Lock()
+
+    @cached_property
+    def span_us(self) -> tuple[int, int]:
+        """The time there is something to see."""
+        record = self.record
+        if record.truth is not None:
+            return record.truth.span_us
+        times = record.events.t_us
+        return (int(times[0]), int(times[-1]) + 1) if len(times) else (0, 1)
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether `pixels` can draw."""
+        return self._sight.is_there
+
+    def pixels(self, t_us: int) -> np.ndarray:
+        """What the camera sees at a time, as a canvas holds it: RGBA, uint8 of shape (height, width, 4). Raises
+        ConfigError, DataError."""
+        first, last = self.span_us
+        with self._lock:
+            picture = self._sight.at(min(max(t_us, first), last))
+        return np.dstack([picture, np.full(picture.shape[:2], 255, np.uint8)])
+
+    def packed(self, start_us: int, end_us: int, most: int) -> tuple[np.ndarray, int]:
+        """Events of a span, thinned evenly to `most`, as EVENT, and how many there were."""
+        end_us = min(end_us, start_us + LONGEST_US)
+        events = self.record.events.between(start_us, end_us)
+        return pack(thinned(events, most), start_us), events.count
+
+    def about(self) -> dict[str, Any]:
+        """What the page needs to know before it plays; times in microseconds."""
+        record = self.record
+        width, height = record.size
+        about: dict[str, Any] = {
+            "name": record.name, "kind": record.kind, "width": width, "height": height, "events": record.events.count,
+            "start_us": self.span_us[0], "end_us": self.span_us[1],
+            "origin_us": 0 if record.truth is not None else self.span_us[0], "frames": self.has_frames,
+            "bodies": record.events.body is not None, "facts": self._facts(), "phases": [], "slips": [], "held": [],
+            "curves": [self._rates()],
+        }  # fmt: skip
+        about["slips"] = [[i.start_us, i.end_us, i.label] for i in record.intervals if i.label == "slip"]
+        about["held"] = [[i.start_us, i.end_us] for i in record.intervals if i.label == "hold"]
+        truth = record.truth
+        if truth is not None:
+            about["curves"] = [*self._truth_curves(), self._rates()]
+        if truth is not None and record.params is not None:
+            about["phases"] = [[name, *span] for name, span in phase_times(record.params).items()]
+            about["slips"] = [[episode.start_us, episode.end_us, episode.kind] for episode in truth.episodes]
+            held = np.flatnonzero(truth.held)
+            about["held"] = [[int(truth.t_us[held[0]]), int(truth.t_us[held[-1]])]] if len(held) else []
+            about["onset_us"] = truth.onset_us
+        return about
+
+    def _facts(self) -> list[tuple[str, str]]:
+        from evslip.utils.units import tell
+        from evslip.view.report.facts import doubt_of, facts_of
+
+        record = self.record
+        facts = [
+            ("events", f"{record.events.count:,}"),
+            ("sensor", f"{record.size[0]} x {record.size[1]}"),
+            *record.notes.items(),
+        ]
+        if record.params is None or record.truth is None:
+            return facts
+        params, known = record.params, facts_of(record)
+        doubt = doubt_of(self._label, known)
+        return [
+            ("label", self._label),
+            *([("doubt", doubt)] if doubt else []),
+            ("mass", tell("_kg", known["mass_kg"])),
+            ("onset mass", tell("_kg", known["onset_mass_kg"])),
+            ("object", f"{known['shape']}, {known['texture']}"),
+            ("grip", f"{params.grip.force_n:.3g} N, friction {params.grip.friction:.3g}"),
+            ("motion", known["motion"]),
+            ("onset", "never" if known["onset_s"] is None else f"{known['onset_s']:.3f} s"),
+            ("turned", f"{known['turned_deg']:.3g} deg while held"),
+            ("slid", f"{known['slid_mm']:.3g} mm while held"),
+            *facts,
+        ]
+
+    def _rates(self) -> dict[str, Any]:
+        first, last = self.span_us
+        edges = np.linspace(first, last, RATE_BINS + 1)
+        seconds = max(1e-6, (last - first) / RATE_BINS / 1e6)
+        events = self.record.events
+        on, _ = np.histogram(events.t_us[events.p], edges)
+        off, _ = np.histogram(events.t_us[~events.p], edges)
+        return curve("events", "1000/s", edges[:-1], {"ON": on / seconds / 1e3, "OFF": off / seconds / 1e3})
+
+    def _truth_curves(self) -> list[dict[str, Any]]:
+        truth = self.record.truth
+        assert truth is not None  # asked before
+        first, last = np.searchsorted(truth.t_us, self.span_us)
+        keep = slice(int(first), int(last) + 1, max(1, (int(last) - int(first)) // CURVE_POINTS))
+        t_us = truth.t_us[keep]
+        curves = [
+            curve("turned", "deg", t_us, {"theta": truth.theta_deg[keep]}),
+            curve("slid", "mm", t_us, {"slide": truth.slide_mm[keep]}),
+        ]
+        if truth.pad_force_n is not None:
+            curves.append(curve("pad force", "N", t_us, dict(zip("12", truth.pad_force_n[keep].T, strict=True))))
+        if truth.pad_utilisation is not None:
+            used = dict(zip("12", truth.pad_utilisation[keep].T, strict=True))
+            curves.append(curve("friction", "of limit", t_us, used))
+        return curves
+
+
+def curve(name: str, unit: str, t_us: np.ndarray, lines: dict[str, np.ndarray]) -> dict[str, Any]:
+    """A small plot under the picture: lines over the same times."""
+    rounded = {key: [float(f"{value:.5g}") for value in values] for key, values in lines.items()}
+    return {"name": name, "unit": unit, "t_us": np.asarray(t_us, np.int64).tolist(), "lines": rounded}
+
+
+def thinned(events: Events, most: int) -> Events:
+    """At most `most` of the events, evenly."""
+    if events.count <= most:
+        return events
+    return events.select(np.linspace(0, events.count - 1, most).astype(np.int64))
+
+
+def pack(events: Events, start_us: int) -> np.ndarray:
+    """Events as EVENT."""
+    packed = np.empty(events.count, EVENT)
+    packed["t_us"], packed["x"], packed["y"] = events.t_us - start_us, events.x, events.y
+    body = np.uint8(UNKNOWN_BODY) if events.body is None else np.minimum(events.body, UNKNOWN_BODY)
+    cause = np.uint8(0) if events.cause is None else events.cause & 3
+    packed["flags"] = events.p.astype(np.uint8) | (body << 1) | (cause << 4)
+    return packed

@@ -1,0 +1,98 @@
+"""What there is to look at: the samples of a data set, or one recording."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evslip.codecs import check_suffix, is_record, raw_source, read_recording
+from evslip.data import record
+from evslip.data.layout import sample_path
+from evslip.data.record import Record
+from evslip.data.recordings import Recordings, open_samples
+from evslip.utils.errors import DataError
+from evslip.view.report.facts import doubt_of, facts_of
+
+
+@dataclass(frozen=True)
+class Item:
+    """One thing on a shelf, known without opening it."""
+
+    path: Path
+    name: str
+    split: str
+    """train or test; empty for a recording."""
+    label: str
+    """slip or hold; otherwise nobody has said."""
+    events: int | None
+    """None, until it is opened."""
+
+
+class Shelf:
+    """Items in order. They are named by their position, so that no path ever comes from outside."""
+
+    def __init__(self, title: str, items: list[Item]):
+        self.title, self.items = title, items
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def __getitem__(self, position: int) -> Item:
+        return self.items[position]
+
+    def read(self, position: int, events: bool = True) -> Record:
+        """The record of an item; events=False leaves a sample's stream on disk. Raises DataError, IndexError."""
+        item = self.items[position]
+        return record.read(item.path, events) if item.split else read_recording(item.path)
+
+    def facts(self, first: int, count: int) -> Iterator[dict[str, Any]]:
+        """What the files of some items say beyond the list: see `facts_of`, and what makes them doubtful. A file that
+        cannot be read says why."""
+        for position in range(max(0, first), min(first + count, len(self.items))):
+            item = self.items[position]
+            if item.split:
+                try:
+                    facts = facts_of(self.read(position, events=False))
+                    yield {"position": position, **facts, "doubt": doubt_of(item.label, facts)}
+                except DataError as error:
+                    yield {"position": position, "doubt": str(error)}
+
+
+def open_shelf(path: str | Path) -> Shelf:
+    """A data set, a folder of recordings, or a file of events of any known format. Raises DataError."""
+    path = Path(path)
+    if path.is_file():
+        return open_recording(path)
+    samples = open_samples(path)
+    if isinstance(samples, Recordings):
+        # Without their events, which would be all that the folder holds.
+        labels = [samples.read(position, events=False).label for position in range(len(samples))]
+        items = [Item(file, file.stem, "", label, None) for file, label in zip(samples.files, labels, strict=True)]
+        return Shelf(path.absolute().name, items)
+    entries = [entry for entry in samples.entries if entry["kind"] == "simulated"]
+    if not entries:
+        raise DataError(f"{path}: the data set has no sample yet; make some with `evslip generate`")
+    return Shelf(
+        path.absolute().name,
+        [
+            Item(
+                sample_path(path, entry["split"], entry["index"]),
+                entry["name"],
+                entry["split"],
+                entry.get("label", "hold"),
+                entry["events"],
+            )
+            for entry in entries
+        ],
+    )
+
+
+def open_recording(path: str | Path) -> Shelf:
+    """One file of events of any known format. Raises DataError."""
+    path = Path(path)
+    check_suffix(path)
+    if not path.is_file():
+        raise DataError(f"{path}: no such file; expected a recording")
+    if not is_record(path):
+        next(iter(raw_source(path).parts), None)  # what cannot be read is told before a page opens
+    return Shelf(path.name, [Item(path, path.stem, "", "", None)])

@@ -1,0 +1,38 @@
+"""What the camera of a record saw: frames drawn again from poses, or those that came with a recording."""
+
+from functools import cached_property
+
+import numpy as np
+
+from evslip.data.record import Record
+from evslip.rendering.still_frames import Shots
+from evslip.scene.textures.library import linear_to_srgb
+from evslip.utils.errors import DataError
+
+
+class Sight:
+    """Pictures of one record at any times. Not for several threads at once."""
+
+    def __init__(self, record: Record):
+        self._record = record
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there is anything to see."""
+        return self._record.trajectory is not None or self._record.footage is not None
+
+    def at(self, t_us: int) -> np.ndarray:
+        """What is seen at a time of the record, sRGB uint8 (height, width, 3). Raises DataError, ConfigError."""
+        record = self._record
+        if record.trajectory is not None:
+            luminance = self._shots.at(t_us).luminance
+            grey = np.round(linear_to_srgb(np.clip(luminance, 0.0, 1.0)) * 255).astype(np.uint8)
+            return np.repeat(grey[..., None], 3, axis=2)
+        if record.footage is None:
+            raise DataError(f"{record.name}: has neither poses to draw frames from nor frames of its own")
+        return record.footage.at(t_us)
+
+    @cached_property
+    def _shots(self) -> Shots:
+        assert self._record.trajectory is not None  # asked before
+        return Shots(self._record.trajectory)

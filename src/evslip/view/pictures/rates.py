@@ -1,0 +1,77 @@
+"""The rate of a stream of events over time."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+
+from evslip.events.stream import SIGNAL, Events
+from evslip.utils.errors import ConfigError
+from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
+
+KINDS = ("ON", "OFF", "noise")
+_BINS = 2048
+
+
+def check_plot(path: Path) -> None:
+    """Raise ConfigError unless a plot can be written to a file of this name."""
+    if path.suffix.lower() != ".png":
+        raise ConfigError(f"plot: {path}: the plot is a PNG; its name must end in .png")
+
+
+class Rates:
+    """Counts events in bins of time. Their number stays below a limit: when time goes on, they become twice as long."""
+
+    def __init__(self, start_us: float):
+        self.start_us = start_us
+        self.bin_us = 1000.0
+        self._counts = np.zeros((len(KINDS), _BINS), np.int64)
+        self._last_us = start_us
+
+    def push(self, events: Events) -> None:
+        """The next events, in time order."""
+        if not events.count:
+            return
+        self._last_us = max(self._last_us, float(events.t_us[-1]))
+        while self._last_us - self.start_us >= _BINS * self.bin_us:
+            halved = self._counts.reshape(len(KINDS), -1, 2).sum(axis=2)
+            self._counts = np.concatenate([halved, np.zeros_like(halved)], axis=1)
+            self.bin_us *= 2
+        bins = ((events.t_us - self.start_us) // self.bin_us).astype(np.int64)
+        noise = np.zeros(events.count, bool) if events.cause is None else events.cause != SIGNAL
+        for counts, chosen in zip(self._counts, (events.p, ~events.p, noise), strict=True):
+            counts += np.bincount(bins[chosen], minlength=_BINS)
+
+    def per_second(self, end_us: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Middles of the bins in seconds, (n,), and events a second of each of KINDS, (3, n).
+
+        Up to `end_us`, or the last event. Noise is counted under its polarity too.
+        """
+        last_us = self._last_us if end_us is None else max(end_us, self._last_us)
+        # The last bin is shorter: what is left of the time.
+        edges = np.append(np.arange(0.0, last_us - self.start_us, self.bin_us), last_us - self.start_us)
+        lengths_s = np.maximum(np.diff(edges), 1.0) / 1e6
+        middles_s = (self.start_us + 0.5 * (edges[:-1] + edges[1:])) / 1e6
+        return middles_s, self._counts[:, : len(lengths_s)] / lengths_s
+
+    def png(self, title: str, end_us: float | None = None) -> bytes:
+        """A plot of the rates: ON up, OFF down, noise as a line."""
+        from matplotlib.figure import Figure
+
+        t_s, (on, off, noise) = self.per_second(end_us)
+        figure = Figure(figsize=(10, 3.8), layout="constrained")
+        axes = figure.subplots()
+        on_color, off_color = (tuple(c / 255 for c in color) for color in (ON_COLOR, OFF_COLOR))
+        axes.fill_between(t_s, on / 1e3, color=on_color, alpha=0.75, lw=0, step="mid", label="ON")
+        axes.fill_between(t_s, -off / 1e3, color=off_color, alpha=0.75, lw=0, step="mid", label="OFF, downwards")
+        axes.step(t_s, noise / 1e3, color="0.15", lw=0.9, where="mid", label="noise of both")
+        axes.axhline(0, color="0.3", lw=0.8)
+        axes.yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
+        axes.set(xlabel="time in s", ylabel="1000 events/s")
+        axes.set_title(title, loc="left")
+        if len(t_s) > 1:
+            axes.set_xlim(t_s[0], t_s[-1])
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
+        return buffer.getvalue()

@@ -1,0 +1,65 @@
+"""What the files of a trained model, or of an evaluation, say to a report."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from evslip.utils.errors import DataError
+
+if TYPE_CHECKING:
+    from evslip.learn.checkpoint import Description
+    from evslip.learn.evaluation.assessment import Assessment
+
+DESCRIPTION, EVALUATION, HISTORY = "model.json", "evaluation.json", "history.json"
+
+
+class DetectorFiles(NamedTuple):
+    """What is there; a part without a file is empty."""
+
+    folder: Path = Path()
+    description: "Description | None" = None
+    history: Sequence[Mapping[str, Any]] = ()
+    """A table an epoch."""
+    found: "Sequence[Assessment] | Mapping[str, Any]" = ()
+    """The assessments of an evaluation, or the fields of Metrics."""
+
+    @property
+    def accuracy(self) -> float | None:
+        """That of the first model, if there are windows to tell it from."""
+        if not self.found:
+            return None
+        scores = self.found if isinstance(self.found, Mapping) else vars(self.found[0].scores)
+        value = scores.get("accuracy")
+        return value if value is not None and math.isfinite(value) else None
+
+
+def read_detector(folder: Path) -> DetectorFiles:
+    """Read what `evslip train` or `evslip evaluate` left in a folder. Raises DataError."""
+    from evslip.learn.checkpoint import read_description
+    from evslip.learn.evaluation.stored import read_evaluation
+    from evslip.learn.scores.metrics import Metrics
+
+    if not folder.is_dir():
+        raise DataError(f"{folder}: {'is a file' if folder.exists() else 'no such folder'}; expected that of a model")
+    there = {name for name in (DESCRIPTION, EVALUATION, HISTORY) if (folder / name).exists()}
+    if not there:
+        raise DataError(f"{folder}: holds neither {DESCRIPTION} nor {EVALUATION}; expected the folder of a model")
+    found = read_evaluation(folder / EVALUATION) if EVALUATION in there else ()
+    return DetectorFiles(
+        folder,
+        read_description(folder) if DESCRIPTION in there else None,
+        _history(folder / HISTORY) if HISTORY in there else (),
+        vars(found) if isinstance(found, Metrics) else found,
+    )
+
+
+def _history(path: Path) -> list[dict[str, Any]]:
+    try:
+        epochs = json.loads(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be read as JSON: {error}") from None
+    if not isinstance(epochs, list) or not all(isinstance(epoch, dict) for epoch in epochs):
+        raise DataError(f"{path}: not the course of a training that `evslip train` wrote: expected a list of tables")
+    return epochs

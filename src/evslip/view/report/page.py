@@ -1,0 +1,63 @@
+"""Parts of a HTML page that holds all it needs, so that it can be opened anywhere."""
+
+import html
+import json
+import math
+from collections.abc import Iterable, Sequence
+from importlib import resources
+from pathlib import Path
+from string import Template
+
+from evslip.utils import atomic
+from evslip.view.pictures.figures import Figure
+
+
+def write_page(out: Path, title: str, subtitle: str, parts: Iterable[str], columns: int = 1) -> None:
+    """Write a page of ready-made parts; `columns` is the number of pictures in a strip. Raises StorageError."""
+    template = Template(resources.files("evslip.view.report").joinpath("report.html").read_text(encoding="utf-8"))
+    body = "\n".join(part for part in parts if part)
+    page = template.substitute(title=text(title), subtitle=text(subtitle), phases=columns, plotly=_plotly(), body=body)
+    atomic.write_text(out, page)
+
+
+def section(title: str, note: str, content: str) -> str:
+    """A heading, what to see, and the content, which is HTML."""
+    return f"<section><h2>{text(title)}</h2>{f'<p>{text(note)}</p>' if note else ''}{content}</section>"
+
+
+def embed(name: str, figure: Figure) -> str:
+    """A figure in Plotly's JSON; the name must be unique on the page."""
+    # In a script element only "<" could end the data early.
+    data = json.dumps(figure, allow_nan=False).replace("<", "\\u003c")
+    return f'<script type="application/json" id="{name}">{data}</script><div data-figure="{name}"></div>'
+
+
+def columns(parts: Sequence[str]) -> str:
+    """Parts beside one another, as far as there is room."""
+    return f'<div class="columns">{"".join(f"<div>{part}</div>" for part in parts)}</div>' if parts else ""
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of plain texts; the first column names the rows."""
+    top = "".join(f"<th>{text(cell)}</th>" for cell in head)
+    lines = (
+        f"<tr><th>{text(first)}</th>{''.join(f'<td>{text(cell)}</td>' for cell in cells)}</tr>"
+        for first, *cells in rows
+    )
+    return f'<div class="wide"><table><tr>{top}</tr>{"".join(lines)}</table></div>'
+
+
+def text(value: str) -> str:
+    """Plain text as HTML."""
+    return html.escape(value)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number for a person; a dash where it is not defined."""
+    return f"{value:.{digits}f}" if math.isfinite(value) else "–"
+
+
+def _plotly() -> str:
+    from plotly.offline import get_plotlyjs
+
+    return get_plotlyjs()

@@ -1,0 +1,176 @@
+"""One HTML page that shows a data set, a model or an evaluation, and can be opened anywhere: it holds all it needs."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import evslip
+from evslip.data.dataset import Dataset
+from evslip.data.layout import CONFIG
+from evslip.data.record import Record
+from evslip.data.recordings import Recordings
+from evslip.utils.errors import DataError
+from evslip.view.evaluation import failures
+from evslip.view.report import page
+from evslip.view.report.activity import Activity
+from evslip.view.report.detector_files import DESCRIPTION, EVALUATION, DetectorFiles, read_detector
+from evslip.view.report.sections.activity import activity
+from evslip.view.report.sections.angles import angles
+from evslip.view.report.sections.clouds import clouds
+from evslip.view.report.sections.comparison import comparison
+from evslip.view.report.sections.gallery import gallery
+from evslip.view.report.sections.header import cards, configuration, samples_cards
+from evslip.view.report.sections.labels import labels
+from evslip.view.report.sections.names import exact
+from evslip.view.report.sections.parameters import parameters
+from evslip.view.report.sections.scores import scores
+from evslip.view.report.sections.strips import Picture, moments, strips
+from evslip.view.report.sections.training import training
+from evslip.view.report.signature import signature
+from evslip.view.report.survey import Surveyed, spread, survey
+from evslip.windows.window_set import Windows, WindowSettings, load_windows
+
+MOST_COUNTED = 32
+"""Samples whose events are counted."""
+MOST_COMPARED = 8
+"""Samples whose events are compared with real ones."""
+MOST_PICTURES = 60
+"""Samples drawn in the gallery."""
+
+_KINDS = {Dataset: "Synthetic event-camera data", Recordings: "Event-camera recordings"}
+
+
+def write_report(
+    out: str | Path,
+    dataset: Dataset | Recordings,
+    windows: Windows | str | Path | None = None,
+    model_dir: str | Path | None = None,
+    metrics: Mapping[str, Any] | None = None,
+    *,
+    compare: Sequence[Record] = (),
+    picture: Picture | None = None,
+    most_pictures: int = MOST_PICTURES,
+) -> Path:
+    """Write the page of a data set and return its path.
+
+    `model_dir` may hold history.json (training curves) and evaluation.json (`metrics`, if given, replaces it).
+    `compare` are recordings whose events are set beside the data set's. `picture` draws a frame of a trajectory at a
+    time, sRGB uint8 (height, width, 3); default: the renderer. Parts for which there are no data are left out. Raises
+    ConfigError, DataError, StorageError.
+    """
+    out = Path(out)
+    cut = load_windows(windows) if isinstance(windows, str | Path) else windows
+    config = configuration(dataset)  # first of all: one of another version is told before anything is drawn
+    told = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
+    if metrics is not None:
+        told = told._replace(found=metrics)
+    if picture is None:
+        from evslip.rendering import render_color
+
+        picture = render_color
+    settings = cut.settings if cut is not None else WindowSettings()
+    examples, found = _examples(dataset), survey(dataset)
+    shown = {record.name for record in examples.values()}
+    others = [sample.truth for sample in found if sample.truth is not None and sample.name not in shown]
+    counted = Activity()
+    for sample in spread(found, MOST_COUNTED):
+        counted.add(dataset.read(sample.position))
+    parts = [
+        samples_cards(dataset, cut, told.accuracy),
+        config,
+        strips(examples, picture),
+        clouds(examples),
+        angles(examples, others, settings),
+        labels(dataset, cut),
+        gallery(dataset, found, picture, most_pictures),
+        parameters(found),
+        activity(counted, len(found)),
+        _beside_real(dataset, found, compare),
+        training(told.history),
+        *_examined(told, _finder(dataset), settings),
+    ]
+    page.write_page(
+        out,
+        f"evslip: {dataset.root.absolute().name}",
+        f"{_KINDS[type(dataset)]} for slip detection, by evslip {evslip.__version__}.",
+        parts,
+        max((len(list(moments(label, record))) for label, record in examples.items()), default=1),
+    )
+    return out
+
+
+def is_model_or_evaluation(folder: str | Path) -> bool:
+    """Whether `write_model_report` is for it, and not `write_report`."""
+    folder = Path(folder)
+    return not (folder / CONFIG).is_file() and any((folder / name).is_file() for name in (DESCRIPTION, EVALUATION))
+
+
+def write_model_report(out: str | Path, folder: str | Path) -> Path:
+    """Write the page of a model's folder, or of one that `evslip evaluate` filled. Raises DataError, StorageError."""
+    out, folder = Path(out), Path(folder)
+    told = read_detector(folder)
+    model, items, settings = told.description, [], ""
+    if model is not None:
+        items = [(model.model, "network"), (exact(model.threshold), "threshold")]
+        trained = {name: value for name, value in model.training.items() if not isinstance(value, list)}
+        settings = json.dumps({"training": trained, "windows": asdict(model.windows)}, indent=1)
+    if told.accuracy is not None:
+        items.append((f"{100 * told.accuracy:.1f} %", "accuracy on test windows"))
+    parts = [
+        cards(items) if items else "",
+        f"<details><summary>Settings</summary><pre>{page.text(settings)}</pre></details>" if settings else "",
+        training(told.history),
+        *_examined(told, None, WindowSettings()),
+    ]
+    kind = "A detector" if model is not None else "An evaluation of detectors"
+    page.write_page(out, f"evslip: {folder.absolute().name}", f"{kind} of slip, by evslip {evslip.__version__}.", parts)
+    return out
+
+
+def _examples(dataset: Dataset | Recordings) -> dict[str, Record]:
+    """The first slip and the first hold of the data set, as far as there are any."""
+    said = dataset.labels()
+    return {label: dataset[said.index(label)] for label in ("slip", "hold") if label in said}
+
+
+def _beside_real(dataset: Dataset | Recordings, found: Sequence[Surveyed], compare: Sequence[Record]) -> str:
+    if not compare:
+        return ""
+    own = (dataset.read(sample.position) for sample in spread(list(found), MOST_COMPARED))
+    signatures = [signature(dataset.root.absolute().name, own), *(signature(one.name, [one]) for one in compare)]
+    for record, its in zip(compare, signatures[1:], strict=True):
+        if its is None:
+            raise DataError(f"compare: {record.name} holds no events")
+    return comparison([its for its in signatures if its is not None])
+
+
+def _examined(told: DetectorFiles, find: Callable[[str], Record | None] | None, settings: WindowSettings) -> list[str]:
+    """What an evaluation has found."""
+    if not told.found:
+        return []
+    own = failures.from_folder(told.folder / failures.FOLDER)
+    drawn = failures.from_records(find, settings) if find is not None else lambda failure: None
+
+    def show(failure: failures.Failure) -> str | None:
+        return own(failure) or drawn(failure)
+
+    if not isinstance(told.found, Mapping):
+        from evslip.view.evaluation.evaluation import evaluation_parts
+
+        return evaluation_parts(told.found, show)
+    worst = ("", float(told.found.get("threshold", 0.5)), failures.worst(told.found))
+    return [scores(told.found), failures.failures([worst], show)]
+
+
+def _finder(dataset: Dataset | Recordings) -> Callable[[str], Record | None]:
+    """Reads a simulated record by its name."""
+
+    @lru_cache(maxsize=2)
+    def find(name: str) -> Record | None:
+        positions = dataset.positions([name]) if isinstance(dataset, Dataset) else []
+        return dataset.read(positions[0]) if positions else None
+
+    return find

@@ -1,0 +1,147 @@
+"""Event rates and polarity over time, and where and why pixels fire."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from evslip.events.frame import BODIES
+from evslip.events.stream import CAUSES, SIGNAL
+from evslip.view.pictures import figures
+from evslip.view.pictures.figures import Figure
+from evslip.view.report import page
+from evslip.view.report.activity import Activity, Course
+
+GRID = 400
+"""Points of the curves over time."""
+LEAST_PER_S = 1.0
+"""Smaller rates are drawn as this one, which a logarithmic axis can show."""
+COLORS = {"slip": figures.SLIP_COLOR, "hold": figures.HOLD_COLOR, "unlabelled": figures.UNKNOWN_COLOR}
+PALE = {"slip": "rgba(224,123,0,0.16)", "hold": "rgba(10,143,108,0.16)", "unlabelled": "rgba(138,143,152,0.16)"}
+
+
+def activity(found: Activity, of: int) -> str:
+    """Rates, polarity, maps and tables; `of` is the number of samples there are."""
+    counted = len(found.courses)
+    if not counted or not found.all_map.sum():
+        return ""
+    which = f"All {counted} samples" if counted == of else f"{counted} of the {of:,} samples, evenly chosen"
+    note = (
+        f"{which}. Left: all events a second; the line is the median over the samples of a label, the band holds the "
+        "middle 80 % of them. Right: the share of events that are ON, brighter."
+    )
+    charts = [page.embed("rates", rates(found.courses)), page.embed("polarity", polarity(found.courses))]
+    return page.section("Event rates and polarity over time", note, page.columns(charts)) + _where(found)
+
+
+def rates(courses: Sequence[Course]) -> Figure:
+    """Median and band of the event rate for each label."""
+    figure = _over_time({label: _quantiles(some, lambda c: c.on_per_s + c.off_per_s)
+                         for label, some in _by_label(courses).items()}, LEAST_PER_S, "events/s")  # fmt: skip
+    figure["layout"]["yaxis"] |= {"type": "log", "dtick": 1, "exponentformat": "SI"}
+    return figure
+
+
+def polarity(courses: Sequence[Course]) -> Figure:
+    """Median and band of the share of ON events for each label; where there is no event, nothing."""
+
+    def share(course: Course) -> np.ndarray:
+        both = course.on_per_s + course.off_per_s
+        return np.divide(course.on_per_s, both, out=np.full(len(both), np.nan), where=both > 0)
+
+    figure = _over_time({label: _quantiles(some, share) for label, some in _by_label(courses).items()}, 0.0, "share ON")
+    figure["layout"]["yaxis"] |= {"range": [0, 1]}
+    return figure
+
+
+def _by_label(courses: Sequence[Course]) -> dict[str, list[Course]]:
+    return {label: some for label in COLORS if (some := [course for course in courses if course.label == label])}
+
+
+def _quantiles(courses: Sequence[Course], value) -> tuple[np.ndarray, np.ndarray]:
+    """Times of shape (n,), and the 10th, 50th and 90th percentile over the courses that reach them, (3, n)."""
+    first, last = min(c.t_s[0] for c in courses), max(c.t_s[-1] for c in courses)
+    grid = np.linspace(first, last, GRID)
+    rows = np.array([np.interp(grid, c.t_s, value(c), np.nan, np.nan) for c in courses])
+    known = np.isfinite(rows).any(axis=0)
+    return grid[known], np.nanquantile(rows[:, known], (0.1, 0.5, 0.9), axis=0)
+
+
+def _over_time(curves: dict[str, tuple[np.ndarray, np.ndarray]], least: float, title: str) -> Figure:
+    traces = []
+    for label, (t_s, (low, middle, high)) in curves.items():
+        x = figures.array(t_s.astype(np.float32))
+        shared = {"type": "scatter", "mode": "lines", "x": x, "legendgroup": label, "hoverinfo": "skip"}
+        for edge, fill in ((low, None), (high, "tonexty")):
+            y = figures.array(np.maximum(edge, least).astype(np.float32))
+            traces.append({**shared, "y": y, "fill": fill, "fillcolor": PALE[label], "line": {"width": 0},
+                           "showlegend": False})  # fmt: skip
+        y = figures.array(np.maximum(middle, least).astype(np.float32))
+        traces.append({**shared, "y": y, "name": label, "line": {"color": COLORS[label], "width": 2},
+                       "hoverinfo": "x+y+name"})  # fmt: skip
+    return {
+        "data": traces,
+        "layout": {
+            "height": 320, "margin": {"l": 60, "r": 12, "t": 8, "b": 76}, "xaxis": {"title": {"text": "time (s)"}},
+            "yaxis": {"title": {"text": title}}, "legend": {"orientation": "h", "y": -0.24}, "showlegend": True,
+        },
+    }  # fmt: skip
+
+
+def _where(found: Activity) -> str:
+    told = found.causes.sum() > 0
+    maps = [("All events", "map", found.all_map)]
+    if told:
+        maps.append(("Noise: leak, shot and hot pixels", "noise-map", found.noise_map))
+    columns = [
+        f"<h3>{page.text(title)}</h3>" + page.embed(name, pixel_map(counts, found.seconds))
+        for title, name, counts in maps
+    ]
+    tables = _tables(found)
+    note = f"How often each pixel fired in {found.seconds:.0f} s. "
+    note += (
+        "Every event knows what pushed its pixel over the threshold."
+        if told
+        else "Nobody knows the causes of a recording's events: what fires without movement is noise."
+    )
+    return page.section("Noise", note, page.columns(columns) + page.columns(tables))
+
+
+def pixel_map(counts: np.ndarray, seconds: float) -> Figure:
+    """Events of each pixel as colours; the strongest 0.2 % are alike."""
+    height, width = counts.shape
+    top = max(1.0, float(np.quantile(counts, 0.998)))
+    kind = np.uint16 if counts.max() < 65536 else np.uint32
+    return {
+        "data": [
+            {
+                "type": "heatmap", "z": {**figures.array(counts.astype(kind)), "shape": f"{height}, {width}"},
+                "zmin": 0, "zmax": top, "colorscale": "Viridis",
+                "colorbar": {"thickness": 12, "title": {"text": f"in {seconds:.0f} s", "side": "right"}},
+                "hovertemplate": "column %{x}, row %{y}: %{z} events<extra></extra>",
+            }
+        ],
+        "layout": {
+            "height": 330, "margin": {"l": 40, "r": 8, "t": 8, "b": 30},
+            "xaxis": {"showgrid": False, "constrain": "domain", "range": [-0.5, width - 0.5]},
+            "yaxis": {"showgrid": False, "range": [height - 0.5, -0.5], "scaleanchor": "x", "constrain": "domain"},
+        },
+    }  # fmt: skip
+
+
+def _tables(found: Activity) -> list[str]:
+    tables = []
+    if found.causes.sum():
+        total = found.causes.sum()
+        tables.append(page.table(("cause", "events", "share", "Hz a pixel"), [
+            [name, f"{count:,}", f"{count / total:.2%}", f"{count / found.pixel_seconds:.3g}"]
+            for name, count in zip(CAUSES, found.causes.tolist(), strict=True)
+            if count or name == CAUSES[SIGNAL]
+        ]))  # fmt: skip
+    if found.bodies.sum():
+        total = found.bodies.sum()
+        names = (*BODIES, "unknown")
+        tables.append(page.table(("where it came from", "events", "share"), [
+            [name, f"{count:,}", f"{count / total:.2%}"]
+            for name, count in zip(names, found.bodies.tolist(), strict=True) if count
+        ]))  # fmt: skip
+    return tables

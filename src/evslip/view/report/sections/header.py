@@ -1,0 +1,56 @@
+"""The numbers on top, and the configuration."""
+
+from collections.abc import Sequence
+
+from evslip.config.loading import config_from_text
+from evslip.data.dataset import Dataset
+from evslip.data.layout import CONFIG
+from evslip.data.recordings import Recordings
+from evslip.view.report import page
+from evslip.view.report.sections.names import short
+from evslip.windows.window_set import Windows
+
+Card = tuple[str, str]
+"""A number and what it counts."""
+
+
+def cards(items: Sequence[Card]) -> str:
+    """Big numbers with what they are."""
+    inside = "".join(
+        f'<div class="card"><b>{page.text(value)}</b><span>{page.text(name)}</span></div>' for value, name in items
+    )
+    return f'<div class="cards">{inside}</div>'
+
+
+def samples_cards(dataset: Dataset | Recordings, windows: Windows | None, accuracy: float | None) -> str:
+    """What there is in a data set, and how good a detector is on it."""
+    status = dataset.status()
+    simulated = status["slip"] + status["hold"] + status.get("unlabelled", 0)
+    items = [(f"{simulated:,}", "samples")]
+    if status["missing"]:
+        items.append((f"{status['missing']:,}", "not made yet"))
+    items += [
+        (f"{status['slip']:,} / {status['hold']:,}", "slip / hold"),
+        (f"{status['rejected']:,}", "rejected grasps")
+        if isinstance(dataset, Dataset)
+        else (f"{status['unlabelled']:,}", "without labels"),
+        (short(status["events"]), "events"),
+        (f"{short(status['bytes'])}B", "on disk"),
+    ]
+    if simulated:
+        items.append((short(status["events"] / simulated), "events a sample"))
+    if status["events"]:
+        items.append((f"{status['bytes'] / status['events']:.2f}", "bytes an event, all included"))
+    if windows is not None:
+        items.append((f"{len(windows):,}", f"windows of {windows.settings.length_s:g} s"))
+    if accuracy is not None:
+        items.append((f"{100 * accuracy:.1f} %", "accuracy on test windows"))
+    return cards(items)
+
+
+def configuration(dataset: Dataset | Recordings) -> str:
+    """What the samples are drawn from, folded. Raises ConfigError for what this evslip cannot read, DataError."""
+    if isinstance(dataset, Recordings):
+        return ""
+    config_from_text(dataset.config_toml, str(dataset.root / CONFIG))
+    return f"<details><summary>Configuration</summary><pre>{page.text(dataset.config_toml)}</pre></details>"

@@ -1,0 +1,87 @@
+"""Two samples through their phases: frames, and frames with events."""
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+
+from evslip.data.record import Record
+from evslip.physics.motion.phases import phase_times
+from evslip.physics.trajectory import Trajectory
+from evslip.view.pictures.images import data_uri, overlay
+from evslip.view.report import page
+from evslip.view.report.sections.names import describe, swatch
+
+Picture = Callable[[Trajectory, int], np.ndarray]
+"""Draws a frame of a trajectory at a time, sRGB uint8 (height, width, 3)."""
+UNSHOWN = ("approach", "release")
+"""Phases that are not recorded; the strip shows all others, each in its middle."""
+SHOWN_US = 20_000
+"""Length of time whose events are drawn over a frame."""
+MOMENTS = 6
+"""Pictures of a strip that has no phases."""
+
+
+def strips(examples: Mapping[str, Record], picture: Picture) -> str:
+    """A row of pictures for each of some records, by label."""
+    if not examples:
+        return ""
+    rows = []
+    for label, record in examples.items():
+        cells = "".join(_cell(record, name, t_us, picture) for name, t_us in moments(label, record))
+        rows.append(f"<h3>{swatch(label)}{describe(label, record)}</h3>" + f'<div class="strip">{cells}</div>')
+    note = (
+        "What the camera on the hand sees in the middle of each phase, drawn again from the stored poses; below it, "
+        f"the events of the {SHOWN_US // 1000} ms before: red is brighter, blue is darker."
+    )
+    if any(record.trajectory is None for record in examples.values()):
+        note = (
+            "The frames that came with the recording, or none; below them, the events of the "
+            f"{SHOWN_US // 1000} ms before: red is brighter, blue is darker."
+        )
+        return page.section("Recordings at some moments", note, "".join(rows))
+    return page.section("Two samples through their phases", note, "".join(rows))
+
+
+def moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
+    """Names and times of what a strip shows: the middle of each phase; of recordings, some of what is labelled so."""
+    if record.params is not None:
+        yield from _phase_middles(record)
+        return
+    spans = [(i.start_us, i.end_us) for i in record.intervals if i.label == label]
+    if not spans:
+        spans = [(int(record.events.t_us[0]), int(record.events.t_us[-1]))] if record.events.count else [(0, 0)]
+    per_span = -(-MOMENTS // len(spans))
+    for start, end in spans[:MOMENTS]:
+        for k in range(per_span):
+            t_us = start + (2 * k + 1) * (end - start) // (2 * per_span)
+            onset = None if record.intervals else record.onset_us
+            yield ("before the slip" if onset is not None and t_us < onset else label), t_us
+
+
+def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
+    assert record.params is not None and record.truth is not None  # a simulated record has both
+    first, last = record.truth.span_us
+    for name, (begin, finish) in phase_times(record.params).items():
+        start, end = max(begin, first), min(finish, last)
+        if name not in UNSHOWN and start < end:
+            yield name, (start + end) // 2
+
+
+def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
+    if record.trajectory is not None:
+        frame = picture(record.trajectory, t_us)
+    elif record.footage is not None:
+        frame = record.footage.at(t_us)
+    else:
+        frame = np.full((record.size[1], record.size[0], 3), 255, np.uint8)
+    events = record.events.between(t_us - SHOWN_US, t_us)
+    angle = ""
+    if record.truth is not None:
+        angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
+    alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
+    shown = [(overlay(frame, events), ", with events")]
+    if record.trajectory is not None or record.footage is not None:
+        shown.insert(0, (frame, ""))
+    images = "".join(f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">' for image, what in shown)
+    caption = f"<b>{page.text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
+    return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"

@@ -1,0 +1,192 @@
+"""Cutting records into labelled windows: slices of the stream that hold, or slip, as the ground truth says."""
+
+import math
+import zlib
+from collections import defaultdict
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from evslip.data.intervals import Interval
+from evslip.data.record import Record
+from evslip.events.frame import BODIES, OBJECT
+from evslip.events.stream import Events
+from evslip.physics.truth import Truth
+from evslip.utils.errors import DataError
+from evslip.windows.alignment import laid_on
+from evslip.windows.window_events import WindowEvents, pack
+from evslip.windows.window_set import HOLD, MAP_PX, SLIP, Windows, WindowSettings, map_shape
+
+UNCERTAIN = 2
+"""Movement between hold and slip; such a window is dropped."""
+RECENT_S = 0.2
+"""A pixel in the dark goes on firing for about this long after a slip has ended."""
+
+
+def windows_of(records: Iterable[Record], settings: WindowSettings | None = None) -> Windows:
+    """Cut records into labelled windows that lie wholly in the held time, or in one of a person's intervals, which go
+    before. A window without events is one, too.
+
+    On records of another sensor than that of the settings the crop lies as far from the centre. Raises DataError if
+    there is not one window, and for records of different sensors.
+    """
+    settings = settings or WindowSettings()
+    columns: dict[str, list[np.ndarray]] = defaultdict(list)
+    dropped, first = 0, ""
+    for record in records:
+        if not first:
+            settings, first = laid_on(settings, record.size), record.name
+        elif record.size != settings.sensor:
+            sizes = [f"{width}x{height}" for width, height in (record.size, settings.sensor)]
+            raise DataError(
+                f"{record.name}: from a sensor of {sizes[0]} pixels, and {first} from one of {sizes[1]}; expected "
+                "windows of one sensor"
+            )
+        for movement, label in labelled(record, settings):
+            if label == UNCERTAIN:
+                dropped += 1
+            else:
+                _append(columns, record, settings, movement, label)
+    if not columns:
+        raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
+    sizes = np.array([len(part) for part in columns["packed"]])
+    arrays = {name: np.concatenate(columns.pop(name)) for name in list(columns)}
+    last = np.cumsum(sizes)
+    windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, **arrays)
+    return windows.balanced(settings.seed) if settings.balance else windows
+
+
+def entering(record: Record, settings: WindowSettings) -> "list[tuple[Movement, int]]":
+    """The windows that end in the held time of a record but begin before it, each with what the object does from when
+    on it is held. A detector on a robot answers for them, too; none of a recording with a person's intervals."""
+    moved = [] if record.truth is None or record.intervals else movements(record.truth, settings, entering=True)
+    return [(movement, label_of(movement, settings)) for movement in moved]
+
+
+def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, int]]":
+    """The windows of a record, each with HOLD, SLIP or UNCERTAIN: by a person's intervals if there are any, else by the
+    ground truth; none without either."""
+    if record.intervals:
+        return [
+            (Movement(start_us, math.nan, math.nan, math.nan), SLIP if interval.label == "slip" else HOLD)
+            for interval in record.intervals
+            for start_us in starts_within(interval, settings)
+        ]
+    moved = [] if record.truth is None else movements(record.truth, settings)
+    return [(movement, label_of(movement, settings)) for movement in moved]
+
+
+class Movement(NamedTuple):
+    """What the object does in the hand during one window; nan where only a person has labelled it."""
+
+    start_us: int
+    rotation_deg: float
+    """The largest since the window's start."""
+    translation_mm: float
+    """The largest since the window's start."""
+    theta_rise_deg: float
+    """How much greater the paper's theta is at the window's end than at its start; 0 if it is not."""
+
+
+def movements(truth: Truth, settings: WindowSettings, entering: bool = False) -> list[Movement]:
+    """The movement in every window of the held time; or, `entering`, in those that end in it but begin before, from
+    when on the object is held."""
+    held = np.flatnonzero(truth.held)
+    if not len(held):
+        return []
+    step_us = int(truth.t_us[1] - truth.t_us[0])
+    length, hop = (max(1, round(seconds * 1e6 / step_us)) for seconds in (settings.length_s, settings.hop_s))
+    begin, end = int(held[0]), int(held[-1]) + 1 - length
+    starts = range(begin, end, hop)
+    if entering:  # as many hops before as leave a part of the window in the held time, and the whole in the record
+        starts = range(begin - min(length - 1, begin) // hop * hop, min(begin, end), hop)
+    orientation = Rotation.from_quat(truth.rotation, scalar_first=True)
+    found = []
+    for first in starts:
+        since = max(first, begin)
+        part = slice(since, first + length + 1)
+        turned = np.degrees((orientation[since].inv() * orientation[part]).magnitude()).max()
+        slid = 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[since], axis=1).max()
+        rise = max(0.0, float(truth.theta_deg[first + length]) - float(truth.theta_deg[since]))
+        found.append(Movement(int(truth.t_us[first]), float(turned), float(slid), rise))
+    return found
+
+
+def starts_within(interval: Interval, settings: WindowSettings) -> range:
+    """Starts of the windows that lie wholly in an interval, in microseconds."""
+    length_us, hop_us = (round(seconds * 1e6) for seconds in (settings.length_s, settings.hop_s))
+    return range(interval.start_us, interval.end_us - length_us + 1, hop_us)
+
+
+def label_of(movement: Movement, settings: WindowSettings) -> int:
+    """HOLD, SLIP or UNCERTAIN."""
+    angle = movement.theta_rise_deg if settings.labels == "paper" else movement.rotation_deg
+    slides = settings.labels == "motion"
+    if angle >= settings.slip_deg or (slides and movement.translation_mm >= settings.slip_mm):
+        return SLIP
+    lies = angle < settings.hold_deg and not (slides and movement.translation_mm >= settings.hold_mm)
+    return HOLD if lies else UNCERTAIN
+
+
+def crop(events: Events, settings: WindowSettings) -> Events:
+    """The events in the crop, columns and rows (uint8) counted from its corner."""
+    x, y = events.x.astype(np.int32) - settings.left, events.y.astype(np.int32) - settings.top
+    inside = np.flatnonzero((x >= 0) & (x < settings.width) & (y >= 0) & (y < settings.height))
+    return events.select(inside)._replace(x=x[inside].astype(np.uint8), y=y[inside].astype(np.uint8))
+
+
+def _append(
+    columns: dict[str, list[np.ndarray]],
+    record: Record,
+    settings: WindowSettings,
+    movement: Movement,
+    label: int,
+) -> None:
+    start_us = movement.start_us
+    events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
+    inside = crop(events, settings)
+    bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
+    packed = pack(WindowEvents((inside.t_us - start_us).astype(np.uint32), inside.x, inside.y, inside.p))
+    row = {
+        "packed": packed,
+        "events": np.array([inside.count]),
+        "checksum": np.array([zlib.crc32(packed.data)], np.uint32),
+        "label": np.array([label], np.uint8),
+        "name": np.array([record.name]),
+        "start_us": np.array([start_us]),
+        "rotation_deg": np.array([movement.rotation_deg], np.float32),
+        "translation_mm": np.array([movement.translation_mm], np.float32),
+        "recent": np.array([moved_before(record, start_us, settings)]),
+        "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
+        "object_map": _object_map(inside, settings)[None],
+    }
+    for name, value in row.items():
+        columns[name].append(value)
+
+
+def _object_map(inside: Events, settings: WindowSettings) -> np.ndarray:
+    rows, columns = map_shape(settings)
+    if inside.body is None:
+        return np.zeros((rows, columns), np.uint16)
+    its = inside.body == OBJECT
+    cell = inside.y[its].astype(np.int64) // MAP_PX * columns + inside.x[its] // MAP_PX
+    number = np.bincount(cell, minlength=rows * columns).reshape(rows, columns)
+    return np.minimum(number, np.iinfo(np.uint16).max).astype(np.uint16)
+
+
+def moved_before(record: Record, start_us: int, settings: WindowSettings) -> bool:
+    """Whether the object moved, by the limits of a hold, in the 0.2 s before a time; or, of a labelled recording, was
+    said to slip."""
+    truth, since_us = record.truth, start_us - RECENT_S * 1e6
+    if record.intervals:
+        slips = [interval for interval in record.intervals if interval.label == "slip"]
+        return any(slip.start_us < start_us and slip.end_us > since_us for slip in slips)
+    if truth is None:
+        return False
+    first, last = np.searchsorted(truth.t_us, (since_us, start_us))
+    before = Rotation.from_quat(truth.rotation[first : last + 1], scalar_first=True)
+    turned = np.degrees((before[-1].inv() * before).magnitude()).max()
+    slid = 1e3 * np.linalg.norm(truth.position_m[first : last + 1] - truth.position_m[last], axis=1).max()
+    return bool(turned >= settings.hold_deg or slid >= settings.hold_mm)

@@ -1,0 +1,287 @@
+"""Many labelled windows, in memory and as one file."""
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import h5py
+import numpy as np
+
+from evslip.events.frame import BODIES
+from evslip.utils import atomic, hdf5
+from evslip.utils.errors import ConfigError, DataError
+from evslip.windows.window_events import WindowEvents, unpack
+
+HOLD, SLIP = 0, 1
+LabelMode = Literal["motion", "angular", "paper"]
+__all__ = ["HOLD", "SLIP", "WindowEvents", "WindowSettings", "Windows", "load_windows"]
+
+FORMAT, VERSION = "evslip windows", 2
+MAP_PX = 16
+"""Side of the parts of the picture in which the object's events are counted."""
+
+
+@dataclass(frozen=True)
+class WindowSettings:
+    """How windows are cut and labelled."""
+
+    length_s: float = 0.16
+    """Length of a window."""
+    hop_s: float = 0.16
+    """From one window's start to the next one's."""
+    labels: LabelMode = "motion"
+    """What counts. motion: how far the object turns or slides in the hand, at most, since the window's start. angular:
+    how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its public
+    code); a fall counts as no movement, and so does a turn there and back."""
+    slip_deg: float = 1.0
+    """A window is slip from this rotation on ..."""
+    slip_mm: float = 2.0
+    """... or, by motion, from this slide on."""
+    hold_deg: float = 0.1
+    """A window is hold below this rotation ..."""
+    hold_mm: float = 0.1
+    """... and, by motion, this slide. Between hold and slip it is dropped; equal thresholds leave nothing between."""
+    left: int = 73
+    """First column of the crop; below 0 where it reaches beyond the sensor, as on its right."""
+    top: int = 10
+    """First row of the crop."""
+    width: int = 200
+    """Columns of the crop, at most 256."""
+    height: int = 250
+    """Rows of the crop, at most 256."""
+    sensor_width: int = 346
+    """Columns of the sensor that the windows are from."""
+    sensor_height: int = 260
+    """Rows of that sensor."""
+    balance: bool = True
+    """Remove windows of the commoner label at random until both are equally many."""
+    seed: int = 0
+    """Seed of that removal."""
+
+    def __post_init__(self) -> None:
+        if self.labels not in get_args(LabelMode):
+            raise ConfigError(f"labels {self.labels!r}: expected one of {', '.join(get_args(LabelMode))}")
+        if not (0.001 <= self.length_s <= 10 and 0.001 <= self.hop_s <= 1000):
+            raise ConfigError(
+                f"length_s {self.length_s:g}, hop_s {self.hop_s:g}: expected 0.001 to 10 and 0.001 to 1000"
+            )
+        if self.hold_deg > self.slip_deg or self.hold_mm > self.slip_mm or min(self.hold_deg, self.hold_mm) < 0:
+            raise ConfigError(
+                f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}, hold_mm {self.hold_mm:g}, slip_mm "
+                f"{self.slip_mm:g}: expected 0 <= hold <= slip"
+            )
+        across = -self.width < self.left < self.sensor_width and -self.height < self.top < self.sensor_height
+        if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and across):
+            raise ConfigError(
+                f"crop of {self.width}x{self.height} from ({self.left}, {self.top}): expected 1 to 256 columns and "
+                f"rows on the sensor of {self.sensor_width}x{self.sensor_height}"
+            )
+
+    @property
+    def sensor(self) -> tuple[int, int]:
+        """Width and height of the sensor."""
+        return self.sensor_width, self.sensor_height
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Many windows: what is known of each, and all events, packed, in memory or where they lie in a file."""
+
+    settings: WindowSettings
+    packed: np.ndarray
+    """Entries of `evslip.windows.window_events.pack`, uint8 of shape (m, 3), possibly mapped from a file."""
+    first: np.ndarray
+    """Window i has the entries first[i] to last[i]; int64 of shape (n,)."""
+    last: np.ndarray
+    events: np.ndarray
+    """How many events each window has, int64 of shape (n,)."""
+    checksum: np.ndarray
+    """CRC-32 of each window's entries, uint32 of shape (n,)."""
+    label: np.ndarray
+    """HOLD or SLIP, uint8 of shape (n,)."""
+    name: np.ndarray
+    """Sample that each window is from, str of shape (n,); splits are made by it."""
+    start_us: np.ndarray
+    """Start in its sample, int64 of shape (n,)."""
+    rotation_deg: np.ndarray
+    """Largest rotation in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
+    translation_mm: np.ndarray
+    """Largest slide in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
+    recent: np.ndarray
+    """Whether the object moved in the 0.2 s before the window, bool of shape (n,)."""
+    by_body: np.ndarray
+    """Events of each body in the crop, in the order of evslip.events.frame.BODIES, int64 of shape (n, 5)."""
+    object_map: np.ndarray
+    """The object's events in parts of 16 x 16 pixels, at most 65,535; uint16 of shape (n, rows, columns)."""
+    dropped: int = 0
+    """Windows whose movement lay between hold and slip."""
+
+    def __len__(self) -> int:
+        return len(self.label)
+
+    def __getitem__(self, index: int) -> WindowEvents:
+        """The events of a window. Raises DataError if they are damaged."""
+        entries = self.packed[self.first[index] : self.last[index]]
+        whole = zlib.crc32(entries.data) == self.checksum[index]
+        events = unpack(entries, int(self.events[index])) if whole else None
+        if events is None:
+            where = f"{self.name[index]}, {self.start_us[index]} us"
+            raise DataError(f"the events of window {index} ({where}) are damaged; make the windows again")
+        return events
+
+    def take(self, which: np.ndarray) -> "Windows":
+        """The windows of an index array or mask. Their events stay where they are."""
+        return replace(self, **{name: getattr(self, name)[which] for name in _PER_WINDOW})
+
+    def balanced(self, seed: int = 0) -> "Windows":
+        """As many holds as slips: windows of the commoner label are removed at random. With one label alone, all."""
+        indices = [np.flatnonzero(self.label == label) for label in (HOLD, SLIP)]
+        number = min(map(len, indices))
+        if not number:
+            return self
+        rng = np.random.default_rng([seed, 0xBA1A])
+        chosen = np.concatenate([rng.choice(which, number, replace=False) for which in indices])
+        return self.take(np.sort(chosen))
+
+    def split_by_trajectory(self, fraction: float, seed: int = 0) -> tuple["Windows", "Windows"]:
+        """Two sets that share no trajectory; the second has about `fraction` of them, at least one of each kind.
+
+        Trajectories with and without slip are divided separately, so that both labels occur on both sides. Raises
+        DataError if there are too few.
+        """
+        names = np.unique(self.name)
+        slips = np.isin(names, self.name[self.label == SLIP])
+        rng = np.random.default_rng([seed, 0x5911])
+        second: list[str] = []
+        for group in (names[slips], names[~slips]):
+            if len(group):
+                number = max(1, round(fraction * len(group))) if len(group) > 1 else 0
+                second += rng.permutation(group)[:number].tolist()
+        side = np.isin(self.name, second)
+        parts = self.take(~side), self.take(side)
+        for part in parts:
+            if len(np.unique(part.label)) < 2:
+                self._require_both_labels()
+                counts = f"{len(names)} trajectories ({slips.sum()} with slip windows)"
+                raise DataError(f"{counts} are too few to have holds and slips on both sides of a split")
+        return parts
+
+    def split_as_paper(self, fold: int = 0) -> tuple["Windows", "Windows"]:
+        """Two sets of windows, the second a fifth of either label, whichever trajectories they are from.
+
+        The splits of the paper's public code: five stratified folds, shuffled, with seed 100 (scikit-learn's
+        StratifiedKFold), over the holds and then the slips. Windows of one simulation are alike and come to lie on both
+        sides, so the scores are too good. Raises DataError for fewer than five windows of a label.
+        """
+        self._require_both_labels()
+        order = np.argsort(self.label, kind="stable")
+        number, rng = np.bincount(self.label, minlength=2), np.random.RandomState(100)
+        if number.min() < 5:
+            raise DataError(f"{number[HOLD]} hold and {number[SLIP]} slip windows: expected at least 5 of either")
+        folds = np.empty(len(self), np.int64)
+        for label in (HOLD, SLIP):
+            # The i-th fold has every fifth of the sorted labels from the i-th on.
+            sizes = [(self.label[order][first::5] == label).sum() for first in range(5)]
+            own = np.arange(5).repeat(sizes)
+            rng.shuffle(own)
+            folds[order[self.label[order] == label]] = own
+        return self.take(folds != fold), self.take(folds == fold)
+
+    def _require_both_labels(self) -> None:
+        slips = int((self.label == SLIP).sum())
+        if slips in (0, len(self)):
+            only, missing = ("hold", "slip") if not slips else ("slip", "hold")
+            raise DataError(f"all {len(self)} windows are of the label {only}; training needs {missing} windows, too")
+
+    def summary(self) -> str:
+        """One line for a person."""
+        slips = int((self.label == SLIP).sum())
+        return (
+            f"{len(self)} windows ({slips} slip, {len(self) - slips} hold, {self.dropped} between were dropped) "
+            f"of {len(np.unique(self.name))} trajectories, {self.events.sum():,} events"
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Write one HDF5 file, whole or not at all. Raises StorageError."""
+        atomic.write_bytes(Path(path), hdf5.image(self._fill))
+
+    def _fill(self, file: h5py.File) -> None:
+        file.attrs.update({"format": FORMAT, "version": VERSION, "dropped": self.dropped, **asdict(self.settings)})
+        ends = np.cumsum(self.last - self.first)
+        changed = {"last": ends, "first": ends - (self.last - self.first), "name": np.char.encode(self.name, "utf-8")}
+        for name, (dtype, _) in _ARRAYS.items():
+            values = changed.get(name, getattr(self, name))
+            hdf5.put(file, name, values if name == "name" else values.astype(dtype))
+        # Neither in pieces nor compressed: so it can be mapped into memory.
+        packed = file.create_dataset("packed", (int(ends[-1]) if len(ends) else 0, 3), np.uint8)
+        for i, end in enumerate(ends):
+            if self.last[i] > self.first[i]:
+                packed[end - (self.last[i] - self.first[i]) : end] = self.packed[self.first[i] : self.last[i]]
+
+
+_ARRAYS = {
+    "first": (np.int64, ()),
+    "last": (np.int64, ()),
+    "events": (np.int64, ()),
+    "checksum": (np.uint32, ()),
+    "label": (np.uint8, ()),
+    "name": ("S", ()),
+    "start_us": (np.int64, ()),
+    "rotation_deg": (np.float32, ()),
+    "translation_mm": (np.float32, ()),
+    "recent": (np.uint8, ()),
+    "by_body": (np.int64, (len(BODIES),)),
+    "object_map": (np.uint16, (None, None)),
+}
+_PER_WINDOW = tuple(_ARRAYS)
+
+
+def stored_settings(stored: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of WindowSettings among stored values. Files without the mode of the labels are older than it: theirs
+    is the default. Raises KeyError."""
+    names = (field.name for field in fields(WindowSettings))
+    return {name: stored[name] for name in names if name != "labels" or name in stored}
+
+
+def load_windows(path: str | Path) -> Windows:
+    """Read a file that Windows.save wrote; events stay in it until they are asked for. Raises DataError."""
+    with hdf5.opened(path) as file:
+        if file.attrs.get("format") != FORMAT:
+            raise DataError(f"{path}: an HDF5 file, but not one that `evslip windows` wrote")
+        version = hdf5.attribute(file, "version", int)
+        if version != VERSION:
+            raise DataError(
+                f"{path}: version {version} of the format; this evslip reads version {VERSION}: make the windows again"
+            )
+        values = stored_settings(file.attrs)
+        plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in values.items()}
+        kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
+        arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, (_, tail) in _ARRAYS.items()}
+        packed = hdf5.mapped(file, "packed", np.dtype(np.uint8), (None, 3))
+        windows = Windows(WindowSettings(**plain), packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
+    return _checked(windows, path)
+
+
+def _checked(windows: Windows, path: str | Path) -> Windows:
+    number, entries = len(windows.label), len(windows.packed)
+    right = (
+        all(len(getattr(windows, name)) == number for name in _PER_WINDOW)
+        and (windows.first >= 0).all()
+        and (windows.first <= windows.last).all()
+        and (windows.last <= entries).all()
+        and (windows.events >= 0).all()
+        and (windows.events <= windows.last - windows.first).all()
+        and (windows.label <= SLIP).all()
+        and windows.object_map.shape[1:] == map_shape(windows.settings)
+    )
+    if not right:
+        raise DataError(f"{path}: its arrays contradict one another; make the windows again")
+    names = np.char.decode(windows.name, "utf-8", "replace")
+    return replace(windows, name=names, recent=windows.recent > 0)
+
+
+def map_shape(settings: WindowSettings) -> tuple[int, int]:
+    """Rows and columns of an object map."""
+    return -(-settings.height // MAP_PX), -(-settings.width // MAP_PX)
