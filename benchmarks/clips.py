@@ -16,11 +16,14 @@ import numpy as np
 WIDTH, HEIGHT = 288, 192
 RUN = """
 import re, sys
+from functools import partial
 from pathlib import Path
 from evslip.exchange.conversion import Conversion, convert, open_conversion
+from evslip.view.pictures.preview import preview
 conversion = Conversion(clip=Path(sys.argv[1]), camera="noisy")
-preview = Path(sys.argv[3]) if len(sys.argv) > 3 else None
-made = convert(conversion, open_conversion(conversion), Path(sys.argv[2]), preview=preview)
+clip = open_conversion(conversion)
+watchers = [partial(preview, Path(path), clip.size, picture_ms=1000 / 30) for path in sys.argv[3:]]
+made = convert(conversion, clip, Path(sys.argv[2]), watchers=watchers)
 print(made.events, re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text())[1])
 """
 

@@ -24,7 +24,7 @@ SIZE = (346, 260)
 PIECE = 1 << 18
 _CONVERT = """
 import sys
-from evslip.codecs.translate import translate
+from evslip.exchange.translation import translate
 translate(*sys.argv[1:])
 print(next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))
 """

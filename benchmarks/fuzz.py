@@ -19,8 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import FORMATS, READ_ONLY, codec, raw_source, read_events, read_recording, write_events
+from evslip.codecs import FORMATS, READ_ONLY, codec, raw_source, read_events, write_events
 from evslip.data import record
+from evslip.data.reading import read_recording
 from evslip.events.stream import Events
 from evslip.utils.errors import EvslipError
 

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 import evslip
-from evslip.codecs import read_recording
+from evslip.data.reading import read_recording
 from evslip.data.record import Record
 from evslip.events.frame import OBJECT
 from evslip.physics.motion.phases import phase_times

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import evslip
-from evslip.events import camera_for
+from evslip.generation.sensor import camera_for
 from evslip.physics.motion.phases import phase_times
 from evslip.rendering import render_color
 from evslip.view.pictures.images import overlay

@@ -13,8 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip import codecs
-from evslip.codecs import read_events, read_recording, write_events
+from evslip.codecs import read_events, write_events
 from evslip.data import record
+from evslip.data.reading import read_recording
 from evslip.events.stream import Events
 from evslip.exchange.importing import import_recording
 from evslip.utils.errors import DataError

@@ -8,13 +8,14 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip.codecs import open_events, read_events, read_recording, source, write_events
+from evslip.codecs import open_events, read_events, source, write_events
 from evslip.codecs.inivation import aedat4
 from evslip.codecs.inivation.flatbuffer import Vector, buffer
 from evslip.codecs.ros import bag as rosbag
-from evslip.codecs.translate import Part, translate
 from evslip.codecs.writers import writing
+from evslip.data.reading import read_recording
 from evslip.events.stream import Events, concatenate
+from evslip.exchange.translation import Part, translate
 from evslip.utils.errors import DataError
 from foreign_files import aedat2, bag
 from sample_records import assert_equal, random_events
@@ -103,7 +104,7 @@ def test_a_slice_ends_the_reading(tmp_path: Path):
 @pytest.mark.parametrize("rotate", [0, 90, 180, 270])
 @pytest.mark.parametrize("flip", [None, "x", "y"])
 def test_events_and_pictures_are_turned_alike(rotate: int, flip):
-    from evslip.codecs.translate import Selection
+    from evslip.exchange.translation import Selection
 
     image = np.arange(30 * 40).reshape(30, 40)
     selection = Selection(Part((5, 4, 20, 12), rotate=rotate, flip=flip), (40, 30))

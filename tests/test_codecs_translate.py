@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evslip import codecs
-from evslip.codecs import read_events, read_recording, write_events
-from evslip.codecs.translate import Part, select, translate
+from evslip.codecs import read_events, write_events
 from evslip.data import record
+from evslip.data.reading import read_recording
+from evslip.exchange.translation import Part, select, translate
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events, simulated
 

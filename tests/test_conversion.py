@@ -3,18 +3,21 @@
 import itertools
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from evslip.codecs import read_recording
 from evslip.codecs.clips import rife
 from evslip.codecs.settings import read_settings
+from evslip.data.reading import read_recording
 from evslip.events import EventCamera, Events
 from evslip.exchange.conversion import Conversion, convert, open_conversion
 from evslip.utils.errors import DataError, EvslipError, MissingExtraError
+from evslip.view.pictures.preview import preview
+from evslip.view.pictures.rates import rates_plot
 
 SIZE = (24, 16)
 
@@ -109,10 +112,17 @@ def test_none_puts_all_events_at_the_frames(clip, tmp_path):
     assert spread.count == pytest.approx(events.count, rel=0.02)
 
 
+def watched_in(folder):
+    return [
+        partial(preview, folder / "p.mp4", SIZE, picture_ms=5.0),
+        partial(rates_plot, folder / "r.png", "clip"),
+    ]
+
+
 def test_preview_and_plot_come_with_the_events(clip, tmp_path):
     seen = itertools.count()
-    outputs = {"preview": tmp_path / "p.mp4", "plot": tmp_path / "r.png"}
-    run(Conversion(clip=clip), tmp_path / "e.h5", **outputs, preview_ms=5.0, progress=lambda: next(seen))
+    watchers = watched_in(tmp_path)
+    run(Conversion(clip=clip), tmp_path / "e.h5", watchers=watchers, progress=lambda: next(seen))
     assert next(seen) == 40
     assert {path.name for path in tmp_path.iterdir()} == {"clip.npz", "e.h5", "p.mp4", "r.png"}
     assert (tmp_path / "r.png").read_bytes().startswith(b"\x89PNG")
@@ -135,7 +145,7 @@ def test_bad_frames_leave_nothing_and_name_the_clip(kind, message, tmp_path):
     np.savez(tmp_path / "clip.npz", frames=frames, t_us=np.arange(len(frames)))
     conversion = Conversion(clip=tmp_path / "clip.npz")
     with pytest.raises(DataError, match=rf"clip\.npz.*{message}"):
-        run(conversion, tmp_path / "out" / "e.h5", preview=tmp_path / "out" / "p.mp4", plot=tmp_path / "r.png")
+        run(conversion, tmp_path / "out" / "e.h5", watchers=watched_in(tmp_path / "out"))
     assert [path.name for path in tmp_path.iterdir()] == ["clip.npz"]
 
 

@@ -316,7 +316,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from sample_records import simulated
-from evslip import dataset, building, layout, split_plan
+from evslip.data import building, dataset, layout, split_plan
 from evslip.data.record import encode
 root = Path(sys.argv[1])
 print("ready", flush=True)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import evslip
-from evslip.events import PRESETS, EventCamera, EventCameras, Events, camera_for
+from evslip.events import PRESETS, EventCamera, EventCameras, Events
 from evslip.events.batch import camera_seed
 from evslip.events.frame import BACKGROUND, GRIPPER, NO_BODY, OBJECT, Frame
+from evslip.generation.sensor import camera_for
 from evslip.utils import seeds
 from evslip.utils.errors import ConfigError, DataError
 

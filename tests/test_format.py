@@ -10,8 +10,8 @@ import pytest
 from evslip.data import record
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval
+from evslip.data.poses import Poses
 from evslip.data.record import Record
-from evslip.exchange.poses import Poses
 from sample_records import random_events, simulated
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "format.md"

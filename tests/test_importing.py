@@ -12,10 +12,11 @@ from evslip.codecs import write_events
 from evslip.data import record
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval, read_intervals
+from evslip.data.poses import Poses
 from evslip.data.recordings import Recordings, open_samples
 from evslip.events.stream import Events
 from evslip.exchange.importing import Importing, import_recording, import_vt_snn, is_vt_snn
-from evslip.exchange.poses import Poses, even, read_poses, truth_of
+from evslip.exchange.pose_files import even, read_poses, truth_of
 from evslip.exchange.vt_snn import export_windows
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.report.report import write_report

@@ -80,7 +80,7 @@ def test_a_package_without_a_model_says_so(tmp_path: Path, monkeypatch: pytest.M
 
 def test_view_and_detect_say_so_before_they_begin(tmp_path: Path, recording: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(Path(evslip.__file__).parents[1])}
-    bare = "from pathlib import Path; from evslip import shipped; shipped.FOLDER = Path('absent')"
+    bare = "from pathlib import Path; from evslip.learn import shipped; shipped.FOLDER = Path('absent')"
     for verb in ("detect", "view"):
         program = f"{bare}; from evslip.cli import main; main()"
         line = [sys.executable, "-c", program, verb, "--model", "default", str(recording)]

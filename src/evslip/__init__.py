@@ -3,6 +3,8 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from evslip.utils.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from evslip import learn
     from evslip.codecs import read_events, write_events
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     from evslip.physics.truth import Truth, angular_difference, measure
     from evslip.rendering import render
     from evslip.utils.errors import EvslipError
-
-__version__ = "0.1.0"
 
 _HOME = {
     "Config": "config.loading",

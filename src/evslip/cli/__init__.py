@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable
 
-from evslip import __version__
+from evslip.utils.version import __version__
 from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing, sweeping
 from evslip.cli.usage import chosen
 from evslip.utils.errors import EvslipError

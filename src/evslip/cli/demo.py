@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from evslip.config.loading import load_config
 from evslip.data.dataset import Dataset, open_dataset
 from evslip.generation.generate import generate
-from evslip.utils.console import console, samples_bar
+from evslip.generation.progress import samples_bar
+from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 from evslip.windows.window_set import WindowSettings
 

@@ -48,7 +48,6 @@ def windows(
             and about 4 s a window.
         vt_snn: Folder in which to write the windows in VT-SNN's layout, too: prophesee_recordings/rotate_01_td.mat ...
     """
-    from evslip.data.dataset import Dataset
     from evslip.data.recordings import open_samples
     from evslip.exchange.vt_snn import export_windows
     from evslip.utils.errors import ConfigError
@@ -60,10 +59,8 @@ def windows(
     )  # fmt: skip
     samples = open_samples(dataset)
     if split is not None:
-        if not isinstance(samples, Dataset):
-            raise ConfigError(f"split: {dataset} holds recordings, which are in no split")
         samples = samples.split(split)
-    if visualize is not None and not isinstance(samples, Dataset):
+    if visualize is not None and not samples.splits:
         raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
     if visualize is not None:
         from evslip.view.pictures.window_pictures import check_folder
@@ -74,7 +71,7 @@ def windows(
     console.print(f"{out}: {cut.summary()}")
     if vt_snn is not None:
         console.print(f"{vt_snn}: {export_windows(cut, vt_snn)} files")
-    if visualize is not None and isinstance(samples, Dataset):
+    if visualize is not None:
         from evslip.view.pictures.window_pictures import write_windows
 
         with progress_bar("windows", len(cut)) as advance:
@@ -242,7 +239,7 @@ def report(
         pictures: Of a data set: most samples to draw in the gallery, which lists all.
         out: Page to write; default: report.html in the folder.
     """
-    from evslip.codecs import read_recording
+    from evslip.data.reading import read_recording
     from evslip.data.recordings import open_samples
     from evslip.view.report.report import is_model_or_evaluation, write_model_report, write_report
 
@@ -280,7 +277,7 @@ def detect(
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
             or from its corner (for a file that does not state the sensor's size). Without it such data are refused.
     """
-    from evslip.codecs import read_recording
+    from evslip.data.reading import read_recording
     from evslip.learn import detect as run
     from evslip.view.pictures.detection import write_csv, write_png
 

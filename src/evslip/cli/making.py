@@ -5,7 +5,8 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.utils.console import console, progress_bar, samples_bar
+from evslip.generation.progress import samples_bar
+from evslip.utils.console import console, progress_bar
 from evslip.utils.errors import ConfigError, EvslipError
 
 

@@ -1,5 +1,6 @@
 """Verbs about event cameras and their recordings."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -61,9 +62,13 @@ def events(
     """
     from evslip.codecs import check_suffix
     from evslip.codecs.settings import keeps_settings
-    from evslip.exchange.conversion import Conversion, convert, open_conversion
+    from evslip.exchange.conversion import Conversion, convert, open_conversion, require_other
+    from evslip.view.pictures.preview import check_preview
+    from evslip.view.pictures.preview import preview as preview_video
+    from evslip.view.pictures.rates import check_plot, rates_plot
 
     check_suffix(out, writing=True)
+    watchers = []
     conversion = Conversion(
         clip=clip,
         fps=fps,
@@ -78,14 +83,20 @@ def events(
         parameters=parameters_of(pixels),
     )
     source = open_conversion(conversion)
+    if preview is not None:
+        check_preview(preview, preview_ms)
+        require_other(preview, source)
+        watchers.append(partial(preview_video, preview, source.size, picture_ms=preview_ms))
+    if plot is not None:
+        check_plot(plot)
+        require_other(plot, source)
+        watchers.append(partial(rates_plot, plot, f"{clip.name}, {camera}"))
     with progress_bar("frames", source.count) as advance:
         made = convert(
             conversion,
             source,
             out,
-            preview=preview,
-            preview_ms=preview_ms,
-            plot=plot,
+            watchers=watchers,
             threads=threads,
             device=device,
             progress=advance,
@@ -109,7 +120,7 @@ def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
         recording: File of events; several minutes long, since rare events need time.
         out: File to write, .npz: for `evslip events --noise-map`, or the camera's parameter noise_map.
     """
-    from evslip.codecs import read_recording
+    from evslip.data.reading import read_recording
     from evslip.events.noise_map import check_noise_suffix, measure_noise, save_noise_map, unrest
 
     check_noise_suffix(out)
@@ -155,7 +166,7 @@ def convert(
         rotate: Turn the picture clockwise, after the crop.
         flip: Mirror the picture after that: left and right (x), or top and bottom (y).
     """
-    from evslip.codecs.translate import Part, translate
+    from evslip.exchange.translation import Part, translate
 
     part = Part(crop, slice, polarity, from_zero, rotate, flip)
     with progress_bar("events", None) as advance:
@@ -231,8 +242,8 @@ def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) ->
     """
     from json import dumps
 
-    from evslip.codecs import is_record
     from evslip.codecs.facts import facts_of
+    from evslip.data.reading import is_record
     from evslip.data.record import about, read
 
     if not 0 <= gap_ms < 1e12:

@@ -14,7 +14,6 @@ from evslip.utils.errors import DataError
 
 if TYPE_CHECKING:
     from evslip.codecs.source import Source
-    from evslip.data.record import Record
 
 FORMATS = {
     ".h5": "hdf5",
@@ -51,7 +50,7 @@ SIZE_LOST = {"csv", "txt", "mat"}
 
 def read_events(path: str | Path) -> Events:
     """The events of a file, its format chosen by suffix. Raises DataError."""
-    return _whole(Path(path))[0]
+    return read_whole(Path(path))[0]
 
 
 def open_events(path: str | Path) -> "Source":
@@ -75,8 +74,8 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
 
     Raises DataError, StorageError.
     """
-    from evslip.codecs.inputs import extent
     from evslip.codecs.writers import writing
+    from evslip.events.checks import extent
 
     module = codec(path, writing=True)
     if hasattr(module, "write"):
@@ -86,35 +85,13 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
             push(events)
 
 
-def read_recording(path: str | Path) -> "Record":
-    """A record of evslip as it is; any other file of events as a record of kind "recording". Raises DataError."""
-    from evslip.data import record
-
-    path = Path(path)
-    if is_record(path):
-        return record.read(path)
-    events, size = _whole(path)
-    return record.Record(kind="recording", name=path.stem, size=size, events=events, provenance=record.provenance())
-
-
-def is_record(path: str | Path) -> bool:
-    """Whether a file is a record of evslip. Raises DataError for what cannot be opened, or by a suffix of no format."""
-    from evslip.data import record
-    from evslip.utils import hdf5
-
-    codec(path)
-    if FORMATS[Path(path).suffix.lower()] != "hdf5":
-        return False
-    with hdf5.opened(path) as file:
-        return file.attrs.get("format") == record.FORMAT
-
-
 def check_suffix(path: str | Path, writing: bool = False) -> None:
     """Raise DataError unless the file's suffix is that of a format that can be read, or written."""
     codec(path, writing)
 
 
-def _whole(path: Path) -> tuple[Events, tuple[int, int]]:
+def read_whole(path: Path) -> tuple[Events, tuple[int, int]]:
+    """The events of a file and the sensor's (width, height). Raises DataError."""
     from evslip.codecs.source import whole
 
     return whole(raw_source(path), path)

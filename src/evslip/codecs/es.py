@@ -14,11 +14,12 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.inputs import check_size, require_file
 from evslip.codecs.prophesee.header import check_sides, check_times
 from evslip.codecs.source import Source, blocks
+from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 from evslip.utils.jit import compiled
 
 _HEADER = struct.Struct("<12s4BHH")

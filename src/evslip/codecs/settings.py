@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs import FORMATS
-from evslip.codecs.inputs import require_file
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 KEPT_IN = ("hdf5", "npz")
 """Formats that have a place for settings."""

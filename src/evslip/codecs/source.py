@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.codecs.inputs import Watch, extent
+from evslip.events.checks import Watch, extent
 from evslip.events.stream import Events, concatenate
 from evslip.utils.errors import DataError
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from evslip.codecs import FORMATS, codec
-from evslip.codecs.inputs import Watch
+from evslip.events.checks import Watch
 from evslip.events.stream import Events, concatenate
 from evslip.utils import atomic
 

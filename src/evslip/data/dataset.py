@@ -1,25 +1,20 @@
 """A folder of records, as a reader sees it."""
 
 import functools
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from evslip.config.loading import Config, config_from_text
-from evslip.data import record
 from evslip.data.journal import Entry, read_journals
 from evslip.data.layout import CONFIG, JOURNAL, sample_path
-from evslip.data.record import Record
+from evslip.data.samples import Listing, Samples
 from evslip.data.split_plan import planned
 from evslip.data.verification import find_problems
 from evslip.utils.errors import DataError
 from evslip.utils.seeds import SPLITS
 
-if TYPE_CHECKING:
-    from evslip.windows.window_set import Windows, WindowSettings
 
-
-class Dataset:
+class Dataset(Samples):
     """The simulated records of a data set, in the order train, test, then by index: len(), [i] and iteration.
 
     Records are read when asked for. `rejections` and `status` speak of all samples.
@@ -30,25 +25,8 @@ class Dataset:
         self.splits = splits
         self.entries = [entry for key, entry in sorted(finished(root).items(), key=_order) if key[0] in splits]
         """Of every finished sample, rejected ones included."""
-        self._simulated = [entry for entry in self.entries if entry["kind"] == "simulated"]
-
-    def __len__(self) -> int:
-        return len(self._simulated)
-
-    def __getitem__(self, position: int) -> Record:
-        return self.read(position)
-
-    def __iter__(self) -> Iterator[Record]:
-        return (self.read(position) for position in range(len(self)))
-
-    def read(self, position: int, events: bool = True) -> Record:
-        """One record; events=False is quicker and leaves its stream empty. Raises DataError, IndexError."""
-        entry = self._simulated[position]
-        return record.read(sample_path(self.root, entry["split"], entry["index"]), events)
-
-    def positions(self, names: Container[str]) -> list[int]:
-        """Where the simulated records of some names are."""
-        return [position for position, entry in enumerate(self._simulated) if entry["name"] in names]
+        self.rejections = [entry for entry in self.entries if entry["kind"] == "rejected"]
+        self.listing = [_listed(root, entry) for entry in self.entries if entry["kind"] == "simulated"]
 
     def split(self, name: str) -> "Dataset":
         """The part of one split. Raises DataError."""
@@ -57,8 +35,7 @@ class Dataset:
         return Dataset(self.root, (name,))
 
     @functools.cached_property
-    def config_toml(self) -> str:
-        """The text of the configuration that the samples are drawn from. Raises DataError."""
+    def config_toml(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
         path = self.root / CONFIG
         try:
             return path.read_text(encoding="utf-8")
@@ -70,20 +47,10 @@ class Dataset:
         """The configuration that the samples are drawn from. Raises ConfigError, DataError."""
         return config_from_text(self.config_toml, str(self.root / CONFIG))
 
-    @property
-    def rejections(self) -> list[Entry]:
-        """The samples whose motion or grasp failed, with the reason in entry["rejection"]."""
-        return [entry for entry in self.entries if entry["kind"] == "rejected"]
-
     def labels(self) -> list[str]:
-        """slip or hold of each simulated record, without reading it."""
-        return [entry.get("label", "hold") for entry in self._simulated]
+        return [listed.label or "hold" for listed in self.listing]
 
     def status(self) -> dict[str, int]:
-        """Counts of samples, events and bytes.
-
-        `requested` is the plan plus what was made beyond it, `done` includes the rejected ones, `missing` is the rest.
-        """
         wanted = {split: planned(self.root, split) for split in self.splits}
         within = sum(entry["index"] < wanted[entry["split"]] for entry in self.entries)
         missing = sum(wanted.values()) - within
@@ -106,12 +73,6 @@ class Dataset:
         `progress` is called with the number of files checked and the number in all.
         """
         return find_problems(self.root, self.splits, progress)
-
-    def windows(self, settings: "WindowSettings | None" = None) -> "Windows":
-        """Labelled windows of all its records. Raises DataError."""
-        from evslip.windows.cutting import windows_of
-
-        return windows_of(self, settings)
 
 
 def open_dataset(path: str | Path) -> Dataset:
@@ -142,6 +103,11 @@ def finished(
         if matching:
             done[key] = matching[-1]
     return done
+
+
+def _listed(root: Path, entry: Entry) -> Listing:
+    path = sample_path(root, entry["split"], entry["index"])
+    return Listing(path, entry["name"], entry["split"], entry.get("label", "hold"), entry["events"], entry["sha256"])
 
 
 def _order(item: tuple[tuple[str, int], Entry]) -> tuple[int, int]:

@@ -5,9 +5,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, NamedTuple, cast, get_args
 
-from evslip.codecs.inputs import require_file
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 Label = Literal["slip", "hold"]
 LABELS: tuple[Label, ...] = get_args(Label)

@@ -10,14 +10,13 @@ from typing import Any, Literal, get_args
 import h5py
 import numpy as np
 
-import evslip
 from evslip.codecs.arrays.hdf5 import get_events, put_events
-from evslip.codecs.inputs import check_events, check_size
 from evslip.config.params import Params
 from evslip.data.footage import Footage, check_footage
 from evslip.data.intervals import LABELS, Interval, check_intervals
+from evslip.data.poses import Poses
+from evslip.events.checks import check_events, check_size
 from evslip.events.stream import Events, empty_events
-from evslip.exchange.poses import Poses
 from evslip.physics.episodes import KINDS, Episode
 from evslip.physics.motion.phases import PHASE_NAMES
 from evslip.physics.trajectory import Trajectory
@@ -25,6 +24,7 @@ from evslip.physics.truth import Truth
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
 from evslip.utils.seeds import SPLITS
+from evslip.utils.version import __version__
 
 FORMAT, VERSION = "evslip", 1
 Kind = Literal["simulated", "rejected", "recording"]
@@ -86,7 +86,7 @@ class Record:
 def provenance(*packages: str) -> dict[str, str]:
     """Versions of evslip, numpy, HDF5 and the named packages, without importing them."""
     versions = {name: importlib.metadata.version(name) for name in ("numpy", *packages)}
-    return {"evslip": evslip.__version__, "hdf5": h5py.version.hdf5_version, **versions}
+    return {"evslip": __version__, "hdf5": h5py.version.hdf5_version, **versions}
 
 
 def encode(record: Record) -> bytes:

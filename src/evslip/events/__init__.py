@@ -7,7 +7,7 @@ from evslip.events.stream import CAUSES, Events, concatenate, empty_events
 
 if TYPE_CHECKING:
     from evslip.events.batch import EventCameras
-    from evslip.events.camera import EventCamera, camera_for
+    from evslip.events.camera import EventCamera
     from evslip.events.noise_map import load_noise_map, measure_noise, save_noise_map
     from evslip.events.presets import PRESETS, PixelModel
 
@@ -16,7 +16,6 @@ _LAZY = {
     "EventCameras": "batch",
     "PRESETS": "presets",
     "PixelModel": "presets",
-    "camera_for": "camera",
     "load_noise_map": "noise_map",
     "measure_noise": "noise_map",
     "save_noise_map": "noise_map",
@@ -28,7 +27,6 @@ __all__ = [
     "EventCameras",
     "Events",
     "PixelModel",
-    "camera_for",
     "concatenate",
     "empty_events",
     "load_noise_map",

@@ -6,7 +6,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evslip.config.params import Params
 from evslip.events.frame import NO_BODY, Frame
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.presets import FOREIGN, resolve
@@ -18,7 +17,6 @@ from evslip.events.sensor.sensor import Sensor
 from evslip.events.sensor.threads import Darkroom, Exposure
 from evslip.events.stream import Events, concatenate
 from evslip.events.v2e.pixels import V2EPixels
-from evslip.utils import seeds
 from evslip.utils.errors import ConfigError
 
 CHUNK_FRAMES, CHUNK_BYTES = 32, 1 << 25
@@ -216,14 +214,6 @@ class EventCamera:
         if bodies is not None:
             bodies = checked_mask(bodies, self.shape, time_us)
         return time_us, checked_image(image, self.shape, self.intensity, time_us), bodies
-
-
-def camera_for(params: Params, threads: int = 1) -> EventCamera:
-    """The event camera of a sample."""
-    overrides = params.sensor.model_dump(exclude={"preset"}, exclude_none=True)
-    seed = seeds.integer(params.seed, params.split, params.index, "pixels")
-    size = (params.camera.width, params.camera.height)
-    return EventCamera(params.sensor.preset, size=size, seed=seed, threads=threads, **overrides)
 
 
 def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:

@@ -1,9 +1,10 @@
-"""Frames that nobody here made into a file of events, with a preview and a plot: the command `evslip events`."""
+"""Frames that nobody here made into a file of events: the command `evslip events`."""
 
 import contextlib
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -11,13 +12,17 @@ from typing import Any
 
 import numpy as np
 
-import evslip
 from evslip.codecs.clips.sources import Clip, TimedImage, open_clip
 from evslip.events.camera import CHUNK_FRAMES, EventCamera
-from evslip.utils import atomic
+from evslip.events.stream import Events
 from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.version import __version__
 
 INTERPOLATIONS = ("linear", "none", "rife")
+Push = Callable[[Events, float], None]
+"""Takes the next events, and the time up to which there are no others."""
+Watcher = Callable[[float], AbstractContextManager[Push]]
+"""Opened with the time of the first frame; what it writes appears when all is done, or not at all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,31 +90,21 @@ def convert(
     clip: Clip,
     out: Path,
     *,
-    preview: Path | None = None,
-    preview_ms: float = 1000 / 30,
-    plot: Path | None = None,
+    watchers: Sequence[Watcher] = (),
     threads: int = 1,
     device: str = "cpu",
     progress: Callable[[], None] = lambda: None,
 ) -> Converted:
     """Write the events of a clip to `out`, its format by suffix, with the settings inside where the format has a place.
 
-    clip: from `open_conversion`. preview: video to write, each picture shows preview_ms; plot: PNG of the rates to
-    write. progress: called after each frame of the clip. Memory holds a few frames and a block of events, however long
-    the clip is (HDF5; other formats keep all events until the end). The files appear when all is done, or not at all.
-    Raises DataError, ConfigError, MissingExtraError, StorageError.
+    clip: from `open_conversion`. watchers: see the events, too, on their way to the file. progress: called after each
+    frame of the clip. Memory holds a few frames and a block of events, however long the clip is (HDF5; other formats
+    keep all events until the end). The file appears when all is done, or not at all. Raises DataError, ConfigError,
+    MissingExtraError, StorageError.
     """
     from evslip.codecs.writers import writing
-    from evslip.view.pictures import preview as video
-    from evslip.view.pictures import rates
 
-    if preview is not None:
-        video.check_preview(preview, preview_ms)
-    if plot is not None:
-        rates.check_plot(plot)
-    for written in (out, preview, plot):
-        if written is not None and written.exists() and written.samefile(clip.path):
-            raise ConfigError(f"{written}: is the clip itself; give another name")
+    require_other(out, clip)
     mode: Any = conversion.mode
     computer: Any = device
     camera = EventCamera(
@@ -128,25 +123,25 @@ def convert(
     with _naming(clip.path), contextlib.ExitStack() as outputs:
         first = next(frames)
         last_us = first[0]
-        histogram = rates.Rates(first[0])
-        sinks = [outputs.enter_context(writing(out, clip.size, settings=settings))]
-        sinks.append(histogram.push)
-        if preview is not None:
-            sinks.append(outputs.enter_context(video.preview(preview, clip.size, first[0], preview_ms)).push)
-        drawing = None if plot is None else outputs.enter_context(atomic.staged(plot))
+        write = outputs.enter_context(writing(out, clip.size, settings=settings))
+        pushes = [outputs.enter_context(watcher(first[0])) for watcher in watchers]
         camera.step(*first)
         while batch := list(islice(frames, CHUNK_FRAMES)):
             part = camera.run(batch)
             last_us = batch[-1][0]
             seen, events, on = seen + len(batch), events + part.count, on + int(part.p.sum())
-            for sink in sinks:
-                sink(part)
+            write(part)
+            for push in pushes:
+                push(part, last_us)
         if seen == 0:
             raise DataError("holds a single frame; events need at least two")
-        if drawing is not None and plot is not None:
-            picture = histogram.png(f"{clip.path.name}, {conversion.camera}: {events:,} events", last_us)
-            atomic.write_into(drawing, picture, plot)
     return Converted(seen + 1, events, on, first[0], last_us, clip.size, float(first[1].max()))
+
+
+def require_other(path: Path, clip: Clip) -> None:
+    """Raise ConfigError for a file to write that is the clip itself."""
+    if path.exists() and path.samefile(clip.path):
+        raise ConfigError(f"{path}: is the clip itself; give another name")
 
 
 def describe(conversion: Conversion, clip: Clip, camera: EventCamera) -> dict[str, Any]:
@@ -155,9 +150,7 @@ def describe(conversion: Conversion, clip: Clip, camera: EventCamera) -> dict[st
     if conversion.interpolate != "rife":
         del said["upsample"]
     parameters = {name: _told(value) for name, value in asdict(camera.model).items()}
-    return {"evslip": evslip.__version__, **said, "intensity": clip.intensity, "size": clip.size} | {
-        "parameters": parameters
-    }
+    return {"evslip": __version__, **said, "intensity": clip.intensity, "size": clip.size} | {"parameters": parameters}
 
 
 def _told(value: Any) -> Any:

@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import FORMATS, codec, is_record, open_events, read_recording
+from evslip.codecs import FORMATS, codec, open_events
 from evslip.codecs.source import extent_of
-from evslip.codecs.translate import Flip, Part, Selection
 from evslip.data import record as records
 from evslip.data.footage import Footage, footage_of
 from evslip.data.intervals import Interval, Label, read_intervals
+from evslip.data.reading import is_record, read_recording
 from evslip.data.record import Record
 from evslip.events.stream import Events, concatenate
-from evslip.exchange.poses import even, read_poses, truth_of
+from evslip.exchange.pose_files import even, read_poses, truth_of
+from evslip.exchange.translation import Flip, Part, Selection
 from evslip.utils.errors import ConfigError, DataError
 
 POSES, EVENTS, FRAMES = ("isaac_stats.csv", "poses.csv"), ("events_v2e", "events"), "frames"

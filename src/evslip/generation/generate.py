@@ -15,11 +15,11 @@ from evslip.config.params import Params
 from evslip.data import building, dataset, split_plan
 from evslip.data.record import Record, encode, provenance
 from evslip.draws.draw import draw
-from evslip.events import camera_for
 from evslip.events.frame import Frame
 from evslip.events.stream import empty_events
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
+from evslip.generation.sensor import camera_for
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.truth import measure
 from evslip.rendering import render

@@ -1,8 +1,18 @@
-"""What a run of `generate` tells while it goes on."""
+"""Progress of a run of `generate`: what it tells, and how a person sees that."""
 
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime, timedelta
 from typing import NamedTuple
 
+from rich import progress as rich
+
 from evslip.data.journal import Entry
+from evslip.utils.console import console, new_bar
+
+LINE_EVERY_S = 30.0
+"""Where there is no terminal to draw a bar on, as in the log of a cluster's job."""
 
 
 class Made(NamedTuple):
@@ -25,3 +35,57 @@ class Progress:
 
     def notice(self, text: str) -> None:
         """When a node or a worker was lost, or a sample cannot be made; one line."""
+
+
+@contextmanager
+def samples_bar(title: str) -> Iterator[Progress]:
+    """What `generate` tells, as a bar; without a terminal as a line every 30 s."""
+    if not console.is_terminal:
+        yield _Lines(title)
+        return
+    with new_bar(rich.TextColumn("{task.fields[rejected]}")) as bar:
+        yield _Bar(bar, title)
+
+
+class _Bar(Progress):
+    def __init__(self, bar: rich.Progress, title: str):
+        self._bar, self._title, self._rejected = bar, title, 0
+
+    def begin(self, count: int, skipped: int) -> None:
+        self._task = self._bar.add_task(self._title, total=count, completed=skipped, rejected="")
+
+    def made(self, made: Made) -> None:
+        self._rejected += made.entry["kind"] == "rejected"
+        self._bar.update(self._task, advance=1, rejected=f"{self._rejected} rejected" if self._rejected else "")
+
+    def notice(self, text: str) -> None:
+        console.print(text)
+
+
+class _Lines(Progress):
+    def __init__(self, title: str):
+        self._title, self._rejected, self._made = title, 0, 0
+
+    def begin(self, count: int, skipped: int) -> None:
+        self._count, self._skipped = count, skipped
+        self._start = self._said = time.monotonic()
+
+    def made(self, made: Made) -> None:
+        self._made += 1
+        self._rejected += made.entry["kind"] == "rejected"
+        now, done = time.monotonic(), self._skipped + self._made
+        if now - self._said < LINE_EVERY_S and done < self._count:
+            return
+        self._said = now
+        each = (now - self._start) / self._made
+        left = timedelta(seconds=round(each * (self._count - done)))
+        self._say(
+            f"{self._title}: {done:,} of {self._count:,} ({done / self._count:.1%}), {self._rejected:,} rejected, "
+            f"{each:.2f} s each, {left} left"
+        )
+
+    def notice(self, text: str) -> None:
+        self._say(text)
+
+    def _say(self, text: str) -> None:
+        console.print(f"{datetime.now():%Y-%m-%d %H:%M:%S}  {text}")

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import evslip
 from evslip.utils.errors import DataError
+from evslip.utils.version import __version__
 
 
 class Format(NamedTuple):
@@ -18,7 +18,7 @@ class Format(NamedTuple):
 
     def head(self) -> dict[str, Any]:
         """What a document of it begins with."""
-        return {"format": self.name, "version": self.version, "evslip": evslip.__version__}
+        return {"format": self.name, "version": self.version, "evslip": __version__}
 
 
 def read_document(path: Path, *formats: Format) -> dict[str, Any]:

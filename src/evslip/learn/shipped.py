@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-import evslip
 from evslip.utils.errors import DataError
+from evslip.utils.version import __version__
 
 FOLDER = Path(__file__).with_name("models")
 NAMES = ("default",)
@@ -21,7 +21,7 @@ def model_folder(model: str | Path) -> Path:
     folder = FOLDER / str(model)
     if not folder.is_dir():
         raise DataError(
-            f"{model}: no model is shipped with this evslip {evslip.__version__}; expected the folder of a model that "
+            f"{model}: no model is shipped with this evslip {__version__}; expected the folder of a model that "
             "`evslip train` wrote"
         )
     return folder

@@ -9,8 +9,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from evslip.codecs.inputs import require_file
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 CHUNK_BYTES = 1 << 20
 """Small enough to read in part; smaller chunks compress worse, 64 kB ones by 3 %."""

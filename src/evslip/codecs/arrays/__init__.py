@@ -1,0 +1,1 @@
+"""Events as arrays: HDF5 (DSEC's layout), NumPy's .npz, MATLAB's .mat."""

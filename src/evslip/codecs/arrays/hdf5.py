@@ -14,9 +14,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from evslip.codecs.inputs import check_events, check_size
 from evslip.codecs.prophesee import metavision
 from evslip.codecs.source import BLOCK_EVENTS, Source
+from evslip.events.checks import check_events, check_size
 from evslip.events.stream import Events
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError

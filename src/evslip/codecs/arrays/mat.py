@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.inputs import check_events, require_file
 from evslip.codecs.source import Source
+from evslip.events.checks import check_events
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 _HEADER_BYTES, _TEXT_BYTES = 128, 116
 _MATRIX, _COMPRESSED = 14, 15

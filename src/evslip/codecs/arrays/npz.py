@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.inputs import check_events, check_size, require_file
 from evslip.codecs.source import Source
+from evslip.events.checks import check_events, check_size
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 _MOST_COMPRESSED = 1040
 """Deflate shrinks by at most 1032."""

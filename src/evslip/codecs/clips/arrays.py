@@ -15,8 +15,8 @@ import numpy as np
 from numpy.lib import format as npy
 
 from evslip.codecs.clips.times import UNITS, check_count, check_increasing
-from evslip.codecs.inputs import require_file
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 FRAMES, TIMES = ("frames", "luminance"), {"t_us": "us", "t_s": "s"}
 _MOST_COMPRESSED = 1040

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.inputs import require_file
 from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.files import require_file
 
 UNITS = {"us": 1.0, "s": 1e6}
 """Microseconds in each unit that times may be given in."""

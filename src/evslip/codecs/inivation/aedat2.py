@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.inputs import require_file
 from evslip.codecs.source import Source, blocks
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 _MAGIC = b"#!AER-DAT"
 _ROW = np.dtype([("address", ">u4"), ("t", ">u4")])

@@ -18,10 +18,11 @@ import zstandard
 
 from evslip.codecs.inivation.aedat4_sink import COLOURS, EVENT, MAGIC, Sink
 from evslip.codecs.inivation.flatbuffer import Table
-from evslip.codecs.inputs import check_size, require_file
 from evslip.codecs.source import Source
+from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 __all__ = ["Sink", "frames", "stream"]
 

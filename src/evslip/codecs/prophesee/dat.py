@@ -12,11 +12,12 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.inputs import check_size, require_file
 from evslip.codecs.prophesee.header import check_sides, check_times, read_header, unwrapped
 from evslip.codecs.source import Source, blocks
+from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 _EVENT = np.dtype([("t", "<u4"), ("place", "<u4")])
 _TYPES = {0x00, 0x0C}

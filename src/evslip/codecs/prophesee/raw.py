@@ -13,12 +13,13 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.inputs import check_size, require_file
 from evslip.codecs.prophesee import evt2, evt3, evt21
 from evslip.codecs.prophesee.header import check_sides, check_times, read_header
 from evslip.codecs.source import Source, blocks
+from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 _ENCODINGS = {"EVT2": "2.0", "EVT21": "2.1", "EVT3": "3.0"}
 _MOST_COLUMNS = 1 << 11

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from evslip.codecs.inputs import check_size, require_file
 from evslip.codecs.source import Source
+from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError, MissingExtraError
+from evslip.utils.files import require_file
 
 _KINDS = ("dvs_msgs/msg/EventArray", "prophesee_event_msgs/msg/EventArray")
 _IMAGE = "sensor_msgs/msg/Image"

@@ -1,0 +1,1 @@
+"""Events as text: CSV, and v2e's .txt."""

@@ -7,10 +7,10 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.inputs import require_file
 from evslip.codecs.source import Source, lines
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 HEADER = "t_us,x,y,p"
 

@@ -10,11 +10,11 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.inputs import require_file
 from evslip.codecs.prophesee.header import check_times
 from evslip.codecs.source import Source, lines
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 _LATEST_US = 2**52 - 1
 """Seconds in 64 bits tell two microseconds apart until then."""

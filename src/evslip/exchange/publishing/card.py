@@ -3,8 +3,8 @@
 import json
 from typing import Any
 
-import evslip
 from evslip.exchange.publishing.table import COLUMNS
+from evslip.utils.version import __version__
 
 _SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_000, "100K<n<1M"))
 
@@ -40,7 +40,7 @@ def card(
         *header,
         f"# {name}",
         "",
-        f"{kind} for slip detection in a gripper, published by evslip {evslip.__version__}.",
+        f"{kind} for slip detection in a gripper, published by evslip {__version__}.",
         "",
         "| split | samples | slip | hold | unlabelled | events | bytes |",
         "|---|---|---|---|---|---|---|",

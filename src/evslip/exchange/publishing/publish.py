@@ -10,7 +10,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from evslip.data.recordings import Recordings, open_samples
+from evslip.data.recordings import open_samples
 from evslip.exchange.publishing.card import card
 from evslip.exchange.publishing.croissant import croissant
 from evslip.exchange.publishing.shards import Shards
@@ -74,7 +74,7 @@ def publish(
         raise DataError(f"{source}: holds no finished sample")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise DataError(f"{out}: is there already; expected a new folder")
-    config = "" if isinstance(samples, Recordings) else samples.config_toml
+    config = samples.config_toml
     name = how.name or Path(source).resolve().name
     temporary = out.with_name(f".{out.name}.{uuid.uuid4().hex[:8]}.tmp")
     try:

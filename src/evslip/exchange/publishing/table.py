@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from evslip.data import record
-from evslip.data.dataset import Dataset
-from evslip.data.layout import sample_path
-from evslip.data.recordings import Recordings
+from evslip.data.samples import Samples
 from evslip.utils.errors import DataError
 
 COLUMNS = {
@@ -45,15 +43,9 @@ class Item(NamedTuple):
     """As it was written; None where nobody knows."""
 
 
-def items(samples: Dataset | Recordings) -> list[Item]:
+def items(samples: Samples) -> list[Item]:
     """The samples in order: splits, then indices or names. Rejected ones are left out."""
-    if isinstance(samples, Recordings):
-        return [Item(RECORDINGS, path.stem, path, None) for path in samples.files]
-    entries = [entry for entry in samples.entries if entry["kind"] == "simulated"]
-    return [
-        Item(e["split"], f"{e['index']:07d}", sample_path(samples.root, e["split"], e["index"]), e["sha256"])
-        for e in entries
-    ]
+    return [Item(one.split or RECORDINGS, one.path.stem, one.path, one.sha256) for one in samples.listing]
 
 
 def row(item: Item, file: str) -> tuple[dict[str, Any], bytes]:

@@ -1,0 +1,1 @@
+"""Everything that `evslip evaluate` finds out about detectors. Begin with `assessment.assess`."""

@@ -1,0 +1,1 @@
+"""Figures of how good slip probabilities are, with intervals. Begin with `metrics`."""

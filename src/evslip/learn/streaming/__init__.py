@@ -1,0 +1,1 @@
+"""A detector on a stream of events. Begin with `stream.Detector`."""

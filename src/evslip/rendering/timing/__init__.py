@@ -1,0 +1,1 @@
+"""When a frame is drawn, and which parts of it are drawn anew. Begin with `schedule`."""

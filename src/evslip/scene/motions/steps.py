@@ -1,8 +1,8 @@
 """What motions are made of: smooth steps, and times that scale with the whole."""
 
-import numpy as np
+from typing import Any
 
-from evslip.config.schema import MotionSpec
+import numpy as np
 
 NOMINAL_S = 7.5
 """Duration of the default pick-and-place, for which default times are given."""
@@ -20,21 +20,21 @@ def step(t_s: np.ndarray, start_s: float, length_s: float) -> np.ndarray:
     return minimum_jerk((t_s - start_s) / length_s)
 
 
-def scale(motion: MotionSpec[float, str]) -> float:
+def scale(motion: Any) -> float:
     """How much slower than nominal the motion is, where no time of its own is given."""
     return motion.duration_s / NOMINAL_S
 
 
-def lift_s(motion: MotionSpec[float, str]) -> float:
+def lift_s(motion: Any) -> float:
     """Seconds that raising takes."""
     return LIFT_S * scale(motion) if motion.lift_s is None else motion.lift_s
 
 
-def tilt_s(motion: MotionSpec[float, str]) -> float:
+def tilt_s(motion: Any) -> float:
     """Seconds from upright to the tilt, and from there to upright."""
     return TILT_S * scale(motion) if motion.tilt_s is None else motion.tilt_s
 
 
-def lower_s(motion: MotionSpec[float, str]) -> float:
+def lower_s(motion: Any) -> float:
     """Seconds that lowering takes."""
     return LOWER_S * scale(motion) if motion.lower_s is None else motion.lower_s

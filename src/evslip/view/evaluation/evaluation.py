@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-import evslip
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluation.alarms import ALLOWED_PER_MIN, Alarms, quantile
 from evslip.learn.evaluation.assessment import Assessment, plain
@@ -16,6 +15,7 @@ from evslip.learn.evaluation.groups import Group
 from evslip.learn.evaluation.stored import FILE, FORMAT
 from evslip.learn.evaluation.test_data import Exam
 from evslip.utils import atomic
+from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
 from evslip.view.evaluation.failure_pictures import pictures
 from evslip.view.evaluation.plots import LATENCY_S, RATE_PER_MIN, write_circumstances_png, write_scores_png
@@ -69,7 +69,7 @@ def write_evaluation_page(path: Path, found: Sequence[Assessment], show: failure
     first = found[0]
     subtitle = (
         f"{first.scores.windows} windows of {first.scores.trajectories} trajectories: {first.data}. "
-        f"Measured by evslip {evslip.__version__}."
+        f"Measured by evslip {__version__}."
     )
     page.write_page(path, "evslip: detectors examined", subtitle, evaluation_parts(found, show))
 

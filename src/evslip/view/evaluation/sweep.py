@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import evslip
 from evslip.learn.search.sweep import Sweep, Trial
 from evslip.utils import atomic
+from evslip.utils.version import __version__
 from evslip.view.pictures import charts
 from evslip.view.pictures.figures import Figure
 from evslip.view.report import page
@@ -34,7 +34,7 @@ def write_sweep(found: Sweep) -> None:
         ),
         page.section("All trials", "Best first.", _table(sweep_table(found, most=len(found.trials)))),
     ]
-    subtitle = f"{counts}; goal: {_goal(found)} of validation. Made by evslip {evslip.__version__}."
+    subtitle = f"{counts}; goal: {_goal(found)} of validation. Made by evslip {__version__}."
     page.write_page(found.folder / "sweep.html", f"evslip: sweep {found.folder.absolute().name}", subtitle, parts)
 
 

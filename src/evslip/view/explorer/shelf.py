@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evslip.codecs import check_suffix, is_record, raw_source, read_recording
+from evslip.codecs import check_suffix, raw_source
 from evslip.data import record
-from evslip.data.layout import sample_path
+from evslip.data.reading import is_record, read_recording
 from evslip.data.record import Record
-from evslip.data.recordings import Recordings, open_samples
+from evslip.data.recordings import open_samples
+from evslip.data.samples import Samples
 from evslip.utils.errors import DataError
 from evslip.view.report.facts import doubt_of, facts_of
 
@@ -64,27 +65,16 @@ def open_shelf(path: str | Path) -> Shelf:
     if path.is_file():
         return open_recording(path)
     samples = open_samples(path)
-    if isinstance(samples, Recordings):
-        # Without their events, which would be all that the folder holds.
-        labels = [samples.read(position, events=False).label for position in range(len(samples))]
-        items = [Item(file, file.stem, "", label, None) for file, label in zip(samples.files, labels, strict=True)]
-        return Shelf(path.absolute().name, items)
-    entries = [entry for entry in samples.entries if entry["kind"] == "simulated"]
-    if not entries:
+    if not samples.listing:
         raise DataError(f"{path}: the data set has no sample yet; make some with `evslip generate`")
-    return Shelf(
-        path.absolute().name,
-        [
-            Item(
-                sample_path(path, entry["split"], entry["index"]),
-                entry["name"],
-                entry["split"],
-                entry.get("label", "hold"),
-                entry["events"],
-            )
-            for entry in entries
-        ],
-    )
+    return Shelf(path.absolute().name, [_item(samples, position) for position in range(len(samples))])
+
+
+def _item(samples: Samples, position: int) -> Item:
+    one = samples.listing[position]
+    # Of a recording without its events, which would be all that the folder holds.
+    label = samples.read(position, events=False).label if one.label is None else one.label
+    return Item(one.path, one.name, one.split, label, one.events)
 
 
 def open_recording(path: str | Path) -> Shelf:

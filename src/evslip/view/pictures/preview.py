@@ -23,17 +23,19 @@ def check_preview(path: Path, picture_ms: float) -> None:
 
 
 @contextlib.contextmanager
-def preview(path: Path, size: tuple[int, int], start_us: float, picture_ms: float) -> Iterator["Accumulator"]:
-    """Yields what takes the events piece by piece; the video appears, whole, when the block ends.
+def preview(
+    path: Path, size: tuple[int, int], start_us: float, picture_ms: float
+) -> Iterator[Callable[[Events, float], None]]:
+    """Yields what takes events piece by piece, and the time up to which there are no others.
 
-    size: the sensor's (width, height); start_us: when the first picture begins; picture_ms: time of one picture. Raises
-    StorageError.
+    The video appears, whole, when the block ends. size: the sensor's (width, height); start_us: when the first picture
+    begins; picture_ms: time of one picture. Raises ConfigError, StorageError.
     """
     check_preview(path, picture_ms)
     scale = max(1, -(-_LEAST_WIDTH // size[0])) if size[0] < _LEAST_WIDTH else 1
     with video(path, (size[0] * scale, size[1] * scale)) as show:
         pictures = Accumulator(show, size, scale, start_us, 1e3 * picture_ms)
-        yield pictures
+        yield lambda events, _: pictures.push(events)
         pictures.finish()
 
 

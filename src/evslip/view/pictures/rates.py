@@ -1,11 +1,14 @@
 """The rate of a stream of events over time."""
 
+import contextlib
 import io
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from evslip.events.stream import SIGNAL, Events
+from evslip.utils import atomic
 from evslip.utils.errors import ConfigError
 from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 
@@ -17,6 +20,23 @@ def check_plot(path: Path) -> None:
     """Raise ConfigError unless a plot can be written to a file of this name."""
     if path.suffix.lower() != ".png":
         raise ConfigError(f"plot: {path}: the plot is a PNG; its name must end in .png")
+
+
+@contextlib.contextmanager
+def rates_plot(path: Path, title: str, start_us: float) -> Iterator[Callable[[Events, float], None]]:
+    """Yields what takes events piece by piece, and the time up to which there are no others; the plot appears when the
+    block ends. Raises ConfigError, StorageError."""
+    check_plot(path)
+    rates, count, end_us = Rates(start_us), 0, start_us
+
+    def push(events: Events, until_us: float) -> None:
+        nonlocal count, end_us
+        rates.push(events)
+        count, end_us = count + events.count, until_us
+
+    with atomic.staged(path) as drawing:
+        yield push
+        atomic.write_into(drawing, rates.png(f"{title}: {count:,} events", end_us), path)
 
 
 class Rates:

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from evslip.data.dataset import Dataset
 from evslip.data.record import Record
+from evslip.data.samples import Samples
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
 from evslip.view.pictures.frame_source import Sight
@@ -35,7 +35,7 @@ def check_folder(folder: Path) -> None:
 
 
 def write_windows(
-    folder: Path, windows: Windows, samples: Dataset, progress: Callable[[], None] = lambda: None
+    folder: Path, windows: Windows, samples: Samples, progress: Callable[[], None] = lambda: None
 ) -> None:
     """Write NAME.mp4, NAME_k.png and NAME_k_events.png of each window into a folder; see `name_of`.
 
@@ -43,8 +43,8 @@ def write_windows(
     StorageError.
     """
     check_folder(folder)
-    for position, entry in enumerate(entry for entry in samples.entries if entry["kind"] == "simulated"):
-        chosen = np.flatnonzero(windows.name == entry["name"])
+    for position, listed in enumerate(samples.listing):
+        chosen = np.flatnonzero(windows.name == listed.name)
         if len(chosen):
             record = samples.read(position)
             sight = Sight(record)

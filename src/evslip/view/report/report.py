@@ -7,12 +7,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import evslip
-from evslip.data.dataset import Dataset
 from evslip.data.layout import CONFIG
 from evslip.data.record import Record
-from evslip.data.recordings import Recordings
+from evslip.data.samples import Samples
 from evslip.utils.errors import DataError
+from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
 from evslip.view.report import page
 from evslip.view.report.activity import Activity
@@ -40,12 +39,10 @@ MOST_COMPARED = 8
 MOST_PICTURES = 60
 """Samples drawn in the gallery."""
 
-_KINDS = {Dataset: "Synthetic event-camera data", Recordings: "Event-camera recordings"}
-
 
 def write_report(
     out: str | Path,
-    dataset: Dataset | Recordings,
+    dataset: Samples,
     windows: Windows | str | Path | None = None,
     model_dir: str | Path | None = None,
     metrics: Mapping[str, Any] | None = None,
@@ -92,10 +89,11 @@ def write_report(
         training(told.history),
         *_examined(told, _finder(dataset), settings),
     ]
+    kind = "Synthetic event-camera data" if dataset.splits else "Event-camera recordings"
     page.write_page(
         out,
         f"evslip: {dataset.root.absolute().name}",
-        f"{_KINDS[type(dataset)]} for slip detection, by evslip {evslip.__version__}.",
+        f"{kind} for slip detection, by evslip {__version__}.",
         parts,
         max((len(list(moments(label, record))) for label, record in examples.items()), default=1),
     )
@@ -126,17 +124,17 @@ def write_model_report(out: str | Path, folder: str | Path) -> Path:
         *_examined(told, None, WindowSettings()),
     ]
     kind = "A detector" if model is not None else "An evaluation of detectors"
-    page.write_page(out, f"evslip: {folder.absolute().name}", f"{kind} of slip, by evslip {evslip.__version__}.", parts)
+    page.write_page(out, f"evslip: {folder.absolute().name}", f"{kind} of slip, by evslip {__version__}.", parts)
     return out
 
 
-def _examples(dataset: Dataset | Recordings) -> dict[str, Record]:
+def _examples(dataset: Samples) -> dict[str, Record]:
     """The first slip and the first hold of the data set, as far as there are any."""
     said = dataset.labels()
     return {label: dataset[said.index(label)] for label in ("slip", "hold") if label in said}
 
 
-def _beside_real(dataset: Dataset | Recordings, found: Sequence[Surveyed], compare: Sequence[Record]) -> str:
+def _beside_real(dataset: Samples, found: Sequence[Surveyed], compare: Sequence[Record]) -> str:
     if not compare:
         return ""
     own = (dataset.read(sample.position) for sample in spread(list(found), MOST_COMPARED))
@@ -165,12 +163,12 @@ def _examined(told: DetectorFiles, find: Callable[[str], Record | None] | None, 
     return [scores(told.found), failures.failures([worst], show)]
 
 
-def _finder(dataset: Dataset | Recordings) -> Callable[[str], Record | None]:
+def _finder(dataset: Samples) -> Callable[[str], Record | None]:
     """Reads a simulated record by its name."""
 
     @lru_cache(maxsize=2)
     def find(name: str) -> Record | None:
-        positions = dataset.positions([name]) if isinstance(dataset, Dataset) else []
+        positions = dataset.positions([name])
         return dataset.read(positions[0]) if positions else None
 
     return find

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.data.dataset import Dataset
-from evslip.data.recordings import Recordings
+from evslip.data.samples import Samples
 from evslip.physics.truth import Truth
 from evslip.view.report.facts import doubt_of, facts_of
 
@@ -31,10 +30,9 @@ class Surveyed(NamedTuple):
     truth: Truth | None
 
 
-def survey(dataset: Dataset | Recordings) -> list[Surveyed]:
+def survey(dataset: Samples) -> list[Surveyed]:
     """All samples in the order of the data set. Raises DataError."""
-    return [_recording(dataset, i) if isinstance(dataset, Recordings) else _sample(dataset, i, entry)
-            for i, entry in enumerate(_entries(dataset))]  # fmt: skip
+    return [_surveyed(dataset, position) for position in range(len(dataset))]
 
 
 def spread(found: list[Surveyed], most: int) -> list[Surveyed]:
@@ -44,24 +42,16 @@ def spread(found: list[Surveyed], most: int) -> list[Surveyed]:
     return sorted((by_label[int(i)] for i in chosen), key=lambda sample: sample.position)
 
 
-def _entries(dataset: Dataset | Recordings) -> list[Any]:
-    if isinstance(dataset, Recordings):
-        return list(dataset.files)
-    return [entry for entry in dataset.entries if entry["kind"] == "simulated"]
-
-
-def _sample(dataset: Dataset, position: int, entry: Any) -> Surveyed:
-    record, label = dataset.read(position, events=False), entry.get("label", "hold")
+def _surveyed(dataset: Samples, position: int) -> Surveyed:
+    listed = dataset.listing[position]
+    record = dataset.read(position, events=listed.events is None)
+    label = listed.label or record.label
+    if record.kind == "recording":
+        times = record.events.t_us
+        seconds = float(times[-1] - times[0]) / 1e6 if len(times) else 0.0
+        return Surveyed(position, record.name, "", label, len(times), None, {"seconds": seconds}, "", None)
     facts = facts_of(record)
+    events = record.events.count if listed.events is None else listed.events
     truth = record.truth if position < MOST_TRUTHS else None
-    return Surveyed(
-        position, record.name, entry["split"], label, entry["events"], record.params, facts, doubt_of(label, facts),
-        truth,
-    )  # fmt: skip
-
-
-def _recording(dataset: Recordings, position: int) -> Surveyed:
-    record = dataset.read(position)
-    times = record.events.t_us
-    seconds = float(times[-1] - times[0]) / 1e6 if len(times) else 0.0
-    return Surveyed(position, record.name, "", record.label, len(times), None, {"seconds": seconds}, "", None)
+    split = listed.split or record.split or ""
+    return Surveyed(position, record.name, split, label, events, record.params, facts, doubt_of(label, facts), truth)

@@ -1,0 +1,1 @@
+"""What patterns are drawn with: a canvas, noise that tiles, letters, print."""

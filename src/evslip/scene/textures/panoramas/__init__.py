@@ -1,0 +1,1 @@
+"""Pictures of the whole sphere (equirectangular), as backgrounds: rooms and the outdoors."""

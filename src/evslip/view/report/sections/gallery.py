@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from evslip.data.dataset import Dataset
 from evslip.data.record import Record
-from evslip.data.recordings import Recordings
+from evslip.data.samples import Samples
 from evslip.view.pictures.images import overlay
 from evslip.view.report import page
 from evslip.view.report.sections.names import short, swatch
@@ -30,7 +29,7 @@ ORDERS = {
 }
 
 
-def gallery(dataset: Dataset | Recordings, found: Sequence[Surveyed], picture: Picture, most_pictures: int) -> str:
+def gallery(dataset: Samples, found: Sequence[Surveyed], picture: Picture, most_pictures: int) -> str:
     """A card for each sample; pictures of at most so many, evenly. Raises DataError."""
     if not found:
         return ""

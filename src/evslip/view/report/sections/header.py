@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 from evslip.config.loading import config_from_text
-from evslip.data.dataset import Dataset
 from evslip.data.layout import CONFIG
-from evslip.data.recordings import Recordings
+from evslip.data.samples import Samples
 from evslip.view.report import page
 from evslip.view.report.sections.names import short
 from evslip.windows.window_set import Windows
@@ -22,7 +21,7 @@ def cards(items: Sequence[Card]) -> str:
     return f'<div class="cards">{inside}</div>'
 
 
-def samples_cards(dataset: Dataset | Recordings, windows: Windows | None, accuracy: float | None) -> str:
+def samples_cards(dataset: Samples, windows: Windows | None, accuracy: float | None) -> str:
     """What there is in a data set, and how good a detector is on it."""
     status = dataset.status()
     simulated = status["slip"] + status["hold"] + status.get("unlabelled", 0)
@@ -32,7 +31,7 @@ def samples_cards(dataset: Dataset | Recordings, windows: Windows | None, accura
     items += [
         (f"{status['slip']:,} / {status['hold']:,}", "slip / hold"),
         (f"{status['rejected']:,}", "rejected grasps")
-        if isinstance(dataset, Dataset)
+        if dataset.splits
         else (f"{status['unlabelled']:,}", "without labels"),
         (short(status["events"]), "events"),
         (f"{short(status['bytes'])}B", "on disk"),
@@ -48,9 +47,9 @@ def samples_cards(dataset: Dataset | Recordings, windows: Windows | None, accura
     return cards(items)
 
 
-def configuration(dataset: Dataset | Recordings) -> str:
+def configuration(dataset: Samples) -> str:
     """What the samples are drawn from, folded. Raises ConfigError for what this evslip cannot read, DataError."""
-    if isinstance(dataset, Recordings):
+    if not dataset.config_toml:
         return ""
     config_from_text(dataset.config_toml, str(dataset.root / CONFIG))
     return f"<details><summary>Configuration</summary><pre>{page.text(dataset.config_toml)}</pre></details>"

@@ -1,19 +1,18 @@
 """How many samples and windows have which label."""
 
-from evslip.data.dataset import Dataset
-from evslip.data.recordings import Recordings
+from evslip.data.samples import Samples
 from evslip.view.pictures import figures
 from evslip.view.report import page
 from evslip.windows.window_set import SLIP, Windows
 
 
-def labels(dataset: Dataset | Recordings, windows: Windows | None) -> str:
+def labels(dataset: Samples, windows: Windows | None) -> str:
     """Bars of samples by split, and of windows."""
     rows, counts = [], {"slip": [], "hold": [], "rejected": []}
     parts_of = (
-        {"recordings": dataset}
-        if isinstance(dataset, Recordings)
-        else {f"samples, {split}": dataset.split(split) for split in dataset.splits}
+        {f"samples, {split}": dataset.split(split) for split in dataset.splits}
+        if dataset.splits
+        else {"recordings": dataset}
     )
     for row, part in parts_of.items():
         status = part.status()

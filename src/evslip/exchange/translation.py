@@ -6,9 +6,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from evslip.codecs import FORMATS, LABELS_KEPT, SIZE_LOST, check_suffix, is_record, open_events
+from evslip.codecs import FORMATS, LABELS_KEPT, SIZE_LOST, check_suffix, open_events
 from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
+from evslip.data.reading import is_record
 from evslip.events.stream import Events
 from evslip.utils.errors import ConfigError, DataError
 

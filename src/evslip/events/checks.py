@@ -1,7 +1,5 @@
-"""What every reader checks: that there is a file, and that its events can be events."""
+"""Checks of a stream of events from outside, whole or in parts."""
 
-import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,24 +9,6 @@ from evslip.events.stream import CAUSES, Events
 from evslip.utils.errors import DataError
 
 _DTYPES = {"t_us": np.int64, "x": np.uint16, "y": np.uint16, "p": np.bool_, "body": np.uint8, "cause": np.uint8}
-
-
-def require_file(path: str | Path) -> Path:
-    """The path, if it is a non-empty file that may be read. Raises DataError."""
-    path = Path(path)
-    try:
-        size = path.stat().st_size
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot be opened: {getattr(error, 'strerror', None) or error}") from None
-    if path.is_dir():
-        raise DataError(f"{path}: is a folder, a file was expected")
-    if not os.access(path, os.R_OK):
-        raise DataError(f"{path}: permission denied")
-    if size == 0:
-        raise DataError(f"{path}: the file is empty")
-    return path
 
 
 class Watch:

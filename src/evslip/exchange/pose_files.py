@@ -7,31 +7,20 @@ positions and quaternions xyzw with blanks between their numbers.
 
 import csv
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from evslip.codecs.inputs import require_file
+from evslip.data.poses import Poses
 from evslip.physics.truth import Truth, find_episodes
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 STEP_US = 1000
 """Poses are brought to this grid, that of evslip's own records."""
 _PARTS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 _PAPER = {"ts", "end_effector_pos", "end_effector_ori", "cube_pos", "cube_ori"}
 _LATEST_US = 2**40
-
-
-class Poses(NamedTuple):
-    """Where gripper and object are, in one world frame."""
-
-    t_us: np.ndarray
-    """Times in microseconds, int64 of shape (n,), each greater than the one before."""
-    gripper_pose: np.ndarray
-    """Position in metres, then quaternion wxyz; float32 of shape (n, 7)."""
-    object_pose: np.ndarray
-    """As gripper_pose."""
 
 
 def read_poses(path: str | Path) -> tuple[Poses, np.ndarray | None]:

@@ -1,0 +1,82 @@
+"""Records that belong together, wherever they come from."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Container, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from evslip.data import record
+from evslip.data.journal import Entry
+from evslip.data.record import Record
+from evslip.utils.errors import ConfigError
+
+if TYPE_CHECKING:
+    from evslip.windows.window_set import Windows, WindowSettings
+
+
+class Listing(NamedTuple):
+    """A record, without reading it."""
+
+    path: Path
+    name: str
+    split: str = ""
+    """Empty for a recording."""
+    label: str | None = None
+    """slip or hold; None: only its file knows."""
+    events: int | None = None
+    """Number of events; None: only its file knows."""
+    sha256: str | None = None
+    """Of the file as it was written; None where nobody knows."""
+
+
+class Samples(ABC):
+    """Records of one place, read when asked for: len(), [i] and iteration."""
+
+    root: Path
+    listing: Sequence[Listing]
+    """What there is, in order."""
+    splits: tuple[str, ...] = ()
+    """Splits that the records are divided into, if they are."""
+    config_toml: str = ""
+    """Text of the configuration that the samples are drawn from, if they are drawn."""
+    rejections: Sequence[Entry] = ()
+    """Samples whose motion or grasp failed, with the reason in entry["rejection"]."""
+
+    @abstractmethod
+    def labels(self) -> list[str]:
+        """slip, hold or, of recordings, unlabelled, of each record."""
+
+    @abstractmethod
+    def status(self) -> dict[str, int]:
+        """Counts of samples, events and bytes.
+
+        `requested` is the plan plus what was made beyond it, `done` includes the rejected ones, `missing` is the rest.
+        """
+
+    def split(self, name: str) -> "Samples":
+        """The part of one split. Raises DataError, or ConfigError where there are none."""
+        raise ConfigError(f"split: {self.root} holds recordings, which are in no split")
+
+    def read(self, position: int, events: bool = True) -> Record:
+        """One record; events=False is quicker and leaves its stream empty. Raises DataError, IndexError."""
+        return record.read(self.listing[position].path, events)
+
+    def positions(self, names: Container[str]) -> list[int]:
+        """Where the records of some names are."""
+        return [position for position, listed in enumerate(self.listing) if listed.name in names]
+
+    def __len__(self) -> int:
+        return len(self.listing)
+
+    def __getitem__(self, position: int) -> Record:
+        return self.read(position)
+
+    def __iter__(self) -> Iterator[Record]:
+        return (self.read(position) for position in range(len(self)))
+
+    def windows(self, settings: "WindowSettings | None" = None) -> "Windows":
+        """Labelled windows of all records. Raises DataError."""
+        # The one import that climbs: windows are cut from records, and users ask the records for them.
+        from evslip.windows.cutting import windows_of
+
+        return windows_of(self, settings)
