@@ -1,13 +1,17 @@
-"""The command line: a function a verb, each of which calls one function of the library."""
+"""The command line: a function a verb, each of which calls one function of the library.
+
+Begin with `VERBS`; mistakes of use are understood in `usage`.
+A new verb is a function whose docstring is its help, and one line in VERBS.
+"""
 
 import os
 import sys
 from collections.abc import Callable
 
-from evslip.utils.version import __version__
 from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing, sweeping
 from evslip.cli.usage import chosen
 from evslip.utils.errors import EvslipError
+from evslip.utils.version import __version__
 
 DESCRIPTION = (
     "Event-camera data for slip detection: generate, label, train, measure. `evslip VERB --help` explains a verb."

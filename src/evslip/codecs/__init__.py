@@ -1,7 +1,8 @@
-"""Event files by suffix.
+"""Event files, their format chosen by suffix, and clips of frames.
 
-A format is a module with `stream(path) -> Source` and, if it can be written, a `Sink(file, path, size)` that takes a
-stream in pieces, or `write(path, events, size)` for a whole one.
+Begin with `read_events` and `open_events`; what a format gives is a `source.Source`, what it takes a `sink`.
+A new format is a module with `stream(path) -> Source` and, if it can be written, a `Sink(file, path, size)` that takes
+a stream in pieces, or `write(path, events, size)` for a whole one; and one line in FORMATS.
 """
 
 import importlib

@@ -1,4 +1,8 @@
-"""Event cameras: streams of events, and the simulation of the pixels that make them."""
+"""Event cameras: streams of events, and the simulation of the pixels that make them.
+
+Begin with `camera.EventCamera`, then `pixels.pixel` (one pixel between two frames) and `presets` (what can be set).
+A new sensor is an entry of `presets.PRESETS`; a new rule of the pixels is a folder beside `pixels` and `v2e`.
+"""
 
 import importlib
 from typing import TYPE_CHECKING, Any

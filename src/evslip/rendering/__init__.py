@@ -1,4 +1,8 @@
-"""From a trajectory to luminance: frames for the event camera, pictures for the eye."""
+"""From a trajectory to luminance: frames for the event camera, pictures for the eye.
+
+Begin with `render`, then `raycast.renderer` (the fast renderer) and `timing.schedule` (when a frame is drawn).
+A new renderer is a class with the methods of `Renderer` and one line in RENDERERS.
+"""
 
 from collections.abc import Callable, Collection, Iterator
 from importlib import import_module

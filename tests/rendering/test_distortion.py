@@ -10,10 +10,9 @@ from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.distortion import Distortion
 from evslip.rendering.poses import Poses
 from evslip.utils.errors import ConfigError
+from lenses import BARREL, PINCUSHION
 from made_up import still
 
-BARREL = {"camera.k1": -0.3, "camera.k2": 0.1, "camera.p1": 0.005, "camera.p2": -0.01}
-PINCUSHION = {"camera.k1": 0.25, "camera.p2": 0.004}
 lenses = st.builds(
     Distortion, st.floats(-0.4, 0.4), st.floats(0.0, 0.2), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02)
 )

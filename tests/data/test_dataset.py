@@ -331,7 +331,7 @@ def test_killed_at_any_moment_nothing_is_corrupt(tmp_path: Path):
     root = tmp_path / "data"
     building.create(root, TOML)
     split_plan.ask(root, "train", 1)
-    script = WRITER.format(tests=str(Path(__file__).parent))
+    script = WRITER.format(tests=str(Path(__file__).parents[1] / "helpers"))
     rng = np.random.default_rng(0)
     for _ in range(5):
         process = subprocess.Popen([sys.executable, "-c", script, str(root)], stdout=subprocess.PIPE)

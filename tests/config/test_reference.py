@@ -2,7 +2,7 @@ from pathlib import Path
 
 from evslip.config.reference import parameters_table
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "parameters.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "parameters.md"
 
 
 def test_the_documented_parameters_are_those_of_the_schema():

@@ -10,8 +10,8 @@ from evslip.rendering.lens import SPREAD, Lens, gaussian
 from evslip.rendering.outputs import Sight
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast.renderer import Raycaster
+from lenses import BARREL, PINCUSHION
 from made_up import turning
-from test_distortion import BARREL, PINCUSHION
 
 SIZE = {"camera.width": 138, "camera.height": 104}
 

@@ -9,7 +9,7 @@ from evslip.events.presets import LIMITS, PARAMETERS, PRESETS
 from evslip.utils.errors import ConfigError
 from shared_data import shared
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "event-camera.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "event-camera.md"
 
 
 def test_every_parameter_has_a_meaning_a_unit_and_limits():

@@ -12,7 +12,7 @@ from evslip.generation.progress import Progress
 from evslip.generation.runners import runner
 from evslip.utils.errors import ConfigError, MissingExtraError
 
-CHEAP = Path(__file__).parents[1] / "benchmarks" / "cheap.toml"
+CHEAP = Path(__file__).parents[2] / "benchmarks" / "cheap.toml"
 COUNT = 24
 
 

@@ -15,8 +15,8 @@ from evslip.rendering.geometry.hand import assemble
 from evslip.rendering.poses import Poses
 from evslip.scene.shapes import surface_of
 from evslip.utils.errors import ConfigError
+from lenses import BARREL
 from made_up import still, turning
-from test_distortion import BARREL
 
 SIZE = {"camera.width": 104, "camera.height": 78}
 CYLINDER = {"object.shape": "cylinder"}

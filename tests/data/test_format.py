@@ -14,7 +14,7 @@ from evslip.data.poses import Poses
 from evslip.data.record import Record
 from sample_records import random_events, simulated
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "format.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "format.md"
 
 
 def documented() -> tuple[dict[str, tuple[str, str]], set[str]]:

@@ -1,0 +1,79 @@
+"""Which part of the package may use which heavy library, so that each half stands alone."""
+
+import re
+from pathlib import Path
+
+import grimp
+import pytest
+
+import evslip
+
+PACKAGE = Path(evslip.__file__).parent
+USERS = {
+    "torch": ("learn", "codecs.clips.rife", "cli.doctor"),
+    "mujoco": ("physics",),
+    "pydantic": ("config", "view.pictures.replay"),
+    "pydantic_core": ("config",),
+    "numba": ("utils.jit", "utils.refcount", "utils.gpu", "events.pixels", "rendering", "learn"),
+    "mitsuba": ("rendering.pathtrace",),
+    "matplotlib": ("view",),
+    "plotly": ("view",),
+    "ray": ("generation.runners",),
+    "optuna": ("learn.search",),
+    "tyro": ("cli",),
+    "starlette": ("view.explorer",),
+    "rerun": ("view",),
+    "trimesh": ("scene.shapes", "rendering.geometry"),
+}  # fmt: skip
+ROOMS, FILES = 16, 14
+
+
+@pytest.fixture(scope="module")
+def imports() -> grimp.ImportGraph:
+    return grimp.build_graph("evslip", include_external_packages=True, cache_dir=None)
+
+
+@pytest.mark.parametrize("library", USERS)
+def test_a_library_is_used_by_its_rooms_alone(imports, library):
+    for module in imports.find_modules_that_directly_import(library):
+        inside = module.removeprefix("evslip.")
+        assert any(f"{inside}.".startswith(f"{user}.") for user in USERS[library]), f"{module} imports {library}"
+
+
+def test_the_event_pixel_needs_nothing_but_numpy_and_numba(imports):
+    chain = {
+        module for module in imports.modules if re.match(r"evslip\.events\.(camera|pixels|sensor|v2e|presets)", module)
+    }
+    external = {name for module in chain for name in imports.find_modules_directly_imported_by(module)}
+    third_party = {name for name in external if imports.is_module_squashed(name)} - set(_standard_library())
+    assert third_party <= {"numpy", "numba"}
+
+
+def test_the_two_halves_meet_at_the_file_format_alone(imports):
+    """Generation never imports torch, learning never mujoco, at any distance, but through modules that are lazy."""
+    for half, library in (("evslip.generation", "torch"), ("evslip.learn", "mujoco")):
+        assert imports.find_shortest_chain(half, library, as_packages=True) is None
+
+
+def test_there_are_few_rooms_and_few_files_in_each():
+    rooms = [path for path in PACKAGE.iterdir() if (path / "__init__.py").exists()]
+    assert len(rooms) <= ROOMS
+    for folder in {path.parent for path in PACKAGE.rglob("*.py")}:
+        files = [path.name for path in folder.glob("*.py") if path.name != "__init__.py"]
+        assert len(files) <= FILES, f"{folder}: {len(files)} files"
+
+
+@pytest.mark.parametrize("room", sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py")))
+def test_every_room_says_what_happens_in_it(room):
+    text = (PACKAGE / room / "__init__.py").read_text()
+    about = re.match(r'"""(.*?)"""', text, re.DOTALL)
+    assert about is not None
+    lines = [line for line in about[1].splitlines() if line.strip()]
+    assert len(lines) >= 3
+    assert re.search(r"^Begin with ", about[1], re.MULTILINE)
+
+
+def _standard_library() -> frozenset[str]:
+    import sys
+
+    return sys.stdlib_module_names
