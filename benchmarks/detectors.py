@@ -1,9 +1,9 @@
 """Train and test every network over several seeds: python benchmarks/detectors.py TRAIN.h5 TEST.h5 OUT
 
-Prints the table of docs/detectors.md: mean and range over the seeds on the test windows. Both files are made by `evslip
-windows`, from splits that share no trajectory; without TEST the figures are those of the validation trajectories, on
-which epoch and threshold were chosen. A network and seed whose model is in OUT is not trained again, and an unfinished
-one goes on, so several processes may share the work by --networks or --seeds.
+Prints the table of docs/explanation/detectors.md: mean and range over the seeds on the test windows. Both files
+are made by `evslip windows`, from splits that share no trajectory; without TEST the figures are those of the
+validation trajectories, on which epoch and threshold were chosen. A network and seed whose model is in OUT is not
+trained again, and an unfinished one goes on, so several processes may share the work by --networks or --seeds.
 """
 
 import argparse

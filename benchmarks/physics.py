@@ -7,8 +7,8 @@ creep    --count random draws at 0.1-0.7 times the onset: the largest movement w
 chatter  normal forces while an object slides, with the pads' compliance and without
 cost     processor seconds of draw, plan and simulation, and memory over --count samples
 
-Without --count every table has the size that docs/physics.md quotes. Equal --seed, equal results. Exit code 1: a bound
-is not kept.
+Without --count every table has the size that docs/explanation/physics.md quotes. Equal --seed, equal results.
+Exit code 1: a bound is not kept.
 """
 
 import argparse

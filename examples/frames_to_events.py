@@ -1,4 +1,6 @@
-"""Frames in a file, turned into events by `evslip events`, its preview and plot: the picture of docs/event-camera.md.
+"""Frames in a file, turned into events by `evslip events`, its preview and plot.
+
+The picture of docs/explanation/event-camera.md.
 
 python examples/frames_to_events.py docs/figures/frames_to_events.png [FOLDER]
 

@@ -1,4 +1,4 @@
-"""Pictures of docs/rendering.md by both renderers: python examples/photo_pictures.py [FOLDER] [SPP]
+"""Pictures of docs/explanation/rendering.md by both renderers: python examples/photo_pictures.py [FOLDER] [SPP]
 
 A slip in five phases, and light from bright with hard shadows to dim with none. Needs the extra [photo].
 """

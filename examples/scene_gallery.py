@@ -1,4 +1,4 @@
-"""The pictures of docs/scenes.md: what every option of a scene does to it.
+"""The pictures of docs/reference/scenes.md: what every option of a scene does to it.
 
 python examples/scene_gallery.py docs/figures/scenes [--only shape light ...]
 """

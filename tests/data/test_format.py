@@ -1,4 +1,4 @@
-"""docs/format.md against the files that evslip writes."""
+"""docs/reference/record.md against the files that evslip writes."""
 
 import re
 from pathlib import Path
@@ -14,7 +14,7 @@ from evslip.data.poses import Poses
 from evslip.data.record import Record
 from sample_records import random_events, simulated
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "format.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "record.md"
 
 
 def documented() -> tuple[dict[str, tuple[str, str]], set[str]]:

@@ -9,7 +9,7 @@ from evslip.events.presets import LIMITS, PARAMETERS, PRESETS
 from evslip.utils.errors import ConfigError
 from shared_data import shared
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "event-camera.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "event-camera.md"
 
 
 def test_every_parameter_has_a_meaning_a_unit_and_limits():
@@ -29,7 +29,7 @@ def test_an_unknown_preset_is_refused():
 
 
 def test_the_documented_presets_are_those_of_the_code():
-    assert presets_table() in PAGE.read_text(), "put the output of `evslip show camera` into docs/event-camera.md"
+    assert presets_table() in PAGE.read_text(), "put the output of `evslip show camera` there"
 
 
 def test_a_dvxplorers_pixels_rest_as_long_as_its_preset_says():

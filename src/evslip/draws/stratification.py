@@ -11,7 +11,7 @@ from evslip.utils.seeds import generator
 BLOCK = 20
 """Samples among which the share is met, in an order of their own."""
 SURE_HOLD, SURE_SLIP = 0.85, 1.25
-"""Multiples of the onset mass below which every grasp held and above which every one slipped (docs/physics.md)."""
+"""Multiples of the onset mass below which every grasp held and above which every one slipped."""
 
 
 def shall_slip(config: Config, index: int, split: str) -> bool | None:

@@ -1,7 +1,7 @@
 """Detectors: networks, training, evaluation, streaming. Needs the extra `learn`; never imports the physics.
 
 Begin with `networks.network.Network` (what every detector is), then `training.train` and `evaluation.assessment`.
-A new network is a file in `networks` and one line in its register; one of your own needs neither: docs/detectors.md.
+A new network is a file in `networks` and a line in its register; your own needs neither: docs/how-to/own-network.md.
 """
 
 from importlib.util import find_spec

@@ -25,7 +25,7 @@ PAD_RELAXATION_S = 0.0005
 """Damping of a pad's give, over its stiffness."""
 PAD_SLACK_M_S2 = 2000.0
 """Grip force times the regularisation of the pads' normal forces (MuJoCo's R, in 1/kg): large against what sliding
-adds to the normal forces in MuJoCo's cone, see docs/physics.md."""
+adds to the normal forces in MuJoCo's cone, see docs/explanation/physics.md."""
 STICK_DAMPING_HZ = 1e5
 """Friction damping while a contact sticks: stops what an arm drifts against the object within one step."""
 SLAB_M = 0.004

@@ -46,7 +46,7 @@ class Common(NamedTuple):
 
 class CudaBackdrop:
     """`backdrop.backdrop` on the GPU; equal to it but for rounding, and for casters that the CPU's fixed margins miss:
-    see docs/rendering.md."""
+    see docs/explanation/rendering.md."""
 
     def __init__(self, device: Device, height: int, width: int):
         self._device, self._scratch = device, np.zeros(SCRATCH, np.float32)

@@ -23,7 +23,7 @@ def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) 
 
     camera: a pinhole. Edges of object and arm count more: STEADY_PX of theirs as render.max_motion_px of the backdrop.
     Not followed are fingers that open or close, and the links' shadows: drawn as often as those move, bodies were no
-    nearer to those of single frames (see docs/rendering.md).
+    nearer to those of single frames (see docs/explanation/rendering.md).
     """
     often = params.render.max_motion_px / STEADY_PX
     edges = often * np.maximum(object_motion(poses, camera, params), arm_motion(poses, camera))
