@@ -4,23 +4,41 @@ Begin with `networks.network.Network` (what every detector is), then `training.t
 A new network is a file in `networks` and a line in its register; your own needs neither: docs/how-to/own-network.md.
 """
 
+import importlib
 from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 from evslip.utils.errors import MissingExtraError
 
-if not all(map(find_spec, ("torch", "safetensors", "tensorboard"))):
-    raise MissingExtraError("detectors need PyTorch; pip install -c constraints.txt 'evslip[learn]'")
+if TYPE_CHECKING:
+    from evslip.learn.checkpoint import load_model
+    from evslip.learn.evaluation.evaluate import evaluate
+    from evslip.learn.networks import NETWORKS, build_model
+    from evslip.learn.scores.metrics import Metrics
+    from evslip.learn.search.spaces import Range, Space
+    from evslip.learn.search.sweep import Sweep, SweepSettings, sweep
+    from evslip.learn.streaming.stream import Detection, Detector, detect
+    from evslip.learn.training.settings import TrainSettings
+    from evslip.learn.training.train import TrainResult, train
 
-from evslip.learn.checkpoint import load_model
-from evslip.learn.evaluation.evaluate import evaluate
-from evslip.learn.networks import NETWORKS, build_model
-from evslip.learn.scores.metrics import Metrics
-from evslip.learn.search.spaces import Range, Space
-from evslip.learn.search.sweep import Sweep, SweepSettings, sweep
-from evslip.learn.streaming.stream import Detection, Detector, detect
-from evslip.learn.training.settings import TrainSettings
-from evslip.learn.training.train import TrainResult, train
-
+_HOME = {
+    "NETWORKS": "networks",
+    "Detection": "streaming.stream",
+    "Detector": "streaming.stream",
+    "Metrics": "scores.metrics",
+    "Range": "search.spaces",
+    "Space": "search.spaces",
+    "Sweep": "search.sweep",
+    "SweepSettings": "search.sweep",
+    "TrainResult": "training.train",
+    "TrainSettings": "training.settings",
+    "build_model": "networks",
+    "detect": "streaming.stream",
+    "evaluate": "evaluation.evaluate",
+    "load_model": "checkpoint",
+    "sweep": "search.sweep",
+    "train": "training.train",
+}
 __all__ = [
     "NETWORKS",
     "Detection",
@@ -39,3 +57,12 @@ __all__ = [
     "sweep",
     "train",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Looked up on first use: the command line explains the settings of training without PyTorch.
+    if name not in _HOME:
+        raise AttributeError(f"module 'evslip.learn' has no attribute {name!r}")
+    if not all(map(find_spec, ("torch", "safetensors", "tensorboard"))):
+        raise MissingExtraError("detectors need PyTorch; pip install -c constraints.txt 'evslip[learn]'")
+    return getattr(importlib.import_module(f"evslip.learn.{_HOME[name]}"), name)

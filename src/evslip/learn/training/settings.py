@@ -3,7 +3,6 @@
 from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
-from evslip.learn.networks import network_class
 from evslip.utils.errors import ConfigError
 
 Optimiser = Literal["adam", "rmsprop"]
@@ -81,6 +80,8 @@ class TrainSettings:
     @classmethod
     def of(cls, model: str, **chosen: Any) -> "TrainSettings":
         """What suits the network, but for what is chosen; None is not chosen. Raises ConfigError."""
+        from evslip.learn.networks import network_class  # and with it PyTorch
+
         given = {name: value for name, value in chosen.items() if value is not None}
         unknown = given.keys() - {field.name for field in fields(cls)}
         if unknown:
