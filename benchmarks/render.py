@@ -1,9 +1,8 @@
 """Speed of the fast renderer over whole recorded spans.
 
-python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...] [outputs] [--device cpu|cuda]
+python benchmarks/render.py [PRESET] [COUNT] [WIDTH HEIGHT] [KEY=VALUE ...] [outputs]
 
-KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motion. --device cuda: shaded on a GPU,
-where there is one.
+KEY=VALUE: such as object.shape=cylinder. outputs: with depth, normals and motion.
 """
 
 import argparse
@@ -17,19 +16,15 @@ from evslip.draws.draw import draw
 from evslip.physics.simulation import simulate
 from evslip.rendering import OUTPUTS, render
 from evslip.utils.errors import EvslipError
-from evslip.utils.gpu import require_cuda
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("words", nargs="*")
-    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
     asked = parser.parse_intermixed_args()
     outputs = OUTPUTS if "outputs" in asked.words else ()
     words = [word for word in asked.words if word != "outputs"]
-    overrides = {"render.device": asked.device, **dict(parse_override(word) for word in words if "=" in word)}
-    if overrides["render.device"] == "cuda":
-        require_cuda("--device")
+    overrides = dict(parse_override(word) for word in words if "=" in word)
     preset, count, *size = [*(plain := [word for word in words if "=" not in word]), *("complex", "5")[len(plain) :]]
     shape = (int(size[0]), int(size[1])) if size else None
     config = load_config(preset, overrides)

@@ -338,9 +338,8 @@ class RenderSpec(Section, Generic[N, S]):
     renderer: Literal["raycast", "pathtrace"] = "raycast"
     """Raycast: fast. Pathtrace: photorealistic and slow, needs the extra [photo]; its frames depend a little on whether
     the machine has LLVM or a GPU."""
-    device: Literal["cpu", "cuda"] = "cpu"
-    """Where raycast shades its pixels: cuda needs an NVIDIA GPU and the extra [cuda], and its frames differ
-    by little more than rounding."""
+    device: Literal["cpu"] = "cpu"
+    """Where raycast shades its pixels; cpu is the only value, the key is kept for records that name it."""
     spp: Annotated[int, Strict(), Within(1, 65536)] = 64
     """Light paths a pixel of pathtrace: more of them, less noise."""
     key_motion_px: Annotated[float, Strict(), Within(0.0, 64.0)] = 4.0

@@ -26,7 +26,6 @@ from evslip.rendering import render
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
 from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
-from evslip.utils.gpu import require_cuda
 
 STAGES = ("physics", "frames", "events", "file")
 TRIED = 8
@@ -101,8 +100,6 @@ def _check(config: Config, count: int, split: str) -> None:
     the robot can do in none of a few samples."""
     if config.render.renderer == "pathtrace":
         variant.check_installed()
-    elif config.render.device == "cuda":
-        require_cuda("render.device")
     camera_for(draw(config, count - 1, split))
     rejected = []
     for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):

@@ -91,7 +91,6 @@ def pictures(
     color: bool = True,
 ) -> Iterator[np.ndarray]:
     """As `render_color`, of several instants (sorted); with color=False grey, of shape (height, width)."""
-    traj = on_cpu(traj)
     camera, span = view_camera(traj, view, size), recorded_span(traj)
     first, last = (int(traj.t_us[0]), int(traj.t_us[-1]))
     for t_us in times_us:
@@ -109,12 +108,6 @@ def pictures(
             yield np.round(linear_to_srgb(linear) * 255).astype(np.uint8)
 
     return drawn()
-
-
-def on_cpu(traj: Trajectory) -> Trajectory:
-    """The trajectory, to be drawn on the CPU: what a GPU made is looked at without one, a few frames at a time."""
-    render = traj.params.render.model_copy(update={"device": "cpu"})
-    return traj._replace(params=traj.params.model_copy(update={"render": render}))
 
 
 def view_camera(traj: Trajectory, view: str, size: tuple[int, int] | None = None) -> Camera:

@@ -5,6 +5,8 @@ flat float32 array: slots at constant distances need no check for overlap, which
 also fetched texels would not vectorise, so fetching is a loop of its own.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from evslip.utils.jit import compiled
@@ -34,6 +36,21 @@ TILE_W, TILE_H = 64, 4
     MORE,  # the first of many that `union` and `occlusion` share
 ) = (slot * LANES for slot in range(40))  # fmt: skip
 SCRATCH = 142 * LANES
+
+
+class Scratch(NamedTuple):
+    """Memory of one renderer's passes."""
+
+    slots: np.ndarray
+    """All slots, float32 of shape (142 LANES,); `S` in the passes."""
+    cells: np.ndarray
+    """Texels that were loaded for a slot of pixels, uint64 of shape (LANES,)."""
+
+
+def make_scratch() -> Scratch:
+    """Scratch memory, all zeros."""
+    return Scratch(np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64))
+
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
 kernel = compiled(**_OPTIONS)

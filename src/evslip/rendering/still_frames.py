@@ -4,7 +4,7 @@ import numpy as np
 
 from evslip.events.frame import Frame
 from evslip.physics.trajectory import Trajectory
-from evslip.rendering import exposure_scale, make_artist, on_cpu, recorded_span
+from evslip.rendering import exposure_scale, make_artist, recorded_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import Poses
 from evslip.rendering.timing.schedule import check_span
@@ -17,7 +17,6 @@ class Shots:
     """
 
     def __init__(self, traj: Trajectory, *, size: tuple[int, int] | None = None, renderer: str | None = None):
-        traj = on_cpu(traj)
         self._traj, self._camera = traj, hand_camera(traj.params, size)
         span = recorded_span(traj)
         self._artist = make_artist(renderer, traj, self._camera, span)

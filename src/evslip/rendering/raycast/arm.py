@@ -7,9 +7,9 @@ from evslip.rendering.geometry.hand import WHITEST
 from evslip.rendering.geometry.links import CASTERS, COARSE, LinkPoses, hulls, in_view, outlines_of, posed
 from evslip.rendering.geometry.raster import make_raster, trace
 from evslip.rendering.materials.texels import bake
-from evslip.rendering.raycast.passes import Passes
 from evslip.rendering.raycast.setting import Setting
-from evslip.rendering.shading.mesh_shading import SkinTexture
+from evslip.rendering.scratch import Scratch
+from evslip.rendering.shading.mesh_shading import SkinTexture, draw_skin
 from evslip.rendering.shadows.casters import ARM_PART, Casters
 from evslip.rendering.viewpoint import View
 
@@ -48,12 +48,12 @@ class Arm:
         self._depth = 1.0 / nearest if nearest > 0 else 1.0
         return self._count > 0
 
-    def draw(self, out: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters) -> None:
+    def draw(self, out: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters) -> None:
         """Add what `cover` found to `out`."""
         assert self._raster is not None
-        passes.draw_skin(
-            out, self._keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
-            self._count, casters, ARM_PART, self._depth,
+        draw_skin(
+            scratch, out, self._keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture,
+            self._raster, self._count, casters, ARM_PART, self._depth,
         )  # fmt: skip
 
     def mark(self, bodies: np.ndarray, number: int) -> None:

@@ -88,7 +88,7 @@ class Sphere(NamedTuple):
 
 @kernel
 def backdrop(
-    S, fetched, backdrops, grounds, slots, cell_height, cell_width, view, lamp, table, sky, casters, uncovered
+    scratch, backdrops, grounds, slots, cell_height, cell_width, view, lamp, table, sky, casters, uncovered
 ):  # fmt: skip
     """Shade what is `Uncovered` in the cells that `slots` (rows, columns) does not leave out with -1: into that place
     of `backdrops` (n, height, width); and note in `grounds` whether it is the surface, 1, or the background, 0.
@@ -98,6 +98,7 @@ def backdrop(
     Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle of the pixel
     there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
+    S, fetched = scratch
     height, width = backdrops.shape[1:]
     scene = compose(S, height, width, view, lamp, table, sky, casters)
     _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, uncovered)
@@ -164,7 +165,7 @@ def _draw_tiles(
                         n = past - start
                         aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched)
                         _fill_up(S, n)
-                        shade_rays(S, blocks(n), fetched, pixel, surface, sphere, reception, shaded, ZERO, lamp_here)
+                        shade_rays(S, blocks(n), fetched, pixel, surface, sphere, reception, shaded, lamp_here)
                         shades, marks = out[row, start:past], bodies[row, start:past]
                         for i in range(shades.size):
                             shades[i] = S[RESULT + i]
@@ -218,9 +219,8 @@ def uncovered_middle(total, row, column):
 
 
 @formula
-def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, lamp_here):
-    """RESULT and GROUND for n rays. room: how far around the place that they see casters are looked for beyond what a
-    run of them needs."""
+def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
+    """RESULT and GROUND for n rays."""
     meet_sphere(S, n, sphere.turn, sphere.camera, sphere.radius, pixel)
     lowest, highest = ENDLESS, -ENDLESS
     for i in range(n):
@@ -242,7 +242,7 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, room, l
         if surface.reflectance > ZERO:
             glint(S, n, plane, WIDTH, surface.reflectance)
         if shaded:
-            shade(S, n, reception, False, True, room)
+            shade(S, n, reception, False, True)
         unfold(S, n, surface.per_m, ZERO, -surface.per_m, ZERO, True)
         sample_along(S, n, surface.cells, fetched, surface.levels)
         if lowest >= ONE:

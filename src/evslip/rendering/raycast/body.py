@@ -9,8 +9,8 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.raycast.layers import Layers
-from evslip.rendering.raycast.passes import Passes
 from evslip.rendering.raycast.setting import Setting
+from evslip.rendering.scratch import Scratch
 from evslip.rendering.shadows.casters import Casters
 from evslip.rendering.shadows.mesh_shadow import Outline
 from evslip.rendering.viewpoint import View
@@ -41,7 +41,7 @@ class Body(Protocol):
         ...
 
     def draw(
-        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+        self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
     ) -> None:
         """Add the object to `out` where `keep` (height, width) leaves room, in the shadow of the casters."""
         ...

@@ -9,9 +9,9 @@ from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_faces
 from evslip.rendering.raycast.layers import Layers
-from evslip.rendering.raycast.passes import Passes
 from evslip.rendering.raycast.setting import Setting, channel_of
-from evslip.rendering.shading.box_shading import Cover, FaceTextures
+from evslip.rendering.scratch import Scratch
+from evslip.rendering.shading.box_shading import Cover, FaceTextures, draw_solid
 from evslip.rendering.shadows.casters import Casters
 from evslip.rendering.shadows.mesh_shadow import Outline
 from evslip.rendering.viewpoint import View
@@ -50,10 +50,11 @@ class Cuboid:
         order_by_faces(front, layers.fragments, turn.T @ (place - self._view.camera), turn.T @ axes, self.half)
 
     def draw(
-        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+        self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
     ) -> None:
         cover = Cover(self._visible, self._faces, self._rows, self._area, self._spans)
-        passes.draw_solid(
+        draw_solid(
+            scratch,
             out,
             keep,
             view,

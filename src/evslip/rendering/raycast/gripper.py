@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from evslip.rendering import scratch
+from evslip.rendering import scratch as slots
 from evslip.rendering.geometry.simd_minmax import larger, smaller
 from evslip.rendering.raycast import layers
 from evslip.rendering.raycast.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
@@ -38,12 +38,13 @@ TOUCHING_M = 0.0015
 
 
 @kernel
-def shade_gripper(S, values, view, lamp, ambient, gloss, fragments, albedo, casters):
+def shade_gripper(scratch, values, view, lamp, ambient, gloss, fragments, albedo, casters):
     """values (n,): luminance of every fragment.
 
     view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; albedo: row of the fragments' colour. A
     part of the gripper casts no shadow on itself.
     """
+    S = scratch.slots
     light = illuminate(view, lamp, ambient, casters, distance_of(view, casters))
     _shade_all(S, values, fragments, albedo, light, f32(gloss), _open_to_object(S, fragments, light.blockers[0]))
 
@@ -70,31 +71,23 @@ def _shade_all(S, values, fragments, albedo, light, gloss, opens):
             S[OPEN + i] = opens[start + i]
         for k in range(kinds.shape[0]):  # casters of the fragments' own part need not be asked
             kinds[k, 0] = first != last or f32(kinds[k, 2]) != first
-        shade_fragments(S, n, own, albedo, light, gloss, ZERO)
+        shade_fragments(S, n, own, albedo, light, gloss)
         for i in range(n):
             values[start + i] = S[RESULT + i]
 
 
 @kernel
-def shade_fragments(S, n, own, albedo, light, gloss, room):
-    """RESULT of n fragments, columns of `Layers.fragments`, whose OPEN is known. room: of `casters.shade`."""
+def shade_fragments(S, n, own, albedo, light, gloss):
+    """RESULT of n fragments, columns of `Layers.fragments`, whose OPEN is known."""
     _light(S, n, own, albedo, light.lamp, light.radius, light.power, gloss, light.ambient)
     lit = ZERO
     for i in range(n):
         lit = larger(lit, S[LIT + i])
         S[PART + i] = own[BODY, i]
     if lit > ZERO:
-        shade(S, n, light.reception, True, False, room)
+        shade(S, n, light.reception, True, False)
     for i in range(n):
         S[RESULT + i] += S[LIT + i] * S[SEEN + i]
-
-
-@kernel
-def open_fragments(S, n, own, box):
-    """OPEN of n fragments: what the other parts and the object, a row of `describe_blockers`, let pass."""
-    _place(S, n, own)
-    if faces_any(S, n, box):
-        block(S, n, box, False)
 
 
 @kernel
@@ -139,8 +132,8 @@ def _open_to_object(S, fragments, box):
         for i in range(n):
             k = where[start + i]
             S[U + i], S[V + i], S[W + i] = fragments[X, k], fragments[Y, k], fragments[Z, k]
-            S[scratch.NORMAL_X + i], S[scratch.NORMAL_Y + i] = fragments[NORMAL_X, k], fragments[NORMAL_Y, k]
-            S[scratch.NORMAL_Z + i], S[OPEN + i] = fragments[NORMAL_Z, k], opens[k]
+            S[slots.NORMAL_X + i], S[slots.NORMAL_Y + i] = fragments[NORMAL_X, k], fragments[NORMAL_Y, k]
+            S[slots.NORMAL_Z + i], S[OPEN + i] = fragments[NORMAL_Z, k], opens[k]
         block(S, n, box, False)
         for i in range(n):
             opens[where[start + i]] = S[OPEN + i]
@@ -151,8 +144,8 @@ def _open_to_object(S, fragments, box):
 def _place(S, n, own):
     for i in range(n):
         S[U + i], S[V + i], S[W + i], S[OPEN + i] = own[X, i], own[Y, i], own[Z, i], own[layers.OPEN, i]
-        S[scratch.NORMAL_X + i], S[scratch.NORMAL_Y + i] = own[NORMAL_X, i], own[NORMAL_Y, i]
-        S[scratch.NORMAL_Z + i] = own[NORMAL_Z, i]
+        S[slots.NORMAL_X + i], S[slots.NORMAL_Y + i] = own[NORMAL_X, i], own[NORMAL_Y, i]
+        S[slots.NORMAL_Z + i] = own[NORMAL_Z, i]
 
 
 @kernel

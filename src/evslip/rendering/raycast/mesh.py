@@ -10,9 +10,9 @@ from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_depth
 from evslip.rendering.raycast.layers import Layers
-from evslip.rendering.raycast.passes import Passes
 from evslip.rendering.raycast.setting import Setting, channel_of
-from evslip.rendering.shading.mesh_shading import SkinTexture
+from evslip.rendering.scratch import Scratch
+from evslip.rendering.shading.mesh_shading import SkinTexture, draw_skin
 from evslip.rendering.shadows.casters import OBJECT_PART, Casters
 from evslip.rendering.shadows.mesh_shadow import Outline, outline_of
 from evslip.rendering.viewpoint import View
@@ -46,11 +46,11 @@ class Mesh:
         order_by_depth(front, layers.fragments, layers.pixels, layers.starts, self._raster.near)
 
     def draw(
-        self, out: np.ndarray, keep: np.ndarray, passes: Passes, view: View, setting: Setting, casters: Casters
+        self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
     ) -> None:
         depth = -float(view.turn[:, 2] @ (view.place - view.camera))
-        passes.draw_skin(
-            out, keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
+        draw_skin(
+            scratch, out, keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
             self._count, casters, OBJECT_PART, depth,
         )  # fmt: skip
 

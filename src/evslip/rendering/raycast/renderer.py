@@ -13,14 +13,14 @@ from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.materials.paint import GRIPPER_GLOSS
 from evslip.rendering.poses import Poses
 from evslip.rendering.raycast.arm import Arm, cast_links
-from evslip.rendering.raycast.backdrop import Uncovered
+from evslip.rendering.raycast.backdrop import Uncovered, backdrop
 from evslip.rendering.raycast.body import make_body
 from evslip.rendering.raycast.foreground_layer import Plate, Reel, spans_of
-from evslip.rendering.raycast.gripper import make_room, merge_gripper, put_over
+from evslip.rendering.raycast.gripper import make_room, merge_gripper, put_over, shade_gripper
 from evslip.rendering.raycast.layers import RED
 from evslip.rendering.raycast.openings import Opening, Openings
-from evslip.rendering.raycast.passes import make_passes
 from evslip.rendering.raycast.setting import LUMA, prepare
+from evslip.rendering.scratch import make_scratch
 from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, Casters, cast
 from evslip.rendering.shadows.mesh_shadow import Outline
 from evslip.rendering.timing.foreground import foreground_motion
@@ -55,7 +55,7 @@ class Raycaster:
         camera = self._lens.pinhole
         height, width = camera.height, camera.width
         self.camera, self.setting = camera, prepare(params, channel)
-        self._passes = make_passes(params.render.device, height, width)
+        self._scratch = make_scratch()
         self.params = params
         self._closing = camera.rotation.T @ (1e-3, 1.0, 0.0)
         self.albedo_row = RED + channel
@@ -83,9 +83,6 @@ class Raycaster:
         see `pace` and `foreground`; so a frame is ready LAG frames after it was begun.
         """
         count = len(poses.travel_m)
-        if self.params.render.device == "cuda":  # all cells are drawn at once
-            yield from (self.draw(poses, index, scale) for index in range(count))
-            return
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
         scene = poses, self.camera, self.params, self.setting.lamp
         behind, before = (
@@ -119,9 +116,9 @@ class Raycaster:
         """Draw the cells that are due into their slots."""
         setting, body = self.setting, self._body
         uncovered = Uncovered(self._layers.seen, body.total, body.touched, body.full)
-        self._passes.backdrop(
-            reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, self._view, setting.lamp,
-            setting.table, setting.sky, self._casters, uncovered,
+        backdrop(
+            self._scratch, reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, self._view,
+            setting.lamp, setting.table, setting.sky, self._casters, uncovered,
         )  # fmt: skip
 
     def _draw_plate(self, plate: Plate) -> None:
@@ -132,17 +129,25 @@ class Raycaster:
             plate.wipe(self._span, body.touched, arm.touched)
             arm.mark(plate.marks, ARM)
             make_room(plate.light, plate.clear, arm.total, arm.touched)
-            arm.draw(plate.light, self._passes, view, self.setting, casters)
+            arm.draw(plate.light, self._scratch, view, self.setting, casters)
         else:
             plate.wipe(self._span, body.touched)
-        self._passes.shade_gripper(
-            self._values, view, lamp, ambient.matrix, GRIPPER_GLOSS, layers.fragments, self.albedo_row, casters
+        shade_gripper(
+            self._scratch,
+            self._values,
+            view,
+            lamp,
+            ambient.matrix,
+            GRIPPER_GLOSS,
+            layers.fragments,
+            self.albedo_row,
+            casters,
         )
         body.order(self._front, layers)
         fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
         merge_gripper(plate.light, plate.clear, self._keep, self._over, self._values, *fragments)
         make_room(plate.light, plate.clear, body.total, body.touched)
-        body.draw(plate.light, self._keep, self._passes, view, self.setting, casters)
+        body.draw(plate.light, self._keep, self._scratch, view, self.setting, casters)
         put_over(plate.light, plate.marks, self._keep, body.total, body.touched, self._over, *fragments)
 
     def _develop(

@@ -89,13 +89,14 @@ class Cover(NamedTuple):
 
 
 @kernel
-def draw_solid(S, fetched, out, keep, view, lamp, ambient, gloss, half, textures, casters, cover):
+def draw_solid(scratch, out, keep, view, lamp, ambient, gloss, half, textures, casters, cover):
     """Add the object's faces to `out`, weighted by coverage and by keep (height, width), the share of each pixel that
     no part of the gripper in front of the object covers.
 
     view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; half: half the object's sides; textures:
     `FaceTextures`; cover: `Cover`.
     """
+    S, fetched = scratch
     for i in range(LANES):
         S[PART + i] = f32(OBJECT_PART)
     for k in range(cover.visible):
@@ -161,7 +162,7 @@ def _draw_face(S, fetched, out, pixel, power, radius, gloss, face, cells, levels
             repeat_last(S, RAY_X, n)
             repeat_last(S, RAY_Y, n)
             repeat_last(S, ROOM, n)
-            shade_face(S, blocks(n), fetched, pixel, power, radius, gloss, face, cells, levels, ZERO)
+            shade_face(S, blocks(n), fetched, pixel, power, radius, gloss, face, cells, levels)
             for i in range(shades.size):
                 shades[i] += f32(weights[i]) * kept[i] * S[RESULT + i]
 
@@ -176,15 +177,15 @@ def aim_at_face(S, weights, row, column, height, width, pixel):
 
 
 @formula
-def shade_face(S, n, fetched, pixel, power, radius, gloss, face, cells, levels, room):
-    """RESULT for n rays that meet a `Face`. cells, levels: its texture; room: of `casters.shade`."""
+def shade_face(S, n, fetched, pixel, power, radius, gloss, face, cells, levels):
+    """RESULT for n rays that meet a `Face`. cells, levels: its texture."""
     meet_face(S, n, face.plane, pixel, face.half_u, face.half_v)
     light_plane(S, n, face.plane, power, radius)
     if gloss > 0:
         polish(S, n, face.plane, gloss)
     open_face(S, n, face.half_u, face.half_v, face.nodes)
     if face.shaded:
-        shade(S, n, face.reception, True, True, room)
+        shade(S, n, face.reception, True, True)
     unfold(S, n, face.per_u, HALF, face.per_v, HALF, False)
     sample_around(S, n, cells, fetched, levels, False, SQUARE)
     reflect(S, n, face.ambient)

@@ -45,10 +45,3 @@ def illuminate(view, lamp, ambient, casters, depth):
 def power_of(lamp):
     """Luminance x radius^2 of what stands above the surface's horizon."""
     return f32(lamp.luminance * lamp.radius_m**2 * lamp.share)
-
-
-@kernel
-def lit_by(light, reception):
-    """An Illumination from one without its last part, and that."""
-    ambient, lamp, radius, power, blockers = light
-    return Illumination(ambient, lamp, radius, power, blockers, reception)

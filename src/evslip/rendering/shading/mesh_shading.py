@@ -53,13 +53,14 @@ class SkinTexture(NamedTuple):
 
 
 @kernel
-def draw_skin(S, fetched, out, keep, view, lamp, ambient, gloss, texture, raster, count, casters, part, depth):
+def draw_skin(scratch, out, keep, view, lamp, ambient, gloss, texture, raster, count, casters, part, depth):
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
     view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; texture: `SkinTexture`; part: number of
     this body among the casters; depth: its distance before the camera, for the blur of shadows over a pixel.
     """
+    S, fetched = scratch
     height, width = out.shape
     light = illuminate(view, lamp, ambient, casters, depth)
     leave_out(light.reception, part)
@@ -69,7 +70,7 @@ def draw_skin(S, fetched, out, keep, view, lamp, ambient, gloss, texture, raster
         shares = raster.fragment_share[own]
         shade_skin(
             S, n, fetched, width, height, view.focal, light, part, f32(gloss), texture, raster.functions,
-            raster.fragment_face[own], raster.fragment_place[own], shares, ZERO,
+            raster.fragment_face[own], raster.fragment_place[own], shares,
         )  # fmt: skip
         gather(out, keep, raster.fragment_pixel[own], shares, S[RESULT : RESULT + n])
 
@@ -91,10 +92,9 @@ def gather(out, keep, pixels, shares, values):
 
 @kernel
 def shade_skin(
-    S, n, fetched, width, height, focal, light, part, gloss, texture, functions, faces, places, shares, room
+    S, n, fetched, width, height, focal, light, part, gloss, texture, functions, faces, places, shares
 ):  # fmt: skip
-    """RESULT for n fragments: `faces`, `places`, `shares` of a `raster.Raster`, and its `functions`. room: of
-    `casters.shade`."""
+    """RESULT for n fragments: `faces`, `places`, `shares` of a `raster.Raster`, and its `functions`."""
     _unpack(S, n, functions, faces, places, width, height, focal, light.lamp, light.radius, light.power, gloss)
     lit, blockers = ZERO, light.blockers
     for i in range(n):
@@ -106,7 +106,7 @@ def shade_skin(
             if faces_any(S, n, blockers[k]):
                 block(S, n, blockers[k], False)
     if lit > ZERO:
-        shade(S, n, light.reception, True, True, room)
+        shade(S, n, light.reception, True, True)
     _look_up(S, n, functions, faces, places, shares, texture.levels[0, 1], texture.repeats)
     sample_around(S, n, texture.cells, fetched, texture.levels, True, SQUARE)
     for i in range(n):

@@ -195,15 +195,15 @@ def aim(reception, casters, middle, reach):
 
 
 @formula
-def shade(S, n, reception, layered, joint_always, room=ZERO):
+def shade(S, n, reception, layered, joint_always):
     """SEEN *= share of the lamp that the chosen casters leave visible from the points U, V, W.
 
     layered: some casters may lie behind the points; see `hide_behind`. joint_always: their union counts under narrow
-    lamps, too. room: how far around the points casters are looked for beyond what they need.
+    lamps, too.
     """
     for first in range(0, n, FEW):
         part, count = S[first:], min(n - first, FEW)
-        _shade_few(part, count, widened(around(part, count), room), reception, layered, joint_always)
+        _shade_few(part, count, around(part, count), reception, layered, joint_always)
 
 
 @kernel
@@ -249,10 +249,3 @@ def around(S, n):
     reach = PAST * math.sqrt(du * du + dv * dv + dw * dw) + RIM_M
     middle = HALF * (low_u + high_u), HALF * (low_v + high_v), HALF * (low_w + high_w)
     return (*middle, reach, PAST * du + RIM_M, PAST * dv + RIM_M, PAST * dw + RIM_M)
-
-
-@formula
-def widened(near, room):
-    """As of `around`, with more room."""
-    u, v, w, reach, du, dv, dw = near
-    return u, v, w, reach + room, du + room, dv + room, dw + room
