@@ -32,7 +32,6 @@ def main() -> None:
     parser.add_argument("--rate", type=float, nargs="+", default=[1e5, 1e6], help="events a second of the whole sensor")
     parser.add_argument("--hop-ms", type=float, nargs="+", default=[1.0, 5.0])
     parser.add_argument("--count", type=int, default=300, help="hops that are timed")
-    parser.add_argument("--plain", action="store_true", help="the whole window anew at every hop")
     parser.add_argument("--profile", action="store_true")
     parser.add_argument("--json", type=Path, help="file for the figures")
     options = parser.parse_args()
@@ -42,7 +41,7 @@ def main() -> None:
             network = build_model(options.network)
             save_model(model, network, Description(options.network, 0.5, WindowSettings(), {}))
         found = [
-            measure(model, rate, hop_ms, options.count, not options.plain, options.profile)
+            measure(model, rate, hop_ms, options.count, options.profile)
             for rate in options.rate
             for hop_ms in options.hop_ms
         ]
@@ -50,11 +49,11 @@ def main() -> None:
         options.json.write_text(json.dumps(found, indent=1) + "\n")
 
 
-def measure(model: Path, rate: float, hop_ms: float, count: int, incremental: bool, profile: bool) -> dict[str, float]:
+def measure(model: Path, rate: float, hop_ms: float, count: int, profile: bool) -> dict[str, float]:
     """Push hop after hop; print and return the latencies."""
-    detector = Detector(model, size=SIZE, hop_s=hop_ms / 1e3, incremental=incremental)
+    detector = Detector(model, size=SIZE, hop_s=hop_ms / 1e3)
     window_hops = round(detector.description.windows.length_s * 1e3 / hop_ms)
-    warm_up = 2 * window_hops  # the buffers are full, and each phase of the hop has been seen
+    warm_up = 2 * window_hops  # the buffers are full
     events = drifting(rate, (warm_up + count + 1) * hop_ms / 1e3)
     edges = np.searchsorted(events.t_us, np.arange(warm_up + count + 1) * hop_ms * 1e3)
     times, work = [], []

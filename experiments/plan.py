@@ -7,7 +7,7 @@ from worlds import FIXED, WORLDS
 
 PAPERS = ("mlp", "snn", "cnn3d")
 """The networks of the paper."""
-BASELINES = ("event_rate", "rate_map", "flow", "boosting")
+BASELINES = ("event_rate", "rate_map", "flow")
 """Found at once, without gradients."""
 VARIANTS = {"countnet+noise": ("countnet", ("--noise-hz", "5"))}
 """Networks that are trained in another way: what is trained, and how."""

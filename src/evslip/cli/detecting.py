@@ -109,8 +109,7 @@ def train(
     Args:
         windows: HDF5 file made by `evslip windows`.
         out: Folder for the model.
-        model: Name of a network: mlp, snn, cnn3d, cnn3d_bn, voxelnet, countnet, evgru, event_rate, rate_map, flow,
-            boosting.
+        model: Name of a network: mlp, snn, cnn3d, cnn3d_bn, voxelnet, countnet, evgru, event_rate, rate_map, flow.
         epochs: Most passes over the windows; training stops earlier when validation stops improving. What is not given
             here and in the next seven options is what suits the network.
         batch: Windows a step.

@@ -9,7 +9,6 @@ import torch
 from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.evaluation.cost import one_core
 from evslip.learn.evaluation.evaluate import probabilities
 from evslip.learn.streaming.recent import LEAST, Recent
 from evslip.utils.errors import ConfigError, DataError
@@ -76,32 +75,6 @@ def test_events_out_of_order_are_refused(model: Path) -> None:
 def test_wrong_hop(model: Path, hop_s: float) -> None:
     with pytest.raises(ConfigError, match="hop_s"):
         Detector(model, hop_s=hop_s)
-
-
-@pytest.mark.parametrize(
-    ("name", "hop_ms"), [("cnn3d_bn", 1), ("cnn3d", 7), ("cnn3d_bn", 20), ("evgru", 4), ("evgru", 10)]
-)
-def test_what_a_hop_brings_anew_gives_the_answers_of_the_whole_window(name: str, hop_ms: int, tmp_path: Path) -> None:
-    torch.manual_seed(1)
-    network = build_model(name)
-    for norm in network.modules():
-        if isinstance(norm, torch.nn.BatchNorm3d):
-            norm.running_mean.uniform_(-0.1, 0.1)  # type: ignore[union-attr]
-            norm.running_var.uniform_(0.01, 0.1)  # type: ignore[union-attr]
-    save_model(tmp_path, network, Description(name, 0.5, WindowSettings(), {}))
-    events = slip_record("a", turning(600, 1900, 15.0)).events.between(500_000, 700_000)
-    # A silent gap of 0.2 s, in which the detector's memory of phases goes stale.
-    later = events._replace(t_us=events.t_us + 400_000)
-    rolling, plain = (Detector(tmp_path, hop_s=hop_ms / 1e3, incremental=kind) for kind in (True, False))
-    assert rolling._rolling is not None and plain._rolling is None
-    with one_core():
-        for part in (events, later):
-            pieces = np.array_split(np.arange(part.count), 5)
-            found = [rolling.follow(part.select(piece)) for piece in pieces]
-            expected = plain.follow(part)
-            np.testing.assert_array_equal(np.concatenate([f.t_us for f in found]), expected.t_us)
-            np.testing.assert_array_equal(np.concatenate([f.events for f in found]), expected.events)
-            np.testing.assert_allclose(np.concatenate([f.p_slip for f in found]), expected.p_slip, atol=1e-5)
 
 
 def test_the_buffer_of_recent_events_stays_small_and_right() -> None:

@@ -3,7 +3,7 @@
 from evslip.learn.networks.cnn3d import CNN3d, CNN3dNorm
 from evslip.learn.networks.countnet import CountNet
 from evslip.learn.networks.evgru import EvGRU
-from evslip.learn.networks.features import Boosting, EventRate, Flow, RateMap
+from evslip.learn.networks.features import EventRate, Flow, RateMap
 from evslip.learn.networks.mlp import MLP
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.snn import SNN
@@ -23,7 +23,6 @@ NETWORKS: dict[str, type[Network]] = {
     "event_rate": EventRate,
     "rate_map": RateMap,
     "flow": Flow,
-    "boosting": Boosting,
 }
 
 

@@ -44,15 +44,8 @@ class EvGRU(Network):
         size = self.geometry.width, self.geometry.height
         return np.log1p(counts(events, size, self.geometry.length_us, self.hops, POOL))
 
-    def encode(self, hops: torch.Tensor) -> torch.Tensor:
-        """What each hop (n, 2, rows, columns) shows: (n, 64)."""
-        return self.encoder(torch.cat([hops, self.places.expand(len(hops), *self.places.shape)], 1))
-
-    def follow(self, codes: torch.Tensor) -> torch.Tensor:
-        """Logits after each hop, (windows, hops, 2), from codes (windows, hops, 64)."""
-        return self.head(self.gru(codes)[0])
-
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
         hops = torch.from_numpy(np.stack(batch)).to(self.device)
-        codes = self.encode(hops.flatten(0, 1)).view(len(batch), self.hops, -1)
-        return self.follow(codes)[:, -1]
+        flat = hops.flatten(0, 1)
+        codes = self.encoder(torch.cat([flat, self.places.expand(len(flat), *self.places.shape)], 1))
+        return self.head(self.gru(codes.view(len(batch), self.hops, -1))[0])[:, -1]

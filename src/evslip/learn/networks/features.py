@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 import torch
 
-from evslip.learn.layers import flow, trees
+from evslip.learn.layers import flow
 from evslip.learn.layers.grids import counts
 from evslip.learn.networks.network import Geometry, Network
 from evslip.windows.window_set import SLIP, WindowEvents, Windows
@@ -101,59 +101,14 @@ class Flow(FeatureNetwork):
     these agree, and the number of events."""
 
     def features(self, events: WindowEvents) -> np.ndarray:
-        return moving(events, self.size)
-
-
-def moving(events: WindowEvents, size: tuple[int, int]) -> np.ndarray:
-    """The features of `Flow`."""
-    motion = flow.sharpest(events, size)
-    normal = flow.normal_flow(events, size)
-    speeds = np.linalg.norm(normal, axis=1)
-    across = np.log1p(np.quantile(speeds, (0.25, 0.5, 0.75))) if len(speeds) else np.zeros(3)
-    agreement = np.linalg.norm(normal.mean(0)) / max(speeds.mean(), 1e-9) if len(speeds) else 0.0
-    fitted = len(normal) / max(1, len(flow.thinned(events, 4 * flow.MOST_EVENTS).t_us))
-    vx, vy = motion.velocity_px_s
-    return np.array(
-        [vx / 100, vy / 100, np.log1p(np.hypot(vx, vy)), np.log(motion.gain), *across, agreement, fitted,
-         np.log1p(len(events.t_us))]
-    )  # fmt: skip
-
-
-class Boosting(FeatureNetwork):
-    """Gradient boosting (150 trees of depth 3) on the rate map, the flow, and where, when and of which polarity the
-    events are. No gradient descent: it is found at once."""
-
-    base: torch.Tensor
-    feature: torch.Tensor
-    threshold: torch.Tensor
-    leaf: torch.Tensor
-
-    def __init__(self, geometry: Geometry | None = None):
-        super().__init__(geometry)
-        for name, value in trees.empty_forest()._asdict().items():
-            self.register_buffer(name, torch.from_numpy(value))
-
-    def features(self, events: WindowEvents) -> np.ndarray:
-        number = len(events.t_us)
-        grid = counts(events, self.size, self.geometry.length_us, 16, 25)
-        x, y = (column.astype(np.float32) if number else np.zeros(1) for column in (events.x, events.y))
-        in_time, in_space = grid.sum((1, 2, 3)), grid.sum((0, 1))
-        extra = [
-            events.p.mean() if number else 0.5, x.mean(), y.mean(), x.std(), y.std(),
-            in_time.std() / max(1.0, in_time.mean()), (in_space > number / 400).mean(), in_space.max() / max(1, number),
-        ]  # fmt: skip
-        return np.concatenate([np.log1p(in_space).ravel(), moving(events, self.size), np.log1p(in_time), extra])
-
-    def learn(self, values: np.ndarray, slips: np.ndarray) -> None:
-        forest = trees.boost(values.astype(np.float32), slips.astype(np.float64))
-        for name, value in forest._asdict().items():
-            setattr(self, name, torch.from_numpy(np.asarray(value)))
-
-    def odds(self, values: torch.Tensor) -> torch.Tensor:
-        count, nodes = self.feature.shape
-        node = torch.zeros(len(values), count, dtype=torch.int64, device=self.device)
-        every = torch.arange(count, device=self.device)
-        for _ in range(trees.DEPTH):
-            seen = values.gather(1, self.feature[every, node])
-            node = 2 * node + 1 + (seen >= self.threshold[every, node])
-        return self.base + self.leaf[every, node - nodes].sum(1)
+        motion = flow.sharpest(events, self.size)
+        normal = flow.normal_flow(events, self.size)
+        speeds = np.linalg.norm(normal, axis=1)
+        across = np.log1p(np.quantile(speeds, (0.25, 0.5, 0.75))) if len(speeds) else np.zeros(3)
+        agreement = np.linalg.norm(normal.mean(0)) / max(speeds.mean(), 1e-9) if len(speeds) else 0.0
+        fitted = len(normal) / max(1, len(flow.thinned(events, 4 * flow.MOST_EVENTS).t_us))
+        vx, vy = motion.velocity_px_s
+        return np.array(
+            [vx / 100, vy / 100, np.log1p(np.hypot(vx, vy)), np.log(motion.gain), *across, agreement, fitted,
+             np.log1p(len(events.t_us))]
+        )  # fmt: skip

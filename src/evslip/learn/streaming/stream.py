@@ -9,7 +9,6 @@ from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluation.evaluate import BATCH, answer
 from evslip.learn.streaming.recent import Recent
-from evslip.learn.streaming.rolling import rolling_form
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import Align, require_sensor
 from evslip.windows.cutting import crop
@@ -47,9 +46,8 @@ class Detector:
     `model` is the folder of a detector, or "default", the one of the package.
     `size` is the sensor's (width, height), by default that which the detector was trained on. Of another one, `align`
     says which pixels are looked at: as many around the "centre", or from the "corner"; those that it lacks stay
-    silent. Memory is bounded by the events of one window and one push. Where the network has a form that computes only
-    what a hop brings anew it is used, unless `incremental` is False; the answers agree within 1e-5. Raises DataError
-    for a model that cannot be read, and for another size without `align`.
+    silent. Memory is bounded by the events of one window and one push. Raises DataError for a model that cannot be
+    read, and for another size without `align`.
     """
 
     def __init__(
@@ -59,7 +57,6 @@ class Detector:
         size: tuple[int, int] | None = None,
         align: Align | None = None,
         hop_s: float = 0.005,
-        incremental: bool = True,
     ):
         if not 0.001 <= hop_s <= 1000:
             raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected 0.001 to 1000")
@@ -67,9 +64,7 @@ class Detector:
         settings = self.description.windows
         self._crop = require_sensor(settings, size or settings.sensor, align)
         self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
-        self._rolling = rolling_form(self._network, self._hop_us) if incremental else None
         self._kept = Recent()
-        self._turn = 0
         self._last_us: int | None = None
         self._next_us = 0
         self._newest = float("nan")
@@ -98,17 +93,11 @@ class Detector:
         counts = bounds[1] - bounds[0]
         p_slip = np.full(len(ends), self._silent, np.float32)
         busy = np.flatnonzero(counts)
-        if self._rolling is not None:
-            for i in busy:
-                window = self._kept.part(slice(*bounds[:, i]))
-                p_slip[i] = self._rolling(self._turn + int(i), *window, int(ends[i]) - self._length_us)
-        else:
-            for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
-                windows = [self._window(slice(*bounds[:, i]), int(ends[i]) - self._length_us) for i in chosen]
-                p_slip[chosen] = answer(self._network, [self._network.prepare(window) for window in windows])
+        for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
+            windows = [self._window(slice(*bounds[:, i]), int(ends[i]) - self._length_us) for i in chosen]
+            p_slip[chosen] = answer(self._network, [self._network.prepare(window) for window in windows])
         if len(ends):
             self._next_us = int(ends[-1]) + self._hop_us
-            self._turn += len(ends)
         self._kept.forget(self._next_us - self._length_us)
         return Detection(ends, p_slip, counts, self.description.threshold)
 
