@@ -14,6 +14,7 @@ import hashlib
 import inspect
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -110,6 +111,11 @@ def kind_of(value: Any) -> str:
     return f"function {inspect.signature(value)}" if callable(value) else type(value).__name__
 
 
+def without_modules(text: str) -> str:
+    """A signature without the places of its types, which may move."""
+    return re.sub(r"\bevslip\.(\w+\.)*", "", text)
+
+
 def help_of(verb: str) -> str:
     command = [sys.executable, "-m", "evslip", *([verb] if verb else []), "--help"]
     environment = os.environ | {"COLUMNS": "140", "NO_COLOR": "1"}
@@ -121,7 +127,7 @@ def print_differences(before: dict[str, dict[str, str]], after: dict[str, dict[s
     for kind in before:
         for name in before[kind] | after[kind]:
             old, new = before[kind].get(name, "absent"), after[kind].get(name, "absent")
-            if old == new:
+            if old == new or (kind == "names" and without_modules(old) == without_modules(new)):
                 continue
             differ += kind != "help"
             print(f"{kind}: {name or 'evslip'}")
