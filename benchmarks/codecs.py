@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import FORMATS, READ_ONLY, read_events
+from evslip.codecs import known_suffixes, read_events
 from evslip.codecs.writers import writing
 from evslip.events.stream import Events
 
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=4_000_000)
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
-    suffixes = [suffix for suffix, name in FORMATS.items() if name not in READ_ONLY and suffix != ".hdf5"]
+    suffixes = [suffix for suffix in known_suffixes(writing=True) if suffix != ".hdf5"]
     print("| format | bytes an event | write, Mevents/s | read, Mevents/s | memory of a conversion, MB: once, 4 x |")
     print("|---|---|---|---|---|")
     for suffix in [*suffixes, ".evt2.raw"]:

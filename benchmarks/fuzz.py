@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import FORMATS, READ_ONLY, codec, raw_source, read_events, write_events
+from evslip.codecs import format_of, known_suffixes, raw_source, read_events, write_events
 from evslip.data import record
 from evslip.data.reading import read_recording
 from evslip.events.stream import Events
@@ -52,7 +52,7 @@ def main() -> None:
 def whole_files(folder: Path) -> list[Path]:
     """A file of each format."""
     events = random_events(np.random.default_rng(0), 2000, labelled=False)
-    names = [f"a{suffix}" for suffix, name in FORMATS.items() if name not in READ_ONLY and suffix != ".hdf5"]
+    names = [f"a{suffix}" for suffix in known_suffixes(writing=True) if suffix != ".hdf5"]
     for name in (*names, "a.evt2.raw"):
         write_events(folder / name, events, (40, 30))
     record.write(folder / "record.h5", simulated())
@@ -123,7 +123,7 @@ def _child(path: Path, numbers: range, seed: int, pipe: int) -> None:
 def outcome(path: Path, expected: Events) -> str:
     """What reading gives; anything but an EvslipError ends the process."""
     with contextlib.suppress(EvslipError):
-        for _ in getattr(codec(path), "frames", lambda _: ())(path):
+        for _ in getattr(format_of(path).codec, "frames", lambda _: ())(path):
             pass
     with contextlib.suppress(EvslipError):
         for _ in raw_source(path).parts:

@@ -203,10 +203,10 @@ def ablation(plan: Plan) -> tuple[list[Step], list[Step], list[Step]]:
 
 def recordings(plan: Plan) -> list[Path]:
     """The real recordings: every file of events in their folder."""
-    from evslip.codecs import FORMATS
+    from evslip.codecs import known_suffixes
 
     files = sorted(plan.real.iterdir()) if plan.real is not None else []
-    return [path for path in files if path.is_file() and path.suffix in FORMATS]
+    return [path for path in files if path.is_file() and path.suffix in known_suffixes()]
 
 
 def real(plan: Plan) -> Iterator[tuple[Path, Step, dict[str, Step]]]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evslip.codecs import read_events, source
-from evslip.codecs.arrays import hdf5, hdf5_stream, npz
+from evslip.codecs.arrays import hdf5, hdf5_sink, npz
 from evslip.codecs.settings import read_settings
 from evslip.codecs.writers import writing
 from evslip.events import Events
@@ -20,7 +20,7 @@ SIZE = (346, 260)
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(hdf5_stream, "BLOCK", 1000)
+    monkeypatch.setattr(hdf5_sink, "BLOCK", 1000)
 
 
 def stream(count: int, start_us: int = 0, most_us: int = 30, labelled: bool = False) -> Events:

@@ -14,7 +14,7 @@ from evslip.exchange.translation import Part, select, translate
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events, simulated
 
-WRITABLE = [suffix for suffix, name in codecs.FORMATS.items() if name not in codecs.READ_ONLY]
+WRITABLE = codecs.known_suffixes(writing=True)
 
 
 @pytest.mark.parametrize("suffix", WRITABLE)

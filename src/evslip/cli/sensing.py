@@ -60,14 +60,14 @@ def events(
         preview_ms: Time that one picture of it shows, ms; 33.3 plays at true speed, 3.33 ten times slower.
         plot: PNG to write: events a second over time.
     """
-    from evslip.codecs import check_suffix
+    from evslip.codecs import format_of
     from evslip.codecs.settings import keeps_settings
     from evslip.exchange.conversion import Conversion, convert, open_conversion, require_other
     from evslip.view.pictures.preview import check_preview
     from evslip.view.pictures.preview import preview as preview_video
     from evslip.view.pictures.rates import check_plot, rates_plot
 
-    check_suffix(out, writing=True)
+    format_of(out, writing=True)
     watchers = []
     conversion = Conversion(
         clip=clip,

@@ -1,52 +1,20 @@
-"""Event files, their format chosen by suffix, and clips of frames.
+"""Files of events, their format chosen by suffix, and clips of frames.
 
-Begin with `read_events` and `open_events`; what a format gives is a `source.Source`, what it takes a `sink`.
-A new format is a module with `stream(path) -> Source` and, if it can be written, a `Sink(file, path, size)` that takes
-a stream in pieces, or `write(path, events, size)` for a whole one; and one line in FORMATS.
+Begin with `read_events` and `open_events`; what a format gives is a `source.Source`, what it takes a `sink.Sink`.
+A new format is a codec and a line in `formats.FORMATS`. A codec is a module with `stream(path) -> Source` and, where it
+can be written, `Sink(file, path, size)`, which takes a stream in pieces, or `write(path, events, size)`, all of it.
 """
 
-import importlib
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
+from evslip.codecs.formats import FORMATS, Format, format_of, known_suffixes, register
 from evslip.events.stream import Events
-from evslip.utils.errors import DataError
 
 if TYPE_CHECKING:
     from evslip.codecs.source import Source
 
-FORMATS = {
-    ".h5": "hdf5",
-    ".hdf5": "hdf5",
-    ".aedat4": "aedat4",
-    ".raw": "raw",
-    ".dat": "dat",
-    ".es": "es",
-    ".npz": "npz",
-    ".csv": "csv",
-    ".txt": "txt",
-    ".mat": "mat",
-    ".aedat": "aedat2",
-    ".bag": "rosbag",
-}
-"""Name of the format of each suffix."""
-_MODULES = {
-    "hdf5": "arrays.hdf5",
-    "aedat2": "inivation.aedat2",
-    "aedat4": "inivation.aedat4",
-    "raw": "prophesee.raw",
-    "dat": "prophesee.dat",
-    "npz": "arrays.npz",
-    "csv": "text.csv",
-    "txt": "text.txt",
-    "mat": "arrays.mat",
-    "rosbag": "ros.bag",
-}
-READ_ONLY = {"aedat2", "rosbag"}
-LABELS_KEPT = {"hdf5", "npz"}
-SIZE_LOST = {"csv", "txt", "mat"}
-"""What a format cannot hold, by name."""
+__all__ = ["FORMATS", "Format", "format_of", "known_suffixes", "open_events", "read_events", "register", "write_events"]
 
 
 def read_events(path: str | Path) -> Events:
@@ -66,8 +34,8 @@ def open_events(path: str | Path) -> "Source":
 
 
 def raw_source(path: str | Path) -> "Source":
-    """As open_events, but events that are out of order or beyond the sensor come as they are."""
-    return codec(path).stream(Path(path))
+    """The events of a file as they are, even out of order or beyond the sensor. Raises DataError as `open_events`."""
+    return format_of(path).codec.stream(Path(path))
 
 
 def write_events(path: str | Path, events: Events, size: tuple[int, int] | None = None) -> None:
@@ -78,17 +46,12 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
     from evslip.codecs.writers import writing
     from evslip.events.checks import extent
 
-    module = codec(path, writing=True)
-    if hasattr(module, "write"):
-        module.write(Path(path), events, size or extent(events))
+    codec = format_of(path, writing=True).codec
+    if hasattr(codec, "write"):
+        codec.write(Path(path), events, size or extent(events))
     else:
         with writing(path, size or extent(events)) as push:
             push(events)
-
-
-def check_suffix(path: str | Path, writing: bool = False) -> None:
-    """Raise DataError unless the file's suffix is that of a format that can be read, or written."""
-    codec(path, writing)
 
 
 def read_whole(path: Path) -> tuple[Events, tuple[int, int]]:
@@ -96,14 +59,3 @@ def read_whole(path: Path) -> tuple[Events, tuple[int, int]]:
     from evslip.codecs.source import whole
 
     return whole(raw_source(path), path)
-
-
-def codec(path: str | Path, writing: bool = False) -> ModuleType:
-    """The module of a file's format. Raises DataError for an unknown suffix, or one that cannot be written."""
-    name = FORMATS.get(Path(path).suffix.lower())
-    if name is None or (writing and name in READ_ONLY):
-        known = ", ".join(suffix for suffix, module in FORMATS.items() if not (writing and module in READ_ONLY))
-        raise DataError(
-            f"{path}: no format of events that can be {'written' if writing else 'read'}; known are {known}"
-        )
-    return importlib.import_module(f"evslip.codecs.{_MODULES.get(name, name)}")

@@ -72,7 +72,7 @@ class Sink(sink.Sink):
         check_sides(size, 65535, path)
         super().__init__(file, path)
         self._bottom, self._now = size[1] - 1, 0
-        self._put(_HEADER.pack(_MAGIC, 2, 0, 0, 1, *size))
+        self.put(_HEADER.pack(_MAGIC, 2, 0, 0, 1, *size))
 
     def push(self, events: Events) -> None:
         """The next events."""
@@ -82,7 +82,7 @@ class Sink(sink.Sink):
             content = np.empty(_EVENT_BYTES * events.count + overflows, np.uint8)
             _encode(*events[:4], self._now, self._bottom, content)
             self._now = int(events.t_us[-1])
-            self._put(content.tobytes())
+            self.put(content.tobytes())
 
 
 @compiled()

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evslip.codecs import FORMATS, raw_source
+from evslip.codecs import format_of, raw_source
 from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.stream import CAUSES, Events
 
@@ -100,7 +100,7 @@ def facts_of(path: str | Path, gap_us: int = PEAK_US, progress: Callable[[int], 
     for events in source.parts:
         tally.add(events)
         progress(events.count)
-    return tally.facts(FORMATS[Path(path).suffix.lower()])
+    return tally.facts(format_of(path).name)
 
 
 class _Tally:

@@ -6,17 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from evslip.codecs import FORMATS
+from evslip.codecs.formats import FORMATS, HDF5, format_of
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
-
-KEPT_IN = ("hdf5", "npz")
-"""Formats that have a place for settings."""
 
 
 def keeps_settings(path: str | Path) -> bool:
     """Whether a file of this name can hold settings."""
-    return FORMATS.get(Path(path).suffix.lower()) in KEPT_IN
+    suffix = Path(path).suffix.lower()
+    return any(form.keeps_settings and suffix in form.suffixes for form in FORMATS)
 
 
 def read_settings(path: str | Path) -> dict[str, Any]:
@@ -24,7 +22,7 @@ def read_settings(path: str | Path) -> dict[str, Any]:
     path = require_file(path)
     if not keeps_settings(path):
         raise DataError(f"{path}: files of this kind keep no settings; HDF5 and .npz files do")
-    text = _hdf5_text(path) if FORMATS[path.suffix.lower()] == "hdf5" else _npz_text(path)
+    text = _hdf5_text(path) if format_of(path) == HDF5 else _npz_text(path)
     if text is None:
         raise DataError(f"{path}: keeps no settings; it was not made by `evslip events` or `evslip generate`")
     try:

@@ -10,7 +10,7 @@ from evslip.utils import atomic
 class Sink:
     """Takes a stream of valid events in time order, in pieces of any size; the bytes depend on the events alone.
 
-    Labels are lost. Raises DataError for what the format cannot hold, StorageError.
+    Raises DataError for what the format cannot hold, StorageError.
     """
 
     def __init__(self, file: BinaryIO, path: Path):
@@ -23,5 +23,9 @@ class Sink:
     def close(self) -> None:
         """Complete the file."""
 
-    def _put(self, data: bytes) -> None:
+    def abandon(self) -> None:
+        """Let go of a file that will not be completed."""
+
+    def put(self, data: bytes) -> None:
+        """Write bytes to the end of the file. Raises StorageError."""
         atomic.write_into(self._file, data, self._path)

@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from evslip.codecs import FORMATS, codec
+from evslip.codecs.formats import format_of
 from evslip.events.checks import Watch
 from evslip.events.stream import Events, concatenate
 from evslip.utils import atomic
@@ -20,41 +20,24 @@ def writing(
     height). settings: JSON text, kept in HDF5 and .npz files (see `read_settings`).
     Raises DataError for an unknown suffix and for events that the format cannot hold, StorageError.
     """
-    path = Path(path)
-    module = codec(path, writing=True)
-    watch = Watch(size, path)
-    if FORMATS[path.suffix.lower()] == "hdf5":
-        from evslip.codecs.arrays.hdf5_stream import Hdf5Stream
-
-        with atomic.staged(path) as file:
-            stream = Hdf5Stream(file, path, size, settings)
-
-            def push_checked(events: Events) -> None:
-                watch.check(events)
-                stream.push(events)
-
-            try:
-                yield push_checked
-                stream.close()
-            except BaseException:
-                stream.abandon()
-                raise
+    path, form = Path(path), format_of(path, writing=True)
+    codec, more = form.codec, {"settings": settings} if form.keeps_settings else {}
+    if not hasattr(codec, "Sink"):
+        parts: list[Events] = []
+        yield parts.append
+        codec.write(path, concatenate(parts), size, **more)
         return
-    if hasattr(module, "Sink"):
-        with atomic.staged(path) as file:
-            sink = module.Sink(file, path, size)
+    watch = Watch(size, path)
+    with atomic.staged(path) as file:
+        sink = codec.Sink(file, path, size, **more)
 
-            def push(events: Events) -> None:
-                watch.check(events)
-                sink.push(events)
+        def push(events: Events) -> None:
+            watch.check(events)
+            sink.push(events)
 
+        try:
             yield push
             sink.close()
-        return
-    parts: list[Events] = []
-    yield parts.append
-    events = concatenate(parts)
-    if FORMATS[path.suffix.lower()] == "npz":
-        module.write(path, events, size, settings)
-    else:
-        module.write(path, events, size)
+        except BaseException:
+            sink.abandon()
+            raise

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from evslip.codecs import FORMATS, codec, read_whole
+from evslip.codecs import read_whole
+from evslip.codecs.formats import HDF5, format_of
 from evslip.data import record
 from evslip.data.record import Record
 from evslip.utils import hdf5
@@ -19,8 +20,7 @@ def read_recording(path: str | Path) -> Record:
 
 def is_record(path: str | Path) -> bool:
     """Whether a file is a record of evslip. Raises DataError for what cannot be opened, or by a suffix of no format."""
-    codec(path)
-    if FORMATS[Path(path).suffix.lower()] != "hdf5":
+    if format_of(path) != HDF5:
         return False
     with hdf5.opened(path) as file:
         return file.attrs.get("format") == record.FORMAT

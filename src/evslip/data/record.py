@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 import h5py
 import numpy as np
 
-from evslip.codecs.arrays.hdf5 import get_events, put_events
+from evslip.codecs.arrays.dsec import get_events, put_events
 from evslip.config.params import Params
 from evslip.data.footage import Footage, check_footage
 from evslip.data.intervals import LABELS, Interval, check_intervals

@@ -3,13 +3,12 @@
 from functools import cached_property
 from pathlib import Path
 
+from evslip.codecs.formats import HDF5
 from evslip.data.dataset import open_dataset
 from evslip.data.layout import CONFIG
 from evslip.data.reading import is_record
 from evslip.data.samples import Listing, Samples
 from evslip.utils.errors import DataError
-
-SUFFIXES = (".h5", ".hdf5")
 
 
 class Recordings(Samples):
@@ -17,7 +16,7 @@ class Recordings(Samples):
 
     def __init__(self, root: Path):
         self.root = root
-        files = [root] if root.is_file() else sorted(path for path in root.iterdir() if path.suffix in SUFFIXES)
+        files = [root] if root.is_file() else sorted(path for path in root.iterdir() if path.suffix in HDF5.suffixes)
         self.listing = [Listing(path, path.stem) for path in files if is_record(path)]
         if not self.listing:
             raise DataError(f"{root}: no data set ({CONFIG}) and no record of evslip; `evslip import` makes some")

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import FORMATS, codec, open_events
+from evslip.codecs import open_events
+from evslip.codecs.formats import HDF5, format_of, known_suffixes
 from evslip.codecs.source import extent_of
 from evslip.data import record as records
 from evslip.data.footage import Footage, footage_of
@@ -70,7 +71,7 @@ def import_recording(source: str | Path, out: str | Path, how: Importing | None 
     memory until it is written. Raises DataError, ConfigError, StorageError.
     """
     source, out, how = Path(source), Path(out), how or Importing()
-    if FORMATS.get(out.suffix.lower()) != "hdf5":
+    if out.suffix.lower() not in HDF5.suffixes:
         raise DataError(f"{out}: a record is an HDF5 file; its name must end in .h5 or .hdf5")
     made = simulated_elsewhere(source, how) if source.is_dir() else recorded(source, how)
     records.write(out, made)
@@ -227,7 +228,7 @@ def _poses_file(folder: Path) -> Path | None:
 
 
 def _frames(source: Path) -> Iterator[tuple[int, np.ndarray]]:
-    frames = getattr(codec(source), "frames", None)
+    frames = getattr(format_of(source).codec, "frames", None)
     return iter(()) if frames is None else frames(source)
 
 
@@ -259,9 +260,8 @@ def _pictures(folder: Path, t_us: np.ndarray, size: tuple[int, int]) -> Iterator
 
 def _events_of(folder: Path, zero_us: int, footage: Footage | None, how: Importing) -> tuple[Events, str]:
     """A simulator's events, or those that evslip makes of its frames, and where they are from."""
-    files = [
-        folder / f"{name}{suffix}" for name in EVENTS for suffix in FORMATS if (folder / f"{name}{suffix}").is_file()
-    ]
+    names = (folder / f"{name}{suffix}" for name in EVENTS for suffix in known_suffixes())
+    files = [path for path in names if path.is_file()]
     if files:
         source = open_events(files[0])
         stated = source.size

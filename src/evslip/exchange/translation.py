@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from evslip.codecs import FORMATS, LABELS_KEPT, SIZE_LOST, check_suffix, open_events
+from evslip.codecs import format_of, open_events
 from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
 from evslip.data.reading import is_record
@@ -60,8 +60,8 @@ def translate(
     of events that were read. Raises DataError, ConfigError for a part that cannot be, StorageError.
     """
     source, out = Path(source), Path(out)
-    check_suffix(source)
-    check_suffix(out, writing=True)
+    format_of(source)
+    form = format_of(out, writing=True)
     if out.exists() and source.exists() and out.samefile(source):
         raise DataError(f"{out}: is the file that is read; give the new one another name")
     stated = open_events(source)
@@ -76,10 +76,9 @@ def translate(
                 start_us, end_us = start_us if count else int(events.t_us[0]), int(events.t_us[-1])
             count, on = count + events.count, on + int(np.count_nonzero(events.p))
             labelled |= events.body is not None or events.cause is not None
-    module = FORMATS[out.suffix.lower()]
     lost = {
-        "the labels": labelled and module not in LABELS_KEPT,
-        "the sensor's size": module in SIZE_LOST,
+        "the labels": labelled and not form.keeps_labels,
+        "the sensor's size": not form.keeps_size,
         "all of the sample but its events": is_record(source),
     }
     names = tuple(name for name, is_lost in lost.items() if is_lost)

@@ -54,7 +54,7 @@ class Sink(sink.Sink):
         self._waiting = empty_events()
         self._places: list[tuple[int, int, int, int, int, int, int]] = []
         self._begin = len(MAGIC) + len(self._header(-1))
-        self._put(MAGIC + self._header(-1))
+        self.put(MAGIC + self._header(-1))
 
     def push(self, events: Events) -> None:
         """The next events."""
@@ -68,9 +68,9 @@ class Sink(sink.Sink):
         """Complete the file."""
         if self._waiting.count:
             self._packet(self._waiting)
-        self._put(lz4.frame.compress(self._table()))
+        self.put(lz4.frame.compress(self._table()))
         self._file.seek(len(MAGIC))
-        self._put(self._header(self._begin))
+        self.put(self._header(self._begin))
 
     def _packet(self, events: Events) -> None:
         rows = np.zeros(events.count, EVENT)
@@ -79,7 +79,7 @@ class Sink(sink.Sink):
         data = lz4.frame.compress(buffer(b"EVTS", Vector(events.count, rows.tobytes())))
         span = int(events.t_us[0]), int(events.t_us[-1])
         self._places.append((0, 0, len(data), self._begin, events.count, *span))
-        self._put(struct.pack("<iI", 0, len(data)) + data)
+        self.put(struct.pack("<iI", 0, len(data)) + data)
         self._begin += 8 + len(data)
 
     def _header(self, table: int) -> bytes:

@@ -64,7 +64,7 @@ class Sink(sink.Sink):
         check_sides(size, _MOST_COLUMNS, path)
         super().__init__(file, path)
         header = f"% Data file containing CD events.\n% Version 2\n% Height {size[1]}\n% Width {size[0]}\n"
-        self._put(header.encode() + bytes([0x0C, _EVENT.itemsize]))
+        self.put(header.encode() + bytes([0x0C, _EVENT.itemsize]))
 
     def push(self, events: Events) -> None:
         """The next events."""
@@ -72,4 +72,4 @@ class Sink(sink.Sink):
         rows = np.empty(events.count, _EVENT)
         rows["t"] = events.t_us
         rows["place"] = events.x.astype(np.uint32) | events.y.astype(np.uint32) << 14 | events.p.astype(np.uint32) << 28
-        self._put(rows.tobytes())
+        self.put(rows.tobytes())

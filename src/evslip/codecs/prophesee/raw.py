@@ -63,13 +63,13 @@ class Sink(sink.Sink):
             f"% evt {_ENCODINGS[encoding]}\n% format {encoding};height={height};width={width}\n"
             f"% geometry {width}x{height}\n% end\n"
         )
-        self._put(header.encode())
+        self.put(header.encode())
 
     def push(self, events: Events) -> None:
         """The next events."""
         check_times(events, self._latest_us, self._path)
         words = self._encoder.encode(events)
-        self._put(words.astype(words.dtype.newbyteorder("<")).tobytes())
+        self.put(words.astype(words.dtype.newbyteorder("<")).tobytes())
 
 
 def _encoding(fields: dict[str, str], path: Path) -> tuple[str, dict[str, str]]:

@@ -46,10 +46,10 @@ class Sink(sink.Sink):
 
     def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int]):
         super().__init__(file, path)
-        self._put(f"{HEADER}\n".encode())
+        self.put(f"{HEADER}\n".encode())
 
     def push(self, events: Events) -> None:
         """The next events."""
         columns = (events.t_us.tolist(), events.x.tolist(), events.y.tolist(), events.p.astype(int).tolist())
         text = "".join(f"{t},{x},{y},{p}\n" for t, x, y, p in zip(*columns, strict=True))
-        self._put(text.encode())
+        self.put(text.encode())

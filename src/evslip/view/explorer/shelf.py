@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evslip.codecs import check_suffix, raw_source
+from evslip.codecs import format_of, raw_source
 from evslip.data import record
 from evslip.data.reading import is_record, read_recording
 from evslip.data.record import Record
@@ -80,7 +80,7 @@ def _item(samples: Samples, position: int) -> Item:
 def open_recording(path: str | Path) -> Shelf:
     """One file of events of any known format. Raises DataError."""
     path = Path(path)
-    check_suffix(path)
+    format_of(path)
     if not path.is_file():
         raise DataError(f"{path}: no such file; expected a recording")
     if not is_record(path):

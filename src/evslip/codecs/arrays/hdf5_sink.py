@@ -1,4 +1,4 @@
-"""Events into an HDF5 file block by block, in the layout of `hdf5`, so that memory holds one block."""
+"""Events into an HDF5 file block by block, in the layout of `dsec`, so that memory holds one block."""
 
 import io
 from pathlib import Path
@@ -7,7 +7,8 @@ from typing import Any, BinaryIO
 import h5py
 import numpy as np
 
-from evslip.codecs.arrays.hdf5 import put_events
+from evslip.codecs import sink
+from evslip.codecs.arrays.dsec import put_events
 from evslip.events.stream import Events, concatenate
 from evslip.utils import hdf5
 from evslip.utils.atomic import storage_errors
@@ -17,23 +18,22 @@ BLOCK = 1 << 18
 _LATEST = 2**32
 
 
-class Hdf5Stream:
-    """Takes a stream of events in time order, in pieces of any size; `close` completes the file.
+class Sink(sink.Sink):
+    """Writes a stream; one of less than a block is stored as `hdf5.write` does it.
 
-    The labels kept are those that all events of the first block have; later events must have them, too.
-    The bytes depend on the events, not on the pieces. A stream of less than a block is stored as
-    `hdf5.write` does it. `settings`: JSON text for the attribute of that name, if there is any. Raises
-    StorageError when the disk is full: HDF5 itself would take the process down.
+    The labels kept are those that all events of the first block have; later events must have them, too. settings: JSON
+    text for the attribute of that name, if there is any. Raises StorageError when the disk is full: HDF5 itself would
+    take the process down.
     """
 
     def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int], settings: str | None = None):
+        super().__init__(file, path)
         self._disk = _Disk(file)
-        self._path = path
         self._labels: list[str] = []
-        self._file: Any = h5py.File(self._disk, "w", libver=("v110", "v110"), track_times=False)
-        self._file.attrs["width"], self._file.attrs["height"] = size
+        self._hdf5: Any = h5py.File(self._disk, "w", libver=("v110", "v110"), track_times=False)
+        self._hdf5.attrs["width"], self._hdf5.attrs["height"] = size
         if settings is not None:
-            self._file.attrs["settings"] = settings
+            self._hdf5.attrs["settings"] = settings
         self._waiting: list[Events] = []
         self._waits = self._stored = 0
         self._offset = 0
@@ -58,39 +58,39 @@ class Hdf5Stream:
         """Write what is left. The file is complete once this returns."""
         rest = concatenate(self._waiting)
         if self._stored == 0:
-            put_events(self._file, rest)
+            put_events(self._hdf5, rest)
         else:
             if rest.count:
                 self._store(rest)
             self._finish_index()
-            hdf5.put_scalar(self._file, "t_offset", np.int64(self._offset))
-        self._file.close()
+            hdf5.put_scalar(self._hdf5, "t_offset", np.int64(self._offset))
+        self._hdf5.close()
         self._check_disk()
 
     def abandon(self) -> None:
         """Let go of a file that will not be completed."""
         self._disk.refuse()
-        self._file.close()
+        self._hdf5.close()
 
     def _store(self, events: Events) -> None:
         if self._stored == 0:
             first = int(events.t_us[0])
             self._offset = 0 if 0 <= first < _LATEST else first
-            group = self._file.create_group("events")
+            group = self._hdf5.create_group("events")
             for name, dtype in {"x": "u2", "y": "u2", "t": "u4", "p": "u1"}.items():
                 _growing(group, name, dtype)
             self._labels = [name for name in ("body", "cause") if getattr(events, name) is not None]
             for name in self._labels:
                 _growing(group, name, "u1")
-            _growing(self._file, "ms_to_idx", "u8")
+            _growing(self._hdf5, "ms_to_idx", "u8")
         t = events.t_us - self._offset
-        if int(t[-1]) >= _LATEST and "ms_to_idx" in self._file:
+        if int(t[-1]) >= _LATEST and "ms_to_idx" in self._hdf5:
             self._widen()
         columns = {"x": events.x, "y": events.y, "t": t, "p": events.p}
         columns |= {name: getattr(events, name) for name in self._labels}
         for name, values in columns.items():
-            _append(self._file[f"events/{name}"], values)
-        if "ms_to_idx" in self._file:
+            _append(self._hdf5[f"events/{name}"], values)
+        if "ms_to_idx" in self._hdf5:
             self._index(t, int(t[-1]) // 1000)
         self._stored += events.count
         self._check_disk()
@@ -99,21 +99,21 @@ class Hdf5Stream:
         """Where the milliseconds up to `last_ms` begin; t: the times that come after those stored."""
         starts = np.arange(self._indexed_ms, last_ms + 1) * 1000
         if len(starts):
-            _append(self._file["ms_to_idx"], self._stored + np.searchsorted(t, starts))
+            _append(self._hdf5["ms_to_idx"], self._stored + np.searchsorted(t, starts))
             self._indexed_ms = last_ms + 1
 
     def _finish_index(self) -> None:
-        if "ms_to_idx" in self._file:
-            _append(self._file["ms_to_idx"], np.array([self._stored]))
+        if "ms_to_idx" in self._hdf5:
+            _append(self._hdf5["ms_to_idx"], np.array([self._stored]))
 
     def _widen(self) -> None:
         """Times that no longer fit into 32 bits: as int64, without the index, as `put_events` does."""
-        group = self._file["events"]
+        group = self._hdf5["events"]
         narrow = group["t"]
         wide = _growing(group, "wide", "i8")
         for start in range(0, len(narrow), BLOCK):
             _append(wide, narrow[start : start + BLOCK])
-        del group["t"], self._file["ms_to_idx"]
+        del group["t"], self._hdf5["ms_to_idx"]
         group.move("wide", "t")
 
     def _check_disk(self) -> None:
