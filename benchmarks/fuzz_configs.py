@@ -23,7 +23,8 @@ from unittest import mock
 import evslip
 from evslip import cli
 from evslip.config.loading import PRESETS, dump_config, load_config
-from evslip.config.schema import SLIP_KINDS, OneOf, SampleSpec, Within
+from evslip.config.sample import SampleSpec
+from evslip.config.section import OneOf, Within
 from evslip.draws.draw import draw
 from evslip.generation import generate
 
@@ -152,8 +153,7 @@ def plausible(rng: random.Random, section: str, field: str, other: object) -> ob
     names = [limit.names for limit in described.metadata if isinstance(limit, OneOf)] or [
         get_args(described.annotation)
     ]
-    words = [name for name in names[0] if isinstance(name, str)] or (SLIP_KINDS if field == "kind" else ())
-    if words:
+    if words := [name for name in names[0] if isinstance(name, str)]:
         return rng.choice((rng.choice(words), list(words)))
     if within is None:
         return other

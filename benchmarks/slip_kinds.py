@@ -10,7 +10,7 @@ import numpy as np
 
 import evslip
 from evslip.config.loading import parse_override
-from evslip.config.schema import SLIP_KINDS
+from evslip.config.sections.slip import SLIP_KINDS
 from evslip.draws.slip_kinds import shows
 from evslip.physics.truth import Truth
 from evslip.utils.errors import EvslipError

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 import evslip
-from evslip.config.schema import SLIP_KINDS
+from evslip.config.sections.slip import SLIP_KINDS
 from evslip.physics.motion.phases import hanging_phases, phase_bounds_s
 
 TURN, SLIDE, USED, EPISODE = "#c44e00", "#1f77b4", "#888888", "#ffe08a"

@@ -8,7 +8,8 @@ from evslip.utils.version import __version__ as __version__
 if TYPE_CHECKING:
     from evslip import learn
     from evslip.codecs import read_events, write_events
-    from evslip.config.loading import Config, load_config
+    from evslip.config.config import Config
+    from evslip.config.loading import load_config
     from evslip.config.params import Params
     from evslip.data.dataset import Dataset, open_dataset
     from evslip.data.record import Record
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from evslip.utils.errors import EvslipError
 
 _HOME = {
-    "Config": "config.loading",
+    "Config": "config.config",
     "Dataset": "data.dataset",
     "Detector": "learn",
     "EventCamera": "events",

@@ -2,7 +2,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip.config.loading import PRESETS, Config, config_from_text, dump_config, load_config, parse_override
+from evslip.config.config import Config
+from evslip.config.loading import PRESETS, config_from_text, dump_config, load_config, parse_override
 from evslip.utils.errors import ConfigError
 
 

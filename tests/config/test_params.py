@@ -9,13 +9,9 @@ from scipy.stats import kstest
 from evslip.config.distributions import Range, extremes
 from evslip.config.loading import load_config
 from evslip.config.params import Params
-from evslip.config.schema import SampleSpec
+from evslip.config.sample import leaves
 from evslip.draws.draw import draw, grid_size
 from evslip.utils.errors import ConfigError
-
-
-def leaves(params):
-    return {f"{s}.{n}": v for s in SampleSpec.model_fields for n, v in getattr(params, s)}
 
 
 def test_a_draw_depends_on_configuration_split_and_index_alone():

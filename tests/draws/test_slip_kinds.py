@@ -5,7 +5,7 @@ import pytest
 
 import evslip
 from evslip.config.params import Params
-from evslip.config.schema import SLIP_KINDS
+from evslip.config.sections.slip import SLIP_KINDS
 from evslip.draws.slip_kinds import RECIPES, shows
 from evslip.physics.motion.servo_plan import tool_path
 from evslip.physics.onset import onset_mass
@@ -106,7 +106,7 @@ def test_parameters_from_before_the_kinds_are_natural():
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        ({"slip__kind": "fall"}, "slip.kind: 'fall' is unknown, expected one of natural, hold"),
+        ({"slip__kind": "fall"}, "slip.kind: 'fall' is unknown; expected one of natural, hold"),
         ({"slip__kind": ["tilt", "fall"]}, "slip.kind: 'fall' is unknown"),
         ({"slip__kind": "natural", "slip__multiple": 1.0}, "slip.multiple: needs a slip.kind"),
         ({"slip__kind": "tilt", "motion__kind": "shake"}, "slip.kind: 'tilt' needs motion.kind pick_and_place"),

@@ -1,7 +1,7 @@
 import pytest
 
 from evslip.config.loading import load_config
-from evslip.config.schema import keys
+from evslip.config.sample import leaves
 from evslip.utils.units import tell, unit_of
 
 
@@ -24,7 +24,7 @@ def test_values_are_told_with_their_units(name, value, text):
 
 
 def test_every_key_that_ends_in_a_unit_is_known():
-    names = {key.rpartition(".")[2] for key in keys(load_config("simple"))}
+    names = {key.rpartition(".")[2] for key in leaves(load_config("simple"))}
     ends = {name.rpartition("_")[2] for name in names if len(name.rpartition("_")[2]) <= 3 and "_" in name}
     without = {name for name in names if name.rpartition("_")[2] in ends and not unit_of(name)}
     assert without <= {"mesh_fit"}

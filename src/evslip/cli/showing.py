@@ -6,7 +6,7 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.config.loading import Config
+from evslip.config.config import Config
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
 

@@ -104,6 +104,11 @@ def parse_names(raw: Any) -> str | tuple[str, ...]:
     raise ValueError("expected a name or a list of names")
 
 
+def choices(value: Any) -> tuple[Any, ...]:
+    """Entries of a list of choices; anything else is the only choice."""
+    return value if isinstance(value, tuple) else (value,)
+
+
 def extremes(value: Distribution | float) -> tuple[float, float]:
     """The smallest and the largest number that a field can become."""
     if isinstance(value, tuple):

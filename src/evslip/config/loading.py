@@ -5,68 +5,15 @@ import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import Strict, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import ValidationError
 
-from evslip.config.distributions import Names, Number
+from evslip.config.config import Config
 from evslip.config.explanation import explain
-from evslip.config.schema import HOLD, NATURAL, SampleSpec, Within
 from evslip.utils.errors import ConfigError
 
 PRESETS = ("demo", "simple", "complex")
-
-
-class Config(SampleSpec[Number, Names]):
-    """What a data set is drawn from: every field a constant or a distribution."""
-
-    seed: Annotated[int, Strict(), Within(0, 2**63 - 1)] = 0
-    """Everything derives from (seed, split, index). 0 is a seed like any other."""
-    sampling: Literal["grid", "random"] = "random"
-    """Grid: lists are combined exhaustively, in a mixed order. Random: drawn. Ranges are drawn in both."""
-    test_share: Annotated[float, Strict(), Within(0.0, 0.9)] = 0.2
-    """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
-    together: tuple[tuple[str, ...], ...] = ()
-    """Groups of keys whose lists are walked through together, entry by entry, instead of being combined."""
-    slip_fraction: Annotated[float | None, Strict(), Within(0.0, 1.0)] = None
-    """If given, this share of the samples slips: each gets a mass above 1.25 or below 0.85 of its onset mass."""
-
-    @model_validator(mode="after")
-    def _check_groups(self) -> "Config":
-        seen: set[str] = set()
-        for group in self.together:
-            lengths = {}
-            for key in group:
-                section, _, name = key.partition(".")
-                if section not in SampleSpec.model_fields or name not in type(getattr(self, section)).model_fields:
-                    raise _wrong("together", f"{key!r} is unknown, expected keys such as object.texture")
-                if key in seen:
-                    raise _wrong("together", f"{key} occurs twice")
-                seen.add(key)
-                value = getattr(getattr(self, section), name)
-                if isinstance(value, tuple):
-                    lengths[key] = len(value)
-            if len(set(lengths.values())) > 1:
-                counts = ", ".join(f"{key} has {length} entries" for key, length in lengths.items())
-                raise _wrong("together", f"{counts}, expected lists of equal length")
-        return self
-
-    @model_validator(mode="after")
-    def _check_fraction(self) -> "Config":
-        if self.slip_fraction is None:
-            return self
-        kinds = self.slip.kind if isinstance(self.slip.kind, tuple) else (self.slip.kind,)
-        is_able = (HOLD in kinds or self.slip_fraction == 1, any(k != HOLD for k in kinds) or self.slip_fraction == 0)
-        if NATURAL not in kinds and not all(is_able):
-            raise _wrong("slip_fraction", "needs a slip.kind that is natural, or a list of hold and another kind")
-        if self.object.density_kg_m3 is not None:
-            raise _wrong("slip_fraction", "chooses object.mass_kg, so object.density_kg_m3 cannot be given")
-        return self
-
-
-def _wrong(key: str, message: str) -> PydanticCustomError:
-    return PydanticCustomError("within", "{key}|{message}", {"key": key, "message": message})
 
 
 def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None = None) -> Config:

@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from evslip.config.distributions import Constant
 from evslip.config.explanation import explain
-from evslip.config.schema import SampleSpec
+from evslip.config.sample import SampleSpec
 from evslip.utils.errors import DataError
 
 

@@ -3,9 +3,11 @@
 from collections.abc import Iterable
 from typing import Any
 
+from evslip.config.config import Config
 from evslip.config.distributions import Distribution, Range
-from evslip.config.loading import PRESETS, Config, load_config
-from evslip.config.schema import SampleSpec, Section, Within
+from evslip.config.loading import PRESETS, load_config
+from evslip.config.sample import SampleSpec
+from evslip.config.section import Section, Within
 
 
 def parameters_table() -> str:

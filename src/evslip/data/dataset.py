@@ -4,7 +4,8 @@ import functools
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from evslip.config.loading import Config, config_from_text
+from evslip.config.config import Config
+from evslip.config.loading import config_from_text
 from evslip.data.journal import Entry, read_journals
 from evslip.data.layout import CONFIG, JOURNAL, sample_path
 from evslip.data.samples import Listing, Samples

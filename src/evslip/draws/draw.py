@@ -2,10 +2,10 @@
 
 import math
 
+from evslip.config.config import Config
 from evslip.config.distributions import Range
-from evslip.config.loading import Config
 from evslip.config.params import Params
-from evslip.config.schema import SampleSpec
+from evslip.config.sample import SampleSpec
 from evslip.draws import grid, slip_kinds, stratification
 from evslip.draws.draw_plan import make_plan
 from evslip.physics.onset import onset_mass

@@ -3,9 +3,9 @@
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from evslip.config.config import Config
 from evslip.config.distributions import Range
-from evslip.config.loading import Config
-from evslip.config.schema import SampleSpec
+from evslip.config.sample import leaves
 from evslip.draws.splits import TEXTURE, Dimension, divide
 from evslip.scene.textures import library
 from evslip.utils.errors import ConfigError
@@ -41,9 +41,7 @@ def make_plan(config: Config) -> Plan:
 
 @lru_cache(maxsize=64)  # one for each kind of slip and its variants
 def _make_plan(config: Config) -> Plan:
-    given = {
-        f"{section}.{name}": value for section in SampleSpec.model_fields for name, value in getattr(config, section)
-    }
+    given = leaves(config)
     values = {key: _textures(key, value) if key.endswith(f".{TEXTURE}") else value for key, value in given.items()}
     groups = [
         tuple(key for key in group if isinstance(given[key], tuple) and given[key] == values[key])

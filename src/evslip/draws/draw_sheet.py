@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
+from evslip.config.config import Config
 from evslip.config.distributions import Range
-from evslip.config.loading import Config
 from evslip.config.params import Params
-from evslip.config.schema import SampleSpec
+from evslip.config.sample import leaves
 from evslip.draws.draw import draw
 from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.physics.motion.phases import hanging_phases
@@ -31,11 +31,10 @@ def draw_sheet(config: Config, index: int, split: str = "train") -> str:
 
 
 def _rows(config: Config, params: Params) -> Iterator[tuple[str, str, str]]:
-    for section in SampleSpec.model_fields:
-        for name, value in getattr(params, section):
-            if value is not None:
-                given = getattr(getattr(config, section), name)
-                yield f"{section}.{name}", tell(name, value), "" if given == value else _source(name, given)
+    given = leaves(config)
+    for key, value in leaves(params).items():
+        if value is not None:
+            yield key, tell(key, value), "" if given[key] == value else _source(key, given[key])
 
 
 def _source(name: str, given: Any) -> str:

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from evslip.config.loading import Config
+from evslip.config.config import Config
 from evslip.draws import slip_kinds
 from evslip.draws.draw import draw
 from evslip.draws.draw_plan import make_plan

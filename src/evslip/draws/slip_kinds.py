@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from evslip.config.config import Config
 from evslip.config.distributions import Range, extremes
-from evslip.config.loading import Config
 from evslip.config.params import Params
-from evslip.config.schema import NATURAL
+from evslip.config.sections.slip import NATURAL
 from evslip.draws import stratification
 from evslip.physics.motion.phases import hanging_phases
 from evslip.physics.onset import onset_mass

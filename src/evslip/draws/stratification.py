@@ -1,9 +1,11 @@
 """A wanted share of samples that slip, each by its own onset mass."""
 
+from evslip.config.config import Config
 from evslip.config.distributions import extremes
-from evslip.config.loading import Config
 from evslip.config.params import Params
-from evslip.config.schema import HOLD, NATURAL, ObjectSpec, Within
+from evslip.config.section import Within
+from evslip.config.sections.object import ObjectSpec
+from evslip.config.sections.slip import NATURAL, NO_SLIP
 from evslip.physics.onset import onset_mass
 from evslip.utils.errors import ConfigError
 from evslip.utils.seeds import generator
@@ -33,7 +35,7 @@ def kinds(config: Config, index: int, split: str) -> str | tuple[str, ...]:
     slips, given = shall_slip(config, index, split), config.slip.kind
     if slips is None or isinstance(given, str):
         return given
-    fitting = tuple(kind for kind in given if kind == NATURAL or (kind != HOLD) == slips)
+    fitting = tuple(kind for kind in given if kind == NATURAL or (kind != NO_SLIP) == slips)
     return fitting[0] if len(fitting) == 1 else fitting
 
 

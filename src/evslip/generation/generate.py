@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from evslip.config.loading import Config, config_from_text, dump_config, load_config
+from evslip.config.config import Config
+from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.config.params import Params
 from evslip.data import building, dataset, split_plan
 from evslip.data.record import Record, encode, provenance

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
-from evslip.config.schema import LightSpec
+from evslip.config.sections.light import LightSpec
 from evslip.data.record import Record
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth

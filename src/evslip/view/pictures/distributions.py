@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from evslip.config.loading import Config
+from evslip.config.config import Config
 from evslip.config.params import Params
-from evslip.config.schema import keys
+from evslip.config.sample import leaves
 from evslip.draws.draw import draw
 from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.physics.onset import onset_mass
@@ -31,7 +31,9 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
     if path.suffix.lower() != ".png":
         raise ConfigError(f"plot: {str(path)!r} has no suffix .png")
     drawn = {split: [draw(config, index, split) for index in range(count)] for split, count in counts.items()}
-    columns = {key: {split: [value_of(p, key) for p in some] for split, some in drawn.items()} for key in keys(config)}
+    columns = {
+        key: {split: [value_of(p, key) for p in some] for split, some in drawn.items()} for key in leaves(config)
+    }
     varied = {key: column for key, column in columns.items() if len({v for some in column.values() for v in some}) > 1}
     if not varied:
         raise ConfigError("plot: nothing varies in this configuration")

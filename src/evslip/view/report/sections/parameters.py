@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evslip.config.schema import keys
+from evslip.config.sample import leaves
 from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.utils.units import SMALL, unit_of
 from evslip.view.pictures.distributions import BINS, COLORS, grouping, value_of
@@ -22,7 +22,7 @@ def parameters(found: Sequence[Surveyed]) -> str:
         return ""
     splits = [split for split in COLORS if any(sample.split == split for sample in samples)]
     charts = {}
-    for key in keys(samples[0].params):
+    for key in leaves(samples[0].params):
         column = {
             split: [value_of(s.params, key) for s in samples if s.params is not None and s.split == split]
             for split in splits

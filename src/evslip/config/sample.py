@@ -1,0 +1,41 @@
+"""Every parameter of a sample.
+
+The same fields serve twice: in a `Config` a field may hold a distribution, in `Params` it holds the value drawn.
+"""
+
+from typing import Any, Generic
+
+from pydantic import Field
+
+from evslip.config.section import N, S, Section
+from evslip.config.sections.camera import CameraSpec
+from evslip.config.sections.grip import GripSpec
+from evslip.config.sections.light import LightSpec
+from evslip.config.sections.motion import MotionSpec
+from evslip.config.sections.object import ObjectSpec
+from evslip.config.sections.render import RenderSpec
+from evslip.config.sections.robot import RobotSpec
+from evslip.config.sections.sensor import SensorSpec
+from evslip.config.sections.slip import SlipSpec
+from evslip.config.sections.surroundings import BackgroundSpec, SurfaceSpec
+
+
+class SampleSpec(Section, Generic[N, S]):
+    """All of one sample."""
+
+    object: ObjectSpec[N, S]
+    grip: GripSpec[N, S]
+    surface: SurfaceSpec[N, S]
+    background: BackgroundSpec[N, S]
+    light: LightSpec[N, S]
+    robot: RobotSpec = RobotSpec()
+    motion: MotionSpec[N, S]
+    camera: CameraSpec[N, S]
+    sensor: SensorSpec[N, S]
+    render: RenderSpec[N, S]
+    slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
+
+
+def leaves(spec: SampleSpec) -> dict[str, Any]:
+    """Every key of a sample, "section.name", and what it holds, in their order."""
+    return {f"{section}.{name}": value for section in SampleSpec.model_fields for name, value in getattr(spec, section)}

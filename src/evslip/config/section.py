@@ -1,0 +1,67 @@
+"""A section of the parameters: typed fields with units, limits, and lists of the names that they may hold."""
+
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic_core import PydanticCustomError
+
+from evslip.config.distributions import choices, extremes
+
+N = TypeVar("N")
+"""Number in Params, distribution in a Config."""
+S = TypeVar("S")
+"""Name in Params, name or choices in a Config."""
+
+
+def usual(value: float | str) -> Any:
+    """A default, typed so that it fits values and distributions alike."""
+    return value
+
+
+def wrong(key: str, expected: str) -> PydanticCustomError:
+    """An error of one field of a section, as `evslip.config.explanation.explain` tells it."""
+    return PydanticCustomError("within", "{key}|{expected}", {"key": key, "expected": expected})
+
+
+@dataclass(frozen=True)
+class Within:
+    """Physical limits of a field; checked at both ends of a distribution."""
+
+    low: float
+    high: float
+    reason: str = ""
+
+    def check(self, name: str, value: Any) -> None:
+        low, high = extremes(value)
+        if low < self.low or high > self.high:
+            bad = low if low < self.low else high
+            reason = f"; {self.reason}" if self.reason else ""
+            raise wrong(name, f"{bad:g} is out of range, expected {self.low:g} to {self.high:g}{reason}")
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """The names that a field may hold."""
+
+    names: tuple[str, ...]
+
+    def check(self, name: str, value: Any) -> None:
+        for choice in choices(value):
+            if choice not in self.names:
+                raise wrong(name, f"{choice!r} is unknown; expected one of {', '.join(self.names)}")
+
+
+class Section(BaseModel):
+    """Frozen fields; the docstring of each is its line in docs/parameters.md."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    @model_validator(mode="after")
+    def _check_limits(self) -> "Section":
+        for name, field in type(self).model_fields.items():
+            value = getattr(self, name)
+            for limit in field.metadata:
+                if isinstance(limit, Within | OneOf) and value is not None:
+                    limit.check(name, value)
+        return self

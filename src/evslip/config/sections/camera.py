@@ -1,0 +1,52 @@
+"""The camera: where it sits, what its lens and its pixels are."""
+
+from typing import Annotated, Generic, Literal
+
+from pydantic import Strict
+
+from evslip.config.section import N, OneOf, S, Section, Within, usual
+
+
+class CameraSpec(Section, Generic[N, S]):
+    """The event camera, fixed to the hand."""
+
+    mount: Annotated[S, OneOf(("side", "front", "custom"))] = usual("side")
+    """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m,
+    y_m, z_m, looks at the tool centre."""
+    x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """Position in the hand's frame, added to the mount's, which is (0, 0.27, 0.13) for side, (0.27, 0, 0.13) for front
+    and 0 for custom: in the image plane of side,"""
+    y_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... along the closing axis,"""
+    z_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
+    """... and the way that the fingers point; the tool centre is at 0.1034. A small range of each is a jitter."""
+    yaw_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """Turn of the camera against its mount: to its right,"""
+    pitch_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
+    """... then up,"""
+    roll_deg: Annotated[N, Within(-180.0, 180.0)] = usual(0.0)
+    """... then clockwise, seen from behind."""
+    width: Annotated[int, Strict(), Within(16, 4096)] = 346
+    """Columns."""
+    height: Annotated[int, Strict(), Within(16, 4096)] = 260
+    """Rows."""
+    fov_deg: Annotated[N, Within(5.0, 120.0)]
+    """Horizontal field of view, of the undistorted image."""
+    k1: Annotated[N, Within(-1.0, 1.0)] = usual(0.0)
+    """Radial distortion, as OpenCV's: the term in r^2, negative for a barrel,"""
+    k2: Annotated[N, Within(-1.0, 1.0)] = usual(0.0)
+    """... and in r^4."""
+    p1: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """Tangential distortion, as OpenCV's: mostly along the columns,"""
+    p2: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
+    """... and along the rows."""
+    vignetting: Annotated[N, Within(0.0, 4.0)] = usual(0.0)
+    """How much darker the image's edge is: light at an angle to the axis counts cos(angle)^(4 vignetting). 0 is not at
+    all, 1 the natural law."""
+    defocus_px: Annotated[N, Within(0.0, 20.0)] = usual(0.0)
+    """Standard deviation of a Gaussian blur over all of the image, in pixels of an image of this width."""
+    exposure: Literal["sample", "absolute"] = "sample"
+    """Sample: the median luminance of the first held frame becomes 0.25 of white, as an aperture set once would.
+    Absolute: white is white_cd_m2."""
+    white_cd_m2: Annotated[N, Within(1e-6, 1e10)]
+    """Luminance of white when the exposure is absolute."""
