@@ -94,6 +94,7 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["status", "OUT"], ["OUT"]),
         (["verify", "OUT"], ["OUT"]),
         (["windows", "OUT", "w.h5"], ["OUT"]),
+        (["windows", "w.h5"], ["w.h5", "one or more data sets"]),
         (["train", "OUT/w.h5", "OUT/model"], ["w.h5"]),
         (["evaluate", "OUT/model", "OUT/w.h5"], ["OUT"]),
         (["report", "OUT"], ["OUT"]),

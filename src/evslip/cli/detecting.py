@@ -11,8 +11,7 @@ from evslip.utils.errors import ConfigError
 
 
 def windows(
-    dataset: Positional[Path],
-    out: Positional[Path],
+    datasets_and_out: Annotated[Positional[tuple[Path, ...]], arg(metavar="DATASET... OUT")],
     *,
     split: Split | None = None,
     length_s: float = 0.16,
@@ -27,12 +26,12 @@ def windows(
     visualize: Path | None = None,
     vt_snn: Path | None = None,
 ) -> None:
-    """Cut a data set, or imported recordings, into labelled windows.
+    """Cut data sets, or imported recordings, into labelled windows.
 
     Args:
-        dataset: Folder of the data set, or of imported recordings, or one record. Recordings have windows where a
-            person's labels say slip or hold.
-        out: HDF5 file to write.
+        datasets_and_out: Folders of data sets, or of imported recordings, or single records; then the HDF5 file to
+            write. Recordings have windows where a person's labels say slip or hold. Of several, windows carry the name
+            of their folder, and all must be from sensors of one size.
         split: Only this split; default: all there is.
         length_s: Length of a window.
         hop_s: From one window's start to the next one's.
@@ -50,23 +49,26 @@ def windows(
     """
     from evslip.data.recordings import open_samples
     from evslip.exchange.vt_snn import export_windows
-    from evslip.utils.errors import ConfigError
+    from evslip.windows.cutting import windows_of
+    from evslip.windows.mixture import mixture
     from evslip.windows.window_set import WindowSettings
 
+    *datasets, out = datasets_and_out
+    if not datasets:
+        raise ConfigError(f"windows: {out} alone is named; expected one or more data sets, then the file to write")
     settings = WindowSettings(
         length_s=length_s, hop_s=hop_s, labels=labels, slip_deg=slip_deg, hold_deg=hold_deg, slip_mm=slip_mm,
         hold_mm=hold_mm, balance=balance, seed=seed,
     )  # fmt: skip
-    samples = open_samples(dataset)
-    if split is not None:
-        samples = samples.split(split)
-    if visualize is not None and not samples.splits:
-        raise ConfigError(f"visualize: {dataset} is no data set of simulated samples, whose frames can be drawn")
+    sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]
+    if visualize is not None and (len(sets) > 1 or not sets[0].splits):
+        which = "several are given" if len(sets) > 1 else f"{datasets[0]} is none"
+        raise ConfigError(f"visualize: expected one data set of simulated samples, whose frames can be drawn; {which}")
     if visualize is not None:
         from evslip.view.pictures.window_pictures import check_folder
 
         check_folder(visualize)
-    cut = samples.windows(settings)
+    cut = windows_of(mixture(sets), settings)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")
     if vt_snn is not None:
@@ -75,7 +77,7 @@ def windows(
         from evslip.view.pictures.window_pictures import write_windows
 
         with progress_bar("windows", len(cut)) as advance:
-            write_windows(visualize, cut, samples, advance)
+            write_windows(visualize, cut, sets[0], advance)
 
 
 def train(

@@ -21,6 +21,7 @@ from evslip.learn.scores import bootstrap, tally
 from evslip.learn.scores.metrics import Metrics, measured
 from evslip.utils.errors import ConfigError
 from evslip.windows.alignment import Align
+from evslip.windows.mixture import plain_name
 from evslip.windows.window_set import HOLD, SLIP
 
 HOP_S = 0.02
@@ -204,7 +205,8 @@ def _notes(found: Answers, own: Alarms | None, records: int, description: Descri
     ]
     if missing and found.hop_us:
         notes.append(f"the records do not tell: {', '.join(missing)}")
-    seen = set(description.training.get("validation_trajectories", [])) & {track.name for track in found.tracks}
+    validated = {plain_name(name) for name in description.training.get("validation_trajectories", [])}
+    seen = validated & {plain_name(track.name) for track in found.tracks}
     if seen:
         notes.append(
             f"{len(seen)} trajectories are called as some it was validated on; if they are the same, it is flattered"
