@@ -75,7 +75,7 @@ def converged(traj: Trajectory, times_us: np.ndarray) -> Iterator[Image]:
         renderer.SPREAD = SPREAD
 
 
-def film(frames: Iterator[Image], size: tuple[int, int]) -> tuple[list[Events], int]:
+def filmed(frames: Iterator[Image], size: tuple[int, int]) -> tuple[list[Events], int]:
     """The events of every camera, and the number of frames."""
     cameras = [EventCamera(name, size=size, leak_rate_hz=0.0, shot_rate_hz=0.0) for name in CAMERAS]
     parts: list[list[Events]] = [[] for _ in cameras]
@@ -124,9 +124,9 @@ def main() -> None:
         size = (hand_camera(traj.params).width, hand_camera(traj.params).height)
         for name, (start, end) in pieces(traj, round(1e6 * options.window)).items():
             times = np.arange(start, end + 1, STEP_US * options.every)
-            truth, _ = film(converged(traj, times), size)
-            close, _ = film(dense(traj, times), size)
-            quick, frames = film(fast(traj, start, int(times[-1])), size)
+            truth, _ = filmed(converged(traj, times), size)
+            close, _ = filmed(dense(traj, times), size)
+            quick, frames = filmed(fast(traj, start, int(times[-1])), size)
             for k, camera in enumerate(CAMERAS):
                 found = [
                     differences(quick[k], truth[k]),

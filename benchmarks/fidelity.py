@@ -33,11 +33,11 @@ from evslip.physics.trajectory import Trajectory
 from evslip.rendering import exposure_scale, recorded_span
 from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.lens import SPREAD, Lens
+from evslip.rendering.pathtrace.mitsuba_scene import MitsubaScene
 from evslip.rendering.pathtrace.parts import TABLE
-from evslip.rendering.pathtrace.stage import Stage
 from evslip.rendering.pathtrace.tracer import Pathtracer
 from evslip.rendering.pathtrace.variant import SCALAR, describe, mitsuba
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.layers import SHARE
 from evslip.rendering.raycast.renderer import Raycaster
 from evslip.rendering.raycast.setting import LUMA, channel_of, make_lamp
@@ -99,10 +99,10 @@ def offset(found: np.ndarray, true: np.ndarray) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def true_cover(stage: Stage, poses: Poses, camera: Camera) -> np.ndarray:
+def true_cover(scene: MitsubaScene, poses: ScenePoses, camera: Camera) -> np.ndarray:
     """Share of each pixel in which object, hand or fingers are in front, by GRID x GRID rays."""
     mi: Any = mitsuba()
-    stage.show(poses, 0)
+    scene.show(poses, 0)
     steps = (np.arange(GRID) + 0.5) / GRID
     x = ((np.arange(camera.width)[:, None] + steps).ravel() - camera.width / 2) / camera.focal_px
     y = (camera.height / 2 - (np.arange(camera.height)[:, None] + steps).ravel()) / camera.focal_px
@@ -110,22 +110,22 @@ def true_cover(stage: Stage, poses: Poses, camera: Camera) -> np.ndarray:
     rays = np.stack([x, y, -np.ones_like(x)]).reshape(3, -1)
     rays = poses.camera_rotation[0] @ (rays / np.linalg.norm(rays, axis=0))
     origin = np.repeat(poses.camera_position[0][:, None], rays.shape[1], 1)
-    found = stage.scene.ray_intersect(mi.Ray3f(mi.Point3f(origin), mi.Vector3f(rays)))
+    found = scene.scene.ray_intersect(mi.Ray3f(mi.Point3f(origin), mi.Vector3f(rays)))
     near = mi.Bool(False)
-    for shape in stage.scene.shapes():
+    for shape in scene.scene.shapes():
         if shape.id().split("_")[0] in ("object", "hand", "left", "right"):
             near |= found.shape == mi.ShapePtr(shape)
     near = np.array(near & found.is_valid()).reshape(camera.height, GRID, camera.width, GRID)
     return near.mean((1, 3))
 
 
-def fast_cover(artist: Raycaster, poses: Poses) -> np.ndarray:
+def fast_cover(raycaster: Raycaster, poses: ScenePoses) -> np.ndarray:
     """The same share, as the fast renderer has it after `draw`."""
-    layers = artist._opening(poses.travel_m[0]).layers
-    share = np.zeros(artist.camera.width * artist.camera.height)
+    layers = raycaster._opening(poses.travel_m[0]).layers
+    share = np.zeros(raycaster.camera.width * raycaster.camera.height)
     pixels = np.repeat(layers.pixels, np.diff(layers.starts))
     np.add.at(share, pixels, layers.fragments[SHARE])
-    return 1 - (1 - artist._body.total) * (1 - np.minimum(share, 1).reshape(artist._body.total.shape))
+    return 1 - (1 - raycaster._body.total) * (1 - np.minimum(share, 1).reshape(raycaster._body.total.shape))
 
 
 def lamp_alone(params: Params, white: str) -> Params:
@@ -138,7 +138,7 @@ def lamp_alone(params: Params, white: str) -> Params:
     )
 
 
-def open_lamp(params: Params, camera: Camera, poses: Poses) -> np.ndarray:
+def open_lamp(params: Params, camera: Camera, poses: ScenePoses) -> np.ndarray:
     """What the white table would send under the lamp alone if nothing hid it, by the fast renderer's formula."""
     lamp, turn, place = make_lamp(params), poses.camera_rotation[0], poses.camera_position[0]
     rays = camera.rays() @ turn.T
@@ -148,13 +148,13 @@ def open_lamp(params: Params, camera: Camera, poses: Poses) -> np.ndarray:
     return lamp.luminance * lamp.radius_m**2 * way[..., 2] / distance**3
 
 
-def shadow_error(traj: Trajectory, camera: Camera, poses: Poses, bodies: np.ndarray, white: str) -> float:
+def shadow_error(traj: Trajectory, camera: Camera, poses: ScenePoses, bodies: np.ndarray, white: str) -> float:
     """Distance between the shadows' edges on the table, in pixels; nan where there are none."""
     params = lamp_alone(traj.params, white)
     lens, travel = Lens(params, camera), float(poses.travel_m[0])
-    stage = Stage(params, lens.pinhole, bounces=2)
-    shadowed = _direct(stage, poses, lens, 2 * params.render.spp)
-    bare = Stage(params, lens.pinhole, bounces=2, frames=(TABLE,))
+    scene = MitsubaScene(params, lens.pinhole, bounces=2)
+    shadowed = _direct(scene, poses, lens, 2 * params.render.spp)
+    bare = MitsubaScene(params, lens.pinhole, bounces=2, frames=(TABLE,))
     unshadowed = _direct(bare, poses, lens, 2 * params.render.spp)
     fast = Raycaster(params, camera, travel).draw(poses, 0)[0]
     open_to_lamp = open_lamp(params, camera, poses)
@@ -166,23 +166,23 @@ def shadow_error(traj: Trajectory, camera: Camera, poses: Poses, bodies: np.ndar
     return error if length > LEAST_EDGE_PX else float("nan")
 
 
-def _direct(stage: Stage, poses: Poses, lens: Lens, spp: int) -> np.ndarray:
-    stage.show(poses, 0)
-    return lens.form(stage.render(spp).mean(-1), 1.0, SPREAD)
+def _direct(scene: MitsubaScene, poses: ScenePoses, lens: Lens, spp: int) -> np.ndarray:
+    scene.show(poses, 0)
+    return lens.form(scene.render(spp).mean(-1), 1.0, SPREAD)
 
 
 def compare(traj: Trajectory, camera: Camera, t_us: int, white: str) -> tuple[Row, np.ndarray]:
     """The measures of one instant, and a picture: fast, traced, and their difference in ln luminance from -1 to 1."""
-    params, poses = traj.params, Poses(traj, camera, np.array([t_us]))
+    params, poses = traj.params, ScenePoses(traj, camera, np.array([t_us]))
     travel = float(poses.travel_m[0])
     fast, tracer = Raycaster(params, camera, travel), Pathtracer(params, camera, travel)
     scale = exposure_scale(fast, traj, camera, recorded_span(traj)[0])
     a, bodies = fast.draw(poses, 0, scale)
-    cover, stage = fast_cover(fast, poses), tracer.stage
+    cover, scene = fast_cover(fast, poses), tracer.scene
     traced = tracer.color(poses, 0, scale)
     b = channel_of(traced, LUMA)
     armless = Pathtracer(params, camera, travel, arm=False).draw(poses, 0, scale)[0]
-    true = true_cover(stage, poses, camera)
+    true = true_cover(scene, poses, camera)
     edge, _ = apart(cover, true)
     bias = tuple(
         float((log(a) - log(b))[bodies == k].mean()) if (bodies == k).any() else float("nan")

@@ -14,10 +14,10 @@ from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.events.frame import BODIES, GRIPPER, OBJECT
 from evslip.physics.simulation import simulate
-from evslip.rendering import exposure_scale, frame_times, make_artist, recorded_span
+from evslip.rendering import exposure_scale, frame_times, make_renderer, recorded_span
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.pathtrace.keyframes import plan
-from evslip.rendering.poses import Poses
+from evslip.rendering.pathtrace.keyframes import plan_keyframes
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.timing.schedule import image_motion
 from evslip.utils.errors import EvslipError
 
@@ -30,8 +30,8 @@ def main(preset: str = "complex", index: str = "3", time_s: str = "2.57", *paths
     fast = simulate(draw(load_config(preset), int(index), "test"))
     camera, span = hand_camera(fast.params), recorded_span(fast)
     times = frame_times(fast, *span, camera=camera)
-    motion = image_motion(Poses(fast, camera, times), camera.pinhole(), fast.params)
-    traced = times[plan(motion, fast.params.render.key_motion_px).keys]
+    motion = image_motion(ScenePoses(fast, camera, times), camera.pinhole(), fast.params)
+    traced = times[plan_keyframes(motion, fast.params.render.key_motion_px).keys]
     first = np.searchsorted(traced, float(time_s) * 1e6)
     if first > len(traced) - FRAMES:
         raise ValueError(f"TIME_S: {time_s} is too late, expected at most {traced[-FRAMES] / 1e6:g}")
@@ -40,10 +40,10 @@ def main(preset: str = "complex", index: str = "3", time_s: str = "2.57", *paths
     for spp in (None, *counts):
         keys = {} if spp is None else {"render.renderer": "pathtrace", "render.spp": spp}
         traj = fast._replace(params=draw(load_config(preset, keys), int(index), "test"))
-        artist = make_artist(None, traj, camera, span)
-        poses = Poses(traj, camera, traced[first : first + FRAMES])
-        scale = exposure_scale(artist, traj, camera, span[0])
-        pictures, bodies = zip(*(artist.draw(poses, k, scale) for k in range(len(poses.travel_m))), strict=True)
+        raycaster = make_renderer(None, traj, camera, span)
+        poses = ScenePoses(traj, camera, traced[first : first + FRAMES])
+        scale = exposure_scale(raycaster, traj, camera, span[0])
+        pictures, bodies = zip(*(raycaster.draw(poses, k, scale) for k in range(len(poses.travel_m))), strict=True)
         changes = np.abs(np.diff(np.log(np.array(pictures) + 0.01), axis=0))
         for body in (OBJECT, GRIPPER):
             found = changes[:, np.all(np.array(bodies) == body, 0)]

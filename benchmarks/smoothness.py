@@ -20,7 +20,7 @@ from evslip.draws.draw import draw
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.lens import SPREAD, expose
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast import renderer
 from evslip.rendering.raycast.renderer import Raycaster
 
@@ -68,14 +68,14 @@ def standing(params: Params, frames: int, motion: str) -> Trajectory:
 def frames_of(params: Params, traj: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Log luminance, body indices and the object's coverage of every frame, each (frames, height, width)."""
     camera = hand_camera(params)
-    poses = Poses(traj, camera, traj.t_us)
-    artist = Raycaster(params, camera, float(poses.travel_m[0]))
+    poses = ScenePoses(traj, camera, traj.t_us)
+    raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
     logs, bodies, totals = [], [], []
     for index in range(len(traj.t_us)):
-        luminance, body = artist.draw(poses, index)
+        luminance, body = raycaster.draw(poses, index)
         logs.append(np.log(luminance))
         bodies.append(body)
-        totals.append(artist._body.total.copy())
+        totals.append(raycaster._body.total.copy())
     return np.array(logs), np.array(bodies), np.array(totals)
 
 
@@ -83,11 +83,11 @@ def converged(params: Params, traj: Trajectory) -> np.ndarray:
     """Log luminance (frames, height, width) from FINE x FINE pixels for each one, with the same lens."""
     camera = hand_camera(params)
     fine = hand_camera(params, (camera.width * FINE, camera.height * FINE))
-    poses = Poses(traj, fine, traj.t_us)
+    poses = ScenePoses(traj, fine, traj.t_us)
     renderer.SPREAD = np.float32(0)
-    artist, logs = Raycaster(params, fine, float(poses.travel_m[0])), []
+    raycaster, logs = Raycaster(params, fine, float(poses.travel_m[0])), []
     for index in range(len(traj.t_us)):
-        luminance = artist.draw(poses, index)[0].reshape(camera.height, FINE, camera.width, FINE).mean((1, 3))
+        luminance = raycaster.draw(poses, index)[0].reshape(camera.height, FINE, camera.width, FINE).mean((1, 3))
         spread = np.empty_like(luminance)
         expose(luminance, np.float32(1), SPREAD, np.empty_like(luminance), spread)
         logs.append(np.log(spread))

@@ -18,7 +18,7 @@ from evslip.draws.draw import draw
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.outputs import OUTPUTS, Outputs
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
 from evslip.scene.textures.library import linear_to_srgb
 
@@ -51,7 +51,7 @@ def pose(params: Params, held: bool) -> Trajectory:
 def picture(params: Params, traj: Trajectory) -> np.ndarray:
     """sRGB uint8 of shape (height, width, 3), with the median at a quarter of white."""
     camera = hand_camera(params)
-    poses = Poses(traj, camera, traj.t_us[:1])
+    poses = ScenePoses(traj, camera, traj.t_us[:1])
     travel = float(poses.travel_m[0])
     linear = np.stack([Raycaster(params, camera, travel, channel).draw(poses, 0)[0] for channel in range(3)], -1)
     return np.round(linear_to_srgb(linear * (0.25 / np.median(linear))) * 255).astype(np.uint8)
@@ -60,7 +60,7 @@ def picture(params: Params, traj: Trajectory) -> np.ndarray:
 def enlarged(image: np.ndarray, traj: Trajectory, params: Params) -> np.ndarray:
     """The piece around the object's lower left corner, enlarged without smoothing."""
     camera = hand_camera(params)
-    poses = Poses(traj, camera, traj.t_us[:1])
+    poses = ScenePoses(traj, camera, traj.t_us[:1])
     corner = np.array([params.object.width_m / 2, 0.0, -params.object.height_m / 2])
     world = poses.object_position[0] + poses.object_rotation[0] @ corner
     x, y, _ = camera.project((world - poses.camera_position[0]) @ poses.camera_rotation[0])
@@ -100,7 +100,7 @@ def lens_figure() -> np.ndarray:
         above.append(picture(params, pose(params, held=True)))
     params = draw(load_config("simple", scene), 0)
     traj, camera = moving(pose(params, held=True)), hand_camera(params)
-    _, bodies = Raycaster(params, camera, float(traj.joints[0, 7])).draw(Poses(traj, camera, traj.t_us[:1]), 0)
+    _, bodies = Raycaster(params, camera, float(traj.joints[0, 7])).draw(ScenePoses(traj, camera, traj.t_us[:1]), 0)
     shades = np.array([[40, 40, 40], [110, 90, 60], [220, 60, 50], [70, 120, 210]], np.uint8)
     below = [shades[bodies], *coloured(Outputs(traj, camera, OUTPUTS).at(500))]
     return np.concatenate([np.concatenate(above, 1), np.concatenate(below, 1)])

@@ -11,7 +11,7 @@ from numba import njit
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera, hand_camera
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast import renderer
 from evslip.rendering.raycast.renderer import Raycaster
 from evslip.rendering.shading.ambient import Ambient
@@ -210,13 +210,13 @@ def compare(params, traj, at_us, monkeypatch, shape=None):
     monkeypatch.setattr(renderer, "SPREAD", np.float32(0))
     monkeypatch.setattr(renderer, "cast", partial(_cast_openly, renderer.cast))
     camera = hand_camera(params)
-    poses = Poses(traj, camera, np.array([at_us]))
-    artist = Raycaster(params, camera, float(poses.travel_m[0]))
-    image, bodies = artist.draw(poses, 0)
-    opening = artist._openings.at(float(poses.travel_m[0]))
+    poses = ScenePoses(traj, camera, np.array([at_us]))
+    raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
+    image, bodies = raycaster.draw(poses, 0)
+    opening = raycaster._openings.at(float(poses.travel_m[0]))
     truth = luminance(
         params, camera, (poses.camera_position[0], poses.camera_rotation[0]),
-        (poses.object_position[0], poses.object_rotation[0]), opening.boxes, artist.setting.ambient,
+        (poses.object_position[0], poses.object_rotation[0]), opening.boxes, raycaster.setting.ambient,
         shape=shape,
     )  # fmt: skip
     free = np.ones(image.size, bool)

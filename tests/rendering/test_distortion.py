@@ -8,7 +8,7 @@ from evslip.draws.draw import draw
 from evslip.rendering import frame_times
 from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.distortion import Distortion
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.utils.errors import ConfigError
 from lenses import BARREL, PINCUSHION
 from made_up import still
@@ -91,7 +91,7 @@ def test_no_point_of_the_table_moves_farther_than_the_limit_under_a_pincushion()
         poses[:, 0] += 0.1 * traj.t_us * 1e-6
     assert camera.stretch() > 1.1
     times = frame_times(traj, 0, 1_000_000, max_motion_px=0.5)
-    poses = Poses(traj, camera, times)
+    poses = ScenePoses(traj, camera, times)
     x, y = np.meshgrid(np.linspace(0.2, 0.8, 41), np.linspace(-0.1, 0.5, 61))
     world = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
     local = (world - poses.camera_position[:, None]) @ poses.camera_rotation

@@ -7,8 +7,8 @@ from evslip.draws.draw import draw
 from evslip.events.frame import OBJECT, SURFACE
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.lens import SPREAD, Lens, gaussian
-from evslip.rendering.outputs import Sight
-from evslip.rendering.poses import Poses
+from evslip.rendering.outputs import PixelRays
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
 from lenses import BARREL, PINCUSHION
 from made_up import turning
@@ -22,7 +22,7 @@ def sample(**lens):
 
 def drawn(params, at_us=600_000):
     traj, camera = turning(params), hand_camera(params)
-    return Raycaster(params, camera, 0.02).draw(Poses(traj, camera, np.array([at_us])), 0)
+    return Raycaster(params, camera, 0.02).draw(ScenePoses(traj, camera, np.array([at_us])), 0)
 
 
 def noise(shape):
@@ -69,7 +69,7 @@ def test_bodies_are_where_rays_through_the_lens_meet_them(lens):
     _, bodies = drawn(params)
     traj = turning(params)
     camera = hand_camera(params)
-    depth, _, part = Sight(params, camera).cast(Poses(traj, camera, np.array([600_000])), 0)
+    depth, _, part = PixelRays(params, camera).cast(ScenePoses(traj, camera, np.array([600_000])), 0)
     assert np.all(depth > 0)
     for body, kind in ((OBJECT, 3), (SURFACE, 4)):
         assert np.mean((bodies == body) != (part == kind)) < 0.01

@@ -12,7 +12,7 @@ from evslip.events.frame import Frame
 from evslip.rendering import OUTPUTS, render
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.hand import assemble
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.scene.shapes import surface_of
 from evslip.utils.errors import ConfigError
 from lenses import BARREL
@@ -41,7 +41,7 @@ def outputs_at(traj, at_us) -> Any:
 def traced(params, traj, at_us):
     """Depth and normal by testing every ray against every triangle or formula; background: inf and 0."""
     camera = hand_camera(params)
-    poses = Poses(traj, camera, np.array([at_us]))
+    poses = ScenePoses(traj, camera, np.array([at_us]))
     origin, turn = poses.camera_position[0], poses.camera_rotation[0]
     rays = camera.rays().reshape(-1, 3)
     d = rays @ turn.T

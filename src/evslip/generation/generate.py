@@ -23,7 +23,7 @@ from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.truth import measure
-from evslip.rendering import render
+from evslip.rendering import render_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
 from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
@@ -87,7 +87,7 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
     except (GraspFailed, PlanRejected) as failure:
         return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
     with watch.stage("events"):
-        frames = _Frames(render(trajectory, start_us=truth.span_us[0], end_us=truth.span_us[1]))
+        frames = _Frames(render_span(trajectory, truth.span_us))
         events = camera_for(params).run(frames)
     watch.seconds["frames"] += frames.seconds
     watch.seconds["events"] -= frames.seconds

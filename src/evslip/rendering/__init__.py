@@ -14,7 +14,7 @@ from evslip.events.frame import Frame
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera, scene_camera
 from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.timing.schedule import check_span, frame_times
 from evslip.scene.textures.library import linear_to_srgb
 from evslip.utils.errors import ConfigError
@@ -26,11 +26,11 @@ RENDERERS = {
     "pathtrace": "evslip.rendering.pathtrace.tracer:Pathtracer",
 }
 """Name -> module:class. A renderer is made from (params, camera, held finger travel) and draws poses: `draw` gives
-luminance and body indices of one, `film` of all in turn, `color` linear RGB."""
+luminance and body indices of one, `draw_sequence` of all in turn, `color` linear RGB."""
 VIEWS = ("wrist", "scene")
 """The camera on the hand, and one beside the table that sees the whole robot."""
 MIDDLE_GREY = 0.25
-"""What the median of the first held frame becomes when the exposure is set per sample."""
+"""Median of the first held frame when the exposure is set per sample."""
 
 
 def render(
@@ -51,18 +51,32 @@ def render(
     `outputs`, of OUTPUTS: what else the frames shall hold, see `Frame`. Raises ConfigError.
     """
     check_outputs(outputs)
-    camera = hand_camera(traj.params, size)
     span = recorded_span(traj)
-    flows = times_us is None
+    part = span[0] if start_us is None else start_us, span[1] if end_us is None else end_us
+    return render_span(traj, span, part, size=size, times_us=times_us, renderer=renderer, outputs=outputs)
+
+
+def render_span(
+    traj: Trajectory,
+    span: tuple[int, int],
+    part: tuple[int, int] | None = None,
+    *,
+    size: tuple[int, int] | None = None,
+    times_us: np.ndarray | None = None,
+    renderer: str | None = None,
+    outputs: Collection[str] = (),
+) -> Iterator[Frame]:
+    """Frames as of `render`, of a trajectory whose recorded span is known; part: from and to when, default all of
+    it."""
+    camera, in_sequence = hand_camera(traj.params, size), times_us is None
     if times_us is None:
-        start, end = span[0] if start_us is None else start_us, span[1] if end_us is None else end_us
-        times_us = frame_times(traj, start, end, camera=camera)
+        times_us = frame_times(traj, *(part or span), camera=camera)
     times_us = np.asarray(times_us, np.int64)
     check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
-    artist = make_artist(renderer, traj, camera, span)
-    scale = exposure_scale(artist, traj, camera, span[0])
-    poses = Poses(traj, camera, times_us)
-    drawn = artist.film(poses, scale) if flows else (artist.draw(poses, k, scale) for k in range(len(times_us)))
+    chosen = make_renderer(renderer, traj, camera, span)
+    scale, poses = exposure_scale(chosen, traj, camera, span[0]), ScenePoses(traj, camera, times_us)
+    single = (chosen.draw(poses, k, scale) for k in range(len(times_us)))
+    drawn = chosen.draw_sequence(poses, scale) if in_sequence else single
     return _frames(drawn, times_us, Outputs(traj, camera, outputs) if outputs else None)
 
 
@@ -98,13 +112,13 @@ def pictures(
             raise ConfigError(
                 f"time {t_us / 1e6:g} s is outside of the trajectory, {first / 1e6:g} to {last / 1e6:g} s"
             )
-    artist = make_artist(renderer, traj, camera, span)
-    scale = exposure_scale(artist, traj, camera, span[0])
-    poses = Poses(traj, camera, np.asarray(times_us, np.int64))
+    chosen = make_renderer(renderer, traj, camera, span)
+    scale = exposure_scale(chosen, traj, camera, span[0])
+    poses = ScenePoses(traj, camera, np.asarray(times_us, np.int64))
 
     def drawn() -> Iterator[np.ndarray]:
         for index in range(len(times_us)):
-            linear = artist.color(poses, index, scale) if color else artist.draw(poses, index, scale)[0]
+            linear = chosen.color(poses, index, scale) if color else chosen.draw(poses, index, scale)[0]
             yield np.round(linear_to_srgb(linear) * 255).astype(np.uint8)
 
     return drawn()
@@ -126,12 +140,12 @@ def recorded_span(traj: Trajectory) -> tuple[int, int]:
     return measure(traj).span_us
 
 
-def exposure_scale(artist: Any, traj: Trajectory, camera: Camera, first_us: int) -> float:
-    """What multiplies luminance in cd/m2 to make it relative to white. Raises ConfigError for a scene without light."""
+def exposure_scale(renderer: Any, traj: Trajectory, camera: Camera, first_us: int) -> float:
+    """Factor that makes luminance in cd/m2 relative to white. Raises ConfigError for a scene without light."""
     settings = traj.params.camera
     if settings.exposure == "absolute":
         return 1.0 / settings.white_cd_m2
-    median = float(np.median(artist.draw(Poses(traj, camera, np.array([first_us])), 0)[0]))
+    median = float(np.median(renderer.draw(ScenePoses(traj, camera, np.array([first_us])), 0)[0]))
     if not median > 0:
         raise ConfigError(
             "camera.exposure: the first frame is black, so no exposure fits it; "
@@ -140,7 +154,7 @@ def exposure_scale(artist: Any, traj: Trajectory, camera: Camera, first_us: int)
     return MIDDLE_GREY / median
 
 
-def make_artist(name: str | None, traj: Trajectory, camera: Camera, span: tuple[int, int]) -> Any:
+def make_renderer(name: str | None, traj: Trajectory, camera: Camera, span: tuple[int, int]) -> Any:
     """A renderer by its name, or by the parameters' for None, for a trajectory of a known recorded span. Raises
     ConfigError."""
     name = traj.params.render.renderer if name is None else name

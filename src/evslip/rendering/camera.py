@@ -107,7 +107,7 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     turn = Rotation.from_euler("YXZ", [-settings.yaw_deg, settings.pitch_deg, -settings.roll_deg], degrees=True)
     focal_px = 0.5 * width / math.tan(math.radians(settings.fov_deg) / 2)
     distortion = Distortion(settings.k1, settings.k2, settings.p1, settings.p2)
-    camera = Camera(position, _facing(backward) @ turn.as_matrix(), width, height, focal_px, distortion)
+    camera = Camera(position, _look_at(backward) @ turn.as_matrix(), width, height, focal_px, distortion)
     camera.pinhole()  # a lens that folds the image is refused here
     return camera
 
@@ -123,10 +123,10 @@ def scene_camera(size: tuple[int, int]) -> Camera:
     position = np.array(SCENE_EYE)
     backward = position - SCENE_AIM
     focal_px = 0.5 * size[1] / math.tan(math.radians(SCENE_FOV_DEG) / 2)
-    return Camera(position, _facing(backward, (0.0, 0.0, 1.0)), *size, focal_px, is_mounted=False)
+    return Camera(position, _look_at(backward, (0.0, 0.0, 1.0)), *size, focal_px, is_mounted=False)
 
 
-def _facing(backward: np.ndarray, upward: tuple[float, float, float] = (0.0, 0.0, -1.0)) -> np.ndarray:
+def _look_at(backward: np.ndarray, upward: tuple[float, float, float] = (0.0, 0.0, -1.0)) -> np.ndarray:
     """Axes right, up, backward as columns, with `upward`, the hand's -z, as nearly up as can be."""
     backward = backward / np.linalg.norm(backward)
     right = np.cross(upward, backward)

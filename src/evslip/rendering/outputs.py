@@ -9,7 +9,7 @@ from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble
 from evslip.rendering.geometry.links import hulls, posed
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.layers import NEAR_M
 from evslip.scene.shapes import surface_of
 from evslip.utils.errors import ConfigError
@@ -35,14 +35,14 @@ class Outputs:
 
     def __init__(self, traj: Trajectory, camera: Camera, names: Collection[str]):
         """names: of OUTPUTS."""
-        self._traj, self._camera, self._names, self._sight = traj, camera, names, Sight(traj.params, camera)
+        self._traj, self._camera, self._names, self._pixel_rays = traj, camera, names, PixelRays(traj.params, camera)
 
     def at(self, t_us: int) -> dict[str, np.ndarray]:
         """The arrays of one instant by name, with shapes and units as in `Frame`."""
         first, last = int(self._traj.t_us[0]), int(self._traj.t_us[-1])
         around = (t_us, max(first, t_us - HALF_STEP_US), min(last, t_us + HALF_STEP_US))
-        poses = Poses(self._traj, self._camera, np.array(around))
-        depth, normal, part = self._sight.cast(poses, 0)
+        poses = ScenePoses(self._traj, self._camera, np.array(around))
+        depth, normal, part = self._pixel_rays.cast(poses, 0)
         made = {}
         if "depth" in self._names:
             made["depth"] = np.where(part == SKY, np.inf, depth).astype(np.float32)
@@ -50,13 +50,13 @@ class Outputs:
             made["normal"] = normal.astype(np.float32)
         if "motion" in self._names:
             before, after = (
-                self._camera.project(self._sight.carried(depth, part, poses, 0, k))[..., :2] for k in (1, 2)
+                self._camera.project(self._pixel_rays.carried(depth, part, poses, 0, k))[..., :2] for k in (1, 2)
             )
             made["motion"] = ((after - before) / ((around[2] - around[1]) * 1e-6)).astype(np.float32)
         return made
 
 
-class Sight:
+class PixelRays:
     """What the ray through the middle of each pixel meets, and where that is at another time."""
 
     def __init__(self, params: Params, camera: Camera):
@@ -69,7 +69,7 @@ class Sight:
         self._reach = np.array([np.abs(x).max(), np.abs(y).max()])
         self._travel_m: float | None = None
 
-    def cast(self, poses: Poses, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def cast(self, poses: ScenePoses, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Depth, normal and part of what each ray meets at one of the poses."""
         depth, normal, part = (array.copy() for array in self._gripper(float(poses.travel_m[index])))
         origin, turn = poses.camera_position[index], poses.camera_rotation[index]
@@ -94,7 +94,7 @@ class Sight:
             depth[nearer], normal[nearer], part[nearer] = distance[nearer], direction, kind
         return depth, normal, part
 
-    def carried(self, depth: np.ndarray, part: np.ndarray, poses: Poses, index: int, k: int) -> np.ndarray:
+    def carried(self, depth: np.ndarray, part: np.ndarray, poses: ScenePoses, index: int, k: int) -> np.ndarray:
         """Where the points that `cast` met at pose `index` are at pose k, in the camera's axes there; of shape (height,
         width, 3)."""
         points = self._rays * depth[..., None]

@@ -40,7 +40,7 @@ def matrices(quaternions: np.ndarray) -> np.ndarray:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
-class Poses:
+class ScenePoses:
     """Camera, object, hand, fingers and arm at chosen times, in the world frame."""
 
     def __init__(self, traj: Trajectory, camera: Camera, at_us: np.ndarray):
@@ -63,9 +63,9 @@ class Poses:
         self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
         """Mean of the two fingers, which mirror each other; of shape (m,)."""
 
-    def some(self, indices: np.ndarray) -> "Poses":
+    def some(self, indices: np.ndarray) -> "ScenePoses":
         """A choice of them."""
-        return Poses(self._traj, self._camera, self._at_us[indices])
+        return ScenePoses(self._traj, self._camera, self._at_us[indices])
 
     @cached_property
     def links(self) -> LinkPoses | None:

@@ -1,6 +1,6 @@
 """The scratch memory of the shading passes, and how they are compiled.
 
-Every pass is a short loop over at most LANES pixels that LLVM turns into vector instructions. All of them work in one
+Every pass is a short loop over at most SLOT pixels that LLVM turns into vector instructions. All of them work in one
 flat float32 array: slots at constant distances need no check for overlap, which separate arrays would. A loop that
 also fetched texels would not vectorise, so fetching is a loop of its own.
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 from evslip.utils.jit import compiled
 
-LANES = 64
+SLOT = 64
 """Length of a slot; the most pixels that a pass handles."""
 BLOCK = 16
 """Pixels that one vector instruction handles. Passes are given whole blocks: the rest of a loop runs one by one."""
@@ -34,22 +34,22 @@ TILE_W, TILE_H = 64, 4
     SUM_HIDDEN, SUM_OUTLINED,  # what all casters of a group hide, each alone, and of it what outlines do
     PART, OPEN,  # number of the body that the point belongs to; share of the light from all around that reaches it
     MORE,  # the first of many that `union` and `occlusion` share
-) = (slot * LANES for slot in range(40))  # fmt: skip
-SCRATCH = 142 * LANES
+) = (slot * SLOT for slot in range(40))  # fmt: skip
+SCRATCH = 142 * SLOT
 
 
 class Scratch(NamedTuple):
     """Memory of one renderer's passes."""
 
     slots: np.ndarray
-    """All slots, float32 of shape (142 LANES,); `S` in the passes."""
-    cells: np.ndarray
-    """Texels that were loaded for a slot of pixels, uint64 of shape (LANES,)."""
+    """All slots, float32 of shape (142 SLOT,); `S` in the passes."""
+    loaded: np.ndarray
+    """Texture cells that were loaded for a slot of pixels, uint64 of shape (SLOT,)."""
 
 
 def make_scratch() -> Scratch:
     """Scratch memory, all zeros."""
-    return Scratch(np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64))
+    return Scratch(np.zeros(SCRATCH, np.float32), np.zeros(SLOT, np.uint64))
 
 
 _OPTIONS = {"fastmath": {"nnan", "ninf", "nsz"}, "error_model": "numpy"}
@@ -67,9 +67,9 @@ LEAST_ROOM = f32(1e-3)
 
 
 @formula
-def lanes(n):
-    """n, which is at most LANES, but the compiler cannot know: where an index might overflow, a loop stays scalar."""
-    return min(n, LANES)
+def clamped(n):
+    """n, which is at most SLOT, but the compiler cannot know: where an index might overflow, a loop stays scalar."""
+    return min(n, SLOT)
 
 
 @formula

@@ -15,7 +15,7 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.links import link_poses
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
-from evslip.view.pictures.frame_source import Sight
+from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 
 STEP_US = 20_000
@@ -74,7 +74,7 @@ def log_record(stream: Any, record: Record) -> None:
     else:
         origin = int(record.events.t_us[0])
         span, view = (origin, int(record.events.t_us[-1]) + 1), f"{record.name}/camera"
-    sight = Sight(record)
+    sight = FrameSource(record)
     for t_us in range(span[0], span[1], STEP_US):
         stream.set_time("time", duration=(t_us - origin) / 1e6)
         if record.trajectory is not None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from evslip.rendering.materials.texels import SQUARE, TRIANGLE, bake, sample_along, sample_around, squared
-from evslip.rendering.scratch import LANES, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, TEX, U, V
+from evslip.rendering.scratch import MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, SLOT, TEX, U, V
 
 AROUND = {"square": SQUARE, "triangle": TRIANGLE}
 
@@ -10,16 +10,16 @@ AROUND = {"square": SQUARE, "triangle": TRIANGLE}
 def lookup(image, u, v, side, wrap=True, probes="square", length: float | np.ndarray = 1.0, angle=0.0):
     """side: of the footprint, in texels along u; length: of its longer side, at `angle` to u, in sides."""
     cells, levels = bake(image.astype(np.float32), wrap)
-    S, fetched = np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.uint64)
+    S, loaded = np.zeros(SCRATCH, np.float32), np.zeros(SLOT, np.uint64)
     n, (rows, columns) = len(u), image.shape
     along, across = (length * np.cos(angle), length * np.sin(angle)), (-np.sin(angle), np.cos(angle))
     values = (u, v, *(side * w[k] / (columns, rows)[k] for w in (along, across) for k in range(2)))
     for slot, value in zip((U, V, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V), values, strict=True):
         S[slot : slot + n] = value
     if probes == "row":
-        sample_along(S, n, cells, fetched, levels)
+        sample_along(S, n, cells, loaded, levels)
     else:
-        sample_around(S, n, cells, fetched, levels, wrap, AROUND[probes])
+        sample_around(S, n, cells, loaded, levels, wrap, AROUND[probes])
     return S[TEX : TEX + n]
 
 
@@ -50,7 +50,7 @@ def test_the_border_continues_or_repeats(image):
 
 
 def test_continuous_in_place_and_footprint(image):
-    steps = np.linspace(0, 1, LANES)
+    steps = np.linspace(0, 1, SLOT)
     moved = lookup(image, 0.3 + steps / 20, 0.2 + 0 * steps, 1.3)
     widened = lookup(image, 0.3 + 0 * steps, 0.2, 1 + 3 * steps)
     lengthened = lookup(image, 0.3 + 0 * steps, 0.2, 1.3, probes="row", length=1 + 4 * steps, angle=0.4)
@@ -83,7 +83,7 @@ def test_a_texture_is_blurred_as_much_as_by_the_footprint(probes, length, side, 
         ramp, place = direction[0] * x + direction[1] * y, direction[0] * (u - 64) + direction[1] * (v - 64)
         means = []
         for image, largest in ((0.5 + ramp / 256, 256), ((ramp / 128) ** 2, 128**2)):
-            chunks = [slice(k, k + LANES) for k in range(0, len(u), LANES)]
+            chunks = [slice(k, k + SLOT) for k in range(0, len(u), SLOT)]
             found = [lookup(image, u[c] / 128, v[c] / 128, side, True, probes, length, angle) for c in chunks]
             means.append(np.concatenate(found) * largest)
         return np.mean(means[0] - 128 - place), np.mean(means[1] - place**2)

@@ -17,8 +17,8 @@ from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import pictures, render
 from evslip.rendering.camera import hand_camera, scene_camera
 from evslip.rendering.pathtrace import variant
-from evslip.rendering.pathtrace.keyframes import Keyframes, plan
-from evslip.rendering.poses import Poses
+from evslip.rendering.pathtrace.keyframes import Keyframes, plan_keyframes
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
 from evslip.rendering.raycast.setting import make_lamp
 from evslip.utils.errors import ConfigError, MissingExtraError
@@ -52,8 +52,8 @@ def whole_span(monkeypatch):
 
 
 def test_a_white_table_under_the_lamp_has_the_luminance_of_theory(tmp_path):
+    from evslip.rendering.pathtrace.mitsuba_scene import MitsubaScene
     from evslip.rendering.pathtrace.parts import TABLE
-    from evslip.rendering.pathtrace.stage import Stage
 
     Image.new("RGB", (8, 8), "white").save(tmp_path / "white.png")
     params = sample(
@@ -61,10 +61,10 @@ def test_a_white_table_under_the_lamp_has_the_luminance_of_theory(tmp_path):
         camera__pitch_deg=-45.0,
     )  # fmt: skip
     camera = hand_camera(params, (16, 12))
-    poses = Poses(still(params), camera, np.array([0]))
-    stage = Stage(params, camera, bounces=2, frames=(TABLE,))
-    stage.show(poses, 0)
-    image = stage.render(64)
+    poses = ScenePoses(still(params), camera, np.array([0]))
+    scene = MitsubaScene(params, camera, bounces=2, frames=(TABLE,))
+    scene.show(poses, 0)
+    image = scene.render(64)
     lamp, turn, place = make_lamp(params), poses.camera_rotation[0], poses.camera_position[0]
     rays = camera.rays() @ turn.T
     points = place + rays * (-place[2] / np.minimum(rays[..., 2], -1e-9))[..., None]
@@ -119,22 +119,22 @@ def test_the_scene_camera_sees_the_robot_and_is_not_for_the_fast_renderer():
         assert 0 < x < 64 and 0 < y < 48 and depth > 0
 
 
-class FastStage:
+class FastScene:
     """Traces nothing: what it shows is the fast renderer's, without noise."""
 
-    def __init__(self, artist):
-        self.artist, self.traced = artist, []
+    def __init__(self, raycaster):
+        self.raycaster, self.traced = raycaster, []
 
     def show(self, poses, index):
         self.shown = poses, index
 
     def render(self, spp):
         self.traced.append(self.shown[1])
-        return self.artist.color(*self.shown)
+        return self.raycaster.color(*self.shown)
 
     def render_pixels(self, rays, spp):
         poses, index = self.shown
-        camera, image = self.artist.camera, self.artist.color(*self.shown)
+        camera, image = self.raycaster.camera, self.raycaster.color(*self.shown)
         x, y, _ = np.moveaxis(camera.project(rays.mean(1) @ poses.camera_rotation[index]), -1, 0)
         return image[y.astype(int), x.astype(int)]
 
@@ -146,24 +146,24 @@ def test_frames_between_are_close_to_traced_ones():
         render__key_motion_px=6.0,
     )  # fmt: skip
     traj, camera = turning(params, 30.0), hand_camera(params)
-    poses = Poses(traj, camera, np.arange(500_000, 560_001, 5000))
-    artist = Raycaster(params, camera, params.object.depth_m / 2)
-    stage = FastStage(artist)
-    keyframes = Keyframes(params, camera, stage)  # type: ignore[arg-type]
+    poses = ScenePoses(traj, camera, np.arange(500_000, 560_001, 5000))
+    raycaster = Raycaster(params, camera, params.object.depth_m / 2)
+    scene = FastScene(raycaster)
+    keyframes = Keyframes(params, camera, scene)  # type: ignore[arg-type]
     drawn = [keyframes.draw(poses, index) for index in range(13)]
-    assert 2 <= len(stage.traced) <= 7 and stage.traced == sorted(set(stage.traced))
+    assert 2 <= len(scene.traced) <= 7 and scene.traced == sorted(set(scene.traced))
     for index, image in enumerate(drawn):
-        true = artist.color(poses, index)
+        true = raycaster.color(poses, index)
         decibels = 10 * np.log10(true.max() ** 2 / (np.mean((image - true) ** 2) + 1e-12))
-        nearest = min(stage.traced, key=lambda k, index=index: abs(k - index))
-        still_image = artist.color(poses, nearest)
+        nearest = min(scene.traced, key=lambda k, index=index: abs(k - index))
+        still_image = raycaster.color(poses, nearest)
         before = 10 * np.log10(true.max() ** 2 / (np.mean((still_image - true) ** 2) + 1e-12))
-        assert decibels > 33 and (index in stage.traced or decibels > before + 6), index
+        assert decibels > 33 and (index in scene.traced or decibels > before + 6), index
 
 
 @given(st.lists(st.floats(0, 5), min_size=0, max_size=40), st.floats(0.1, 10))
 def test_no_two_traced_frames_are_farther_apart_than_asked(motion, most):
-    places, keys = plan(np.array(motion), most)
+    places, keys = plan_keyframes(np.array(motion), most)
     along = np.concatenate([[0.0], np.cumsum(motion)])
     assert keys[0] == 0 and keys[-1] == len(motion)
     assert np.all(np.diff(keys) > 0) if len(keys) > 1 else len(motion) == 0

@@ -12,11 +12,11 @@ from evslip.events.frame import ARM, GRIPPER, OBJECT
 from evslip.physics.robot import HOME_RAD, panda
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed
-from evslip.rendering.outputs import FIRST_LINK, Sight
-from evslip.rendering.poses import Poses
+from evslip.rendering.outputs import FIRST_LINK, PixelRays
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.arm import cast_links
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.scratch import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
+from evslip.rendering.scratch import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 from evslip.rendering.shadows.casters import ARM_PART, cast, receive, shade, spread
 from evslip.rendering.timing.schedule import image_motion
 from made_up import still
@@ -78,16 +78,16 @@ def test_hulls_are_closed_and_convex():
 def test_a_hand_without_an_arm_has_none():
     traj = still(draw(load_config("simple", {"camera.width": 138, "camera.height": 104}), 0), 0.01)
     camera = hand_camera(traj.params)
-    assert Poses(traj, camera, traj.t_us).links is None
+    assert ScenePoses(traj, camera, traj.t_us).links is None
 
 
 def test_the_arm_is_drawn_where_rays_meet_it(model):
     traj = carried(model, **{"camera.mount": "front"})
     camera = hand_camera(traj.params)
-    poses = Poses(traj, camera, np.array([100_000]))
-    artist = Raycaster(traj.params, camera, float(poses.travel_m[0]))
-    image, bodies = artist.draw(poses, 0)
-    _, _, part = Sight(traj.params, camera).cast(poses, 0)
+    poses = ScenePoses(traj, camera, np.array([100_000]))
+    raycaster = Raycaster(traj.params, camera, float(poses.travel_m[0]))
+    image, bodies = raycaster.draw(poses, 0)
+    _, _, part = PixelRays(traj.params, camera).cast(poses, 0)
     arm = part >= FIRST_LINK
     assert arm.mean() > 0.05
     assert np.mean((bodies == ARM) != arm) < 0.01  # pixels that it covers in part
@@ -98,7 +98,7 @@ def test_the_arm_is_drawn_where_rays_meet_it(model):
 def test_no_arm_in_view_from_the_side(model):
     traj = carried(model, **{"camera.mount": "side"})
     camera = hand_camera(traj.params)
-    poses = Poses(traj, camera, np.array([0]))
+    poses = ScenePoses(traj, camera, np.array([0]))
     parts, slopes = hulls(), (camera.width / 2 / camera.focal_px, camera.height / 2 / camera.focal_px)
     view = poses.camera_position[0], poses.camera_rotation[0]
     assert poses.links is not None
@@ -129,13 +129,13 @@ def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
     points = np.concatenate([rng.uniform((-0.1, -0.6), (1.0, 0.5), (512, 2)), np.zeros((512, 1))], 1)
     points = points[np.lexsort((points[:, 1], points[:, 0] // 0.1))]
     S, found = np.zeros(SCRATCH, np.float32), []
-    for start in range(0, len(points), LANES):
-        chunk = points[start : start + LANES]
+    for start in range(0, len(points), SLOT):
+        chunk = points[start : start + SLOT]
         for slot, values in zip((U, V, W), chunk.T, strict=True):
-            S[slot : slot + LANES] = values
-        S[ROOM : ROOM + LANES], S[SEEN : SEEN + LANES], S[PART : PART + LANES] = 1, 1, 255
-        shade(S, LANES, reception, False, True)
-        found.append(S[SEEN : SEEN + LANES].copy())
+            S[slot : slot + SLOT] = values
+        S[ROOM : ROOM + SLOT], S[SEEN : SEEN + SLOT], S[PART : PART + SLOT] = 1, 1, 255
+        shade(S, SLOT, reception, False, True)
+        found.append(S[SEEN : SEEN + SLOT].copy())
     facets, parts = posed(links.places[0], links.turns[0]), hulls()
     own = parts.link_of_face < CASTERS
     faces = facets.faces[own]
@@ -154,7 +154,7 @@ def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
 def test_frames_follow_the_arm(model):
     traj = carried(model, **{"camera.mount": "front"})
     camera = hand_camera(traj.params)
-    poses = Poses(traj, camera, traj.t_us)
+    poses = ScenePoses(traj, camera, traj.t_us)
     motion = image_motion(poses, camera, traj.params)
     parts, links = hulls(), poses.links
     assert links is not None

@@ -12,11 +12,11 @@ from evslip.draws.draw import draw
 from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.facets import prepare_facets
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast import body
 from evslip.rendering.raycast.mesh import Mesh, repetition_ratio
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.scratch import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
+from evslip.rendering.scratch import HIDDEN, ROOM, SCRATCH, SLOT, U, V, W
 from evslip.rendering.shadows.box_shadow import change_frame
 from evslip.rendering.shadows.mesh_shadow import hide_behind, outline_of, shade_behind
 from evslip.scene.shapes import surface_of
@@ -55,8 +55,8 @@ def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6), all_edges=False):
     change_frame(np.eye(3), np.zeros(3), outline.turn, outline.place, turn, move)
     row = np.array([*turn.ravel(), *move, outline.distance, *outline.plane, *blur], np.float32)
     chosen = np.empty(len(outline.edges), np.int64)
-    for start in range(0, len(points), LANES):
-        chunk = points[start : start + LANES].astype(np.float32)
+    for start in range(0, len(points), SLOT):
+        chunk = points[start : start + SLOT].astype(np.float32)
         n = len(chunk)
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + n] = values
@@ -81,7 +81,7 @@ def test_edges_that_are_left_out_hide_nothing(seed):
     axes[:, 2] *= np.linalg.det(axes)
     outline = outline_of(facets, place, axes, lamp, np.array([0.0, 1.0, 0.0]), 0.1)
     middle, along = np.append(rng.uniform(-0.2, 0.2, 2), 0.0), np.append(rng.normal(size=2), 0.0)
-    points = middle + np.linspace(-0.5, 0.5, LANES)[:, None] * along * rng.uniform(0.01, 0.1)
+    points = middle + np.linspace(-0.5, 0.5, SLOT)[:, None] * along * rng.uniform(0.01, 0.1)
     chosen, every = (seen(points, outline, radius, (1e-3, 2e-3), all_edges) for all_edges in (False, True))
     np.testing.assert_allclose(chosen, every, atol=1e-4)
 
@@ -129,10 +129,10 @@ def test_a_pixel_blurs_the_shadow_as_its_mean_does():
 
 def coverage(params, traj):
     camera = hand_camera(params)
-    poses = Poses(traj, camera, np.array([700_000]))
-    artist = Raycaster(params, camera, float(poses.travel_m[0]))
-    artist.draw(poses, 0)
-    assert isinstance(artist._body, Mesh)
+    poses = ScenePoses(traj, camera, np.array([700_000]))
+    raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
+    raycaster.draw(poses, 0)
+    assert isinstance(raycaster._body, Mesh)
     frame = poses.camera_position[0], poses.camera_rotation[0]
     steps = (np.arange(5) + 0.5) / 5
     x = ((np.arange(camera.width)[:, None] + steps).ravel() - camera.width / 2) / camera.focal_px
@@ -141,7 +141,7 @@ def coverage(params, traj):
     origin = (frame[0] - poses.object_position[0]) @ poses.object_rotation[0]
     rays = rays @ frame[1].T @ poses.object_rotation[0]
     hit = np.isfinite(triangles(*surface_of(params), origin, rays)[0])
-    return artist._body, hit.reshape(camera.height, 5, camera.width, 5).mean((1, 3))
+    return raycaster._body, hit.reshape(camera.height, 5, camera.width, 5).mean((1, 3))
 
 
 @pytest.mark.parametrize("shape", ["cylinder", "ring"])
@@ -187,23 +187,23 @@ def check(log_error, error, bodies):
 def test_the_gripper_stands_before_and_behind_a_cylinder():
     params = sample(object__shape="cylinder")
     camera = hand_camera(params)
-    poses = Poses(still(params), camera, np.array([0]))
-    artist = Raycaster(params, camera, float(poses.travel_m[0]))
+    poses = ScenePoses(still(params), camera, np.array([0]))
+    raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
     poses.object_position[0] += (0, 0, 0.05)
-    artist.draw(poses, 0)
-    layers = artist._openings.at(float(poses.travel_m[0])).layers
-    shown = artist._body.total.reshape(-1)[np.repeat(layers.pixels, np.diff(layers.starts))] == 1
+    raycaster.draw(poses, 0)
+    layers = raycaster._openings.at(float(poses.travel_m[0])).layers
+    shown = raycaster._body.total.reshape(-1)[np.repeat(layers.pixels, np.diff(layers.starts))] == 1
     depth = -layers.fragments[2]
     before, behind = shown & (depth < 0.268 - params.object.depth_m / 2), shown & (depth > 0.27)
-    assert before.sum() > 100 and np.all(artist._front[before] == 1)
-    assert behind.sum() > 50 and np.all(artist._front[behind] == 0)
+    assert before.sum() > 100 and np.all(raycaster._front[before] == 1)
+    assert behind.sum() > 50 and np.all(raycaster._front[behind] == 0)
 
 
 @pytest.mark.parametrize("place", [turning, on_the_table])
 def test_a_box_looks_the_same_as_cuboid_and_as_mesh(place, monkeypatch):
     params = sample(light__polar_deg=55.0, light__azimuth_deg=60.0)
     camera = hand_camera(params)
-    poses = Poses(place(params), camera, np.array([700_000]))
+    poses = ScenePoses(place(params), camera, np.array([700_000]))
     cuboid, bodies = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, 0)
     monkeypatch.setitem(body.BODIES, "cuboid", body.ANY_SHAPE)
     mesh, mesh_bodies = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, 0)
@@ -219,11 +219,11 @@ def test_a_mesh_does_not_depend_on_what_was_drawn_before(shape, ring):
     params = sample(**(ring if shape == "ring" else {"object__shape": "cylinder"}))
     camera, traj = hand_camera(params), turning(params)
     traj.object_pose[:, 2] -= np.linspace(0.1, -0.1, len(traj.t_us))
-    poses = Poses(traj, camera, np.arange(0, 1_000_001, 100_000))
-    artist = Raycaster(params, camera, float(poses.travel_m[0]))
-    every = [artist.draw(poses, index) for index in range(11)]
+    poses = ScenePoses(traj, camera, np.arange(0, 1_000_001, 100_000))
+    raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
+    every = [raycaster.draw(poses, index) for index in range(11)]
     for index in (9, 4, 0, 7):
-        again = artist.draw(poses, index)
+        again = raycaster.draw(poses, index)
         alone = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, index)
         for k in range(2):
             assert again[k].tobytes() == every[index][k].tobytes() == alone[k].tobytes()

@@ -6,7 +6,7 @@ import pytest
 from evslip.rendering.geometry.plane import PLANE, describe
 from evslip.rendering.materials.paint import REFLECTANCE, WIDTH, gloss_of
 from evslip.rendering.scratch import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, SCRATCH, U, V
-from evslip.rendering.shading.environment_reflection import TERMS, glint, mirror, sheen
+from evslip.rendering.shading.environment_reflection import TERMS, fit_reflection, glint, mirror
 
 ANGLES = np.radians([5.0, 30.0, 60.0, 75.0, 85.0])
 
@@ -33,7 +33,7 @@ def test_a_table_mirrors_what_rays_to_the_sky_find(sky):
     across = np.sqrt(1 - height**2)
     light = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], 1)
     radiance = sky[(height * len(sky)).astype(int)]
-    polynomial = sheen(sky, float(WIDTH), float(REFLECTANCE))
+    polynomial = fit_reflection(sky, float(WIDTH), float(REFLECTANCE))
     assert polynomial.shape == (TERMS,)
     for angle in ANGLES:
         view = np.tile([np.sin(angle), 0, np.cos(angle)], (len(light), 1))
@@ -67,7 +67,7 @@ def test_the_lamps_glint_is_the_same_lobe(angle):
 @pytest.mark.parametrize("angle", ANGLES)
 def test_the_mirror_takes_the_polynomial_at_the_views_angle(angle):
     S, plane, _ = looked_at(angle, np.array([0.0, 0.0, 30.0]))
-    polynomial = sheen(np.full(32, 100.0), float(WIDTH), float(REFLECTANCE))
+    polynomial = fit_reflection(np.full(32, 100.0), float(WIDTH), float(REFLECTANCE))
     S[RESULT], S[RAY_X], S[RAY_Y] = 7, 0, 0
     mirror(S, 1, plane, polynomial)
     want = np.polynomial.polynomial.polyval(1 - np.cos(angle), polynomial.astype(float))

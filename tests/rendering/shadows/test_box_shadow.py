@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.scratch import HIDDEN, LANES, ROOM, SCRATCH, U, V, W
+from evslip.rendering.scratch import HIDDEN, ROOM, SCRATCH, SLOT, U, V, W
 from evslip.rendering.shading.lamplight import risen
 from evslip.rendering.shadows.box_shadow import (
     BOX,
@@ -35,8 +35,8 @@ def described(turn, place, half, lamp, right=(0.0, 0.0, 0.0), down=(0.0, 0.0, 0.
 def seen(points, box, lamp_radius):
     S = np.zeros(SCRATCH, np.float32)
     result = []
-    for start in range(0, len(points), LANES):
-        chunk = points[start : start + LANES]
+    for start in range(0, len(points), SLOT):
+        chunk = points[start : start + SLOT]
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + len(chunk)] = values
         S[ROOM : ROOM + len(chunk)] = 1

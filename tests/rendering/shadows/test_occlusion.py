@@ -9,7 +9,7 @@ from brute_force import cuboid
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
 from evslip.rendering.scratch import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
@@ -103,10 +103,10 @@ def scene():
     traj.gripper_pose[:, 2] = params.object.height_m + 0.1034 + 0.01
     traj.object_pose[:, 2] = params.object.height_m / 2 + 0.02
     camera = hand_camera(params)
-    poses = Poses(traj, camera, np.array([0]))
-    artist = Raycaster(params, camera, float(poses.travel_m[0]))
-    artist._prepare(poses, 0)
-    return camera, poses, artist._casters, params
+    poses = ScenePoses(traj, camera, np.array([0]))
+    raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
+    raycaster._prepare(poses, 0)
+    return camera, poses, raycaster._casters, params
 
 
 def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):

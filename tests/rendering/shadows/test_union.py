@@ -8,7 +8,7 @@ import pytest
 from brute_force import cuboid, seen_share
 from evslip.rendering.geometry.hand import shadow_boxes
 from evslip.rendering.raycast.renderer import NO_OUTLINE, PARTS
-from evslip.rendering.scratch import LANES, PART, ROOM, SCRATCH, SEEN, U, V, W
+from evslip.rendering.scratch import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 from evslip.rendering.shadows.casters import cast, receive, shade, spread
 
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -43,8 +43,8 @@ def seen(points, lamp, radius, boxes, parts=PARTS, own=255, steps=FINE, layered=
     reception = receive(casters, np.eye(3), np.zeros(3))
     spread(reception, casters, *steps)
     S, result = np.zeros(SCRATCH, np.float32), []
-    for start in range(0, len(points), LANES):
-        chunk = points[start : start + LANES]
+    for start in range(0, len(points), SLOT):
+        chunk = points[start : start + SLOT]
         n = len(chunk)
         for slot, values in zip((U, V, W), chunk.T, strict=True):
             S[slot : slot + n] = values

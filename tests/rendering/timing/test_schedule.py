@@ -7,7 +7,7 @@ from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.rendering import frame_times
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.poses import Poses, interpolate, matrices
+from evslip.rendering.poses import ScenePoses, interpolate, matrices
 from evslip.utils.errors import ConfigError
 from made_up import still, turning
 
@@ -18,7 +18,7 @@ def params():
 
 
 def largest_steps(traj, times, camera):
-    poses = Poses(traj, camera, times)
+    poses = ScenePoses(traj, camera, times)
     half = np.array([traj.params.object.width_m, traj.params.object.depth_m, traj.params.object.height_m]) / 2
     tracks = []
     for signs in itertools.product((-1, 1), repeat=3):

@@ -10,9 +10,9 @@ from scipy.ndimage import binary_erosion
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
-from evslip.rendering import exposure_scale, frame_times, make_artist, render
+from evslip.rendering import exposure_scale, frame_times, make_renderer, render
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import make_lamp
 from evslip.rendering.timing.foreground import foreground_motion
 from evslip.rendering.timing.schedule import object_motion
@@ -87,11 +87,11 @@ def test_a_film_shows_what_single_frames_show(scene):
     traj = turning(sample(surface__texture="cardboard-0", **scene))
     camera = hand_camera(traj.params, (173, 130))
     times = frame_times(traj, *SPAN, camera=camera)
-    poses = Poses(traj, camera, times)
-    film, single = (make_artist(None, traj, camera, SPAN) for _ in range(2))
+    poses = ScenePoses(traj, camera, times)
+    sequence, single = (make_renderer(None, traj, camera, SPAN) for _ in range(2))
     scale = exposure_scale(single, traj, camera, 0)
     errors, steps, changed, last = [], [], [], None
-    frames = list(film.film(poses, scale))
+    frames = list(sequence.draw_sequence(poses, scale))
     assert len(frames) == len(times)
     for k, (luminance, bodies) in enumerate(frames):
         expected, known = single.draw(poses, k, scale)
@@ -111,7 +111,7 @@ def test_cells_move_at_least_as_far_as_what_they_show():
     camera = hand_camera(traj.params, (173, 130))
     times = frame_times(traj, 0, 10**6, camera=camera)
     lamp = make_lamp(traj.params)
-    motion, cells = cell_motion(Poses(traj, camera, times), camera, traj.params, lamp), divide(130, 173)
+    motion, cells = cell_motion(ScenePoses(traj, camera, times), camera, traj.params, lamp), divide(130, 173)
     assert motion.shape == (len(times) - 1, cells.rows, cells.columns)
     rows, columns = np.mgrid[:130, :173]
     for k in range(5, len(times) - 1, 9):
@@ -129,9 +129,9 @@ def test_cells_around_an_object_that_slides_are_drawn_anew_and_so_is_its_shadow(
     traj.object_pose[:, 2] += np.linspace(0.02, -0.02, len(traj.t_us))
     camera = hand_camera(traj.params)
     times = np.arange(0, 10**6, 20_000)
-    motion = cell_motion(Poses(traj, camera, times), camera, traj.params, make_lamp(traj.params))
+    motion = cell_motion(ScenePoses(traj, camera, times), camera, traj.params, make_lamp(traj.params))
     dark = traj.params.model_copy(update={"light": traj.params.light.model_copy(update={"luminance_cd_m2": 0.0})})
-    unlit = cell_motion(Poses(traj, camera, times), camera, dark, make_lamp(dark))
+    unlit = cell_motion(ScenePoses(traj, camera, times), camera, dark, make_lamp(dark))
     first, second = (next(render(traj, times_us=times[k : k + 1])) for k in (10, 11))
     changed = np.abs(np.log(second.luminance / first.luminance)) > 1e-3
     behind = (first.bodies <= SURFACE) & (second.bodies <= SURFACE)
@@ -148,12 +148,12 @@ def test_what_is_held_is_drawn_seldom_and_shows_what_single_frames_show(radius_m
     traj = carried(sample(light__polar_deg=40.0, light__radius_m=radius_m))
     camera = hand_camera(traj.params, (173, 130))
     times = frame_times(traj, *SPAN, camera=camera)
-    poses = Poses(traj, camera, times)
-    film, single = (make_artist(None, traj, camera, SPAN) for _ in range(2))
-    drawn, draw_plate = [], film._draw_plate
-    monkeypatch.setattr(film, "_draw_plate", lambda plate: (drawn.append(plate), draw_plate(plate)))
+    poses = ScenePoses(traj, camera, times)
+    sequence, single = (make_renderer(None, traj, camera, SPAN) for _ in range(2))
+    drawn, draw_foreground = [], sequence._draw_foreground
+    monkeypatch.setattr(sequence, "_draw_foreground", lambda layer: (drawn.append(layer), draw_foreground(layer)))
     errors, steps, last = [], [], None
-    for k, (luminance, bodies) in enumerate(film.film(poses, 1.0)):
+    for k, (luminance, bodies) in enumerate(sequence.draw_sequence(poses, 1.0)):
         expected, known = single.draw(poses, k)
         assert np.mean(bodies != known) < 0.01
         held = binary_erosion(known >= OBJECT, iterations=3)  # without what the backdrop shines into
@@ -172,7 +172,7 @@ def test_an_object_that_slips_is_drawn_whenever_its_edges_have_moved():
     half = np.radians(2.0) * np.linspace(0, 1, len(traj.t_us)) ** 2
     traj.object_pose[:, 3], traj.object_pose[:, 5] = np.cos(half), np.sin(half)
     camera = hand_camera(traj.params, (173, 130))
-    poses = Poses(traj, camera, np.arange(0, SPAN[1], 10_000))
+    poses = ScenePoses(traj, camera, np.arange(0, SPAN[1], 10_000))
     moved = object_motion(poses, camera, traj.params)
     motion = foreground_motion(poses, camera, traj.params, make_lamp(traj.params))
     drawn = plan_cells(motion, np.zeros(len(motion), bool), 0.5).slots[:, 0, 0] >= 0

@@ -4,16 +4,16 @@ A face is a bit of a number: bit 2 a + side for the face across axis a, with sid
 """
 
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import LANES, kernel, lanes, slot
+from evslip.rendering.scratch import SLOT, clamped, kernel, slot
 
 
 @kernel
 def faces_seen(S, n, at, half, rim):
     """Faces that no point sees, and those that all see. at: slots of the points' coordinates in the box's frame, one
     after the other; half: its half sides; rim: how far behind a face's plane a point begins to see it."""
-    n, never, always = lanes(n), 0, 0
+    n, never, always = clamped(n), 0, 0
     for a in range(3):
-        axis = slot(at + a * LANES)
+        axis = slot(at + a * SLOT)
         low, high = S[axis], S[axis]
         for i in range(n):
             low, high = smaller(low, S[axis + i]), larger(high, S[axis + i])

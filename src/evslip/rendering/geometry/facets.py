@@ -36,8 +36,8 @@ class Facets(NamedTuple):
 def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> Facets:
     """vertices (n, 3) in metres; faces (f, 3) of a closed mesh; uv (f, 3, 2) and normals (f, 3, 3) of their corners."""
     vertices, faces = _weld(np.asarray(vertices, float), np.asarray(faces))
-    solid = np.all(faces != np.roll(faces, 1, 1), 1)
-    faces, uv, normals = faces[solid], np.asarray(uv, float)[solid], np.asarray(normals, float)[solid]
+    proper = np.all(faces != np.roll(faces, 1, 1), 1)
+    faces, uv, normals = faces[proper], np.asarray(uv, float)[proper], np.asarray(normals, float)[proper]
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     across = np.cross(b - a, c - a)
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)

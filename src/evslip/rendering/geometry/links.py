@@ -139,7 +139,7 @@ def hulls(directions: int = FINE) -> Hulls:
 
 @kernel
 def outlines_of(vertices, planes, faces_start, edges, places, turns, lamp, forward):
-    """Outlines of the links that cast shadows, as `outline.outline_of` has them: edges (m, 2, 3), starts, frames,
+    """Outlines of the links that cast shadows, as `mesh_shadow.outline_of` has them: edges (m, 2, 3), starts, frames,
     origins and planes of `casters.Casters`. vertices, planes, edges and faces_start (of `Hulls.starts`): all links."""
     number = CASTERS
     frames, origins, fits = np.empty((number, 3, 3)), np.empty((number, 3)), np.empty((number, 3))

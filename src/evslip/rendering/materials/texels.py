@@ -108,7 +108,7 @@ def unfold(S, n, scale_u, offset_u, scale_v, offset_v, wrap):
 
 
 @kernel
-def sample_around(S, n, cells, fetched, levels, wrap, pattern):
+def sample_around(S, n, cells, loaded, levels, wrap, pattern):
     """TEX = mean of a texture over footprints with the sides MAJOR and MINOR around (U, V), all in repetitions.
 
     pattern: SQUARE or TRIANGLE. MAJOR and MINOR are overwritten.
@@ -136,11 +136,11 @@ def sample_around(S, n, cells, fetched, levels, wrap, pattern):
         for i in range(n):
             S[FADED + i] = S[WEIGHT + i] * share
         for probe in range(pattern.shape[0]):
-            _fetch(S, n, cells, fetched, levels[level], wrap, pattern[probe, 0], pattern[probe, 1])
+            _fetch(S, n, cells, loaded, levels[level], wrap, pattern[probe, 0], pattern[probe, 1])
 
 
 @kernel
-def sample_along(S, n, cells, fetched, levels):
+def sample_along(S, n, cells, loaded, levels):
     """As `sample_around`, of a texture that repeats and footprints whose side MAJOR is the longer one.
 
     Probes stand in a row along it, as far apart as the other side is wide; those at its ends fade in and out.
@@ -166,7 +166,7 @@ def sample_along(S, n, cells, fetched, levels):
             for i in range(n):
                 fade = min(max(HALF * S[MINOR_U + i] - beyond, ZERO), ONE)
                 S[FADED + i] = S[WEIGHT + i] * fade / S[MINOR_U + i]
-            _fetch(S, n, cells, fetched, levels[level], True, f32(k), ZERO)
+            _fetch(S, n, cells, loaded, levels[level], True, f32(k), ZERO)
 
 
 @formula
@@ -207,10 +207,10 @@ def _weigh(S, n, levels, level, finer, flat):
 
 
 @formula
-def _fetch(S, n, cells, fetched, level, wrap, a, b):
+def _fetch(S, n, cells, loaded, level, wrap, a, b):
     """TEX += FADED x the texture at (U, V) + a MAJOR + b MINOR.
 
-    The loops for arithmetic hold no gather; `fetched` (uint64, LANES) separates the loads from it.
+    The loops for arithmetic hold no gather; `loaded` (uint64, SLOT) separates the loads from it.
     """
     start, columns, rows = np.int32(level[0]), level[1], level[2]
     stride, mask_x, mask_y = np.int32(columns), np.int32(columns) - 1, np.int32(rows) - 1
@@ -228,9 +228,9 @@ def _fetch(S, n, cells, fetched, level, wrap, a, b):
         S[FRAC_X + i] = x - whole_x
         S[FRAC_Y + i] = y - whole_y
     for i in range(n):
-        fetched[i] = cells[np.uint32(S[WHERE + i])]
+        loaded[i] = cells[np.uint32(S[WHERE + i])]
     for i in range(n):
-        cell = fetched[i]
+        cell = loaded[i]
         p = f32(np.int32(cell & np.uint64(0xFFFF)))
         q = f32(np.int32((cell >> np.uint64(16)) & np.uint64(0xFFFF)))
         r = f32(np.int32((cell >> np.uint64(32)) & np.uint64(0xFFFF)))

@@ -8,9 +8,9 @@ from scipy.ndimage import map_coordinates, spline_filter
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
-from evslip.rendering.outputs import Sight
-from evslip.rendering.pathtrace.stage import Stage
-from evslip.rendering.poses import Poses
+from evslip.rendering.outputs import PixelRays
+from evslip.rendering.pathtrace.mitsuba_scene import MitsubaScene
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.timing.schedule import image_motion
 
 SAME_DEPTH = 0.01
@@ -32,7 +32,7 @@ class Key(NamedTuple):
     part: np.ndarray
 
 
-class Plan(NamedTuple):
+class KeyframePlan(NamedTuple):
     """Which frames of a sequence are traced."""
 
     places: np.ndarray
@@ -44,19 +44,20 @@ class Plan(NamedTuple):
 class Keyframes:
     """Traces some frames of a sequence and makes the others from the two around them."""
 
-    def __init__(self, params: Params, camera: Camera, stage: Stage):
+    def __init__(self, params: Params, camera: Camera, scene: MitsubaScene):
         """camera: a pinhole on the hand."""
-        self._params, self._camera, self._stage = params, camera, stage
-        self._sight, self._spp = Sight(params, camera), params.render.spp
-        self._poses: Poses | None = None
-        self._plan = Plan(np.zeros(1), np.zeros(1, np.int64))
+        self._params, self._camera, self._scene = params, camera, scene
+        self._pixel_rays, self._spp = PixelRays(params, camera), params.render.spp
+        self._poses: ScenePoses | None = None
+        self._plan = KeyframePlan(np.zeros(1), np.zeros(1, np.int64))
         self._keys: dict[int, Key] = {}
 
-    def draw(self, poses: Poses, index: int) -> np.ndarray:
+    def draw(self, poses: ScenePoses, index: int) -> np.ndarray:
         """Linear RGB in cd/m2, of shape (height, width, 3). Which frames are traced depends on all the poses alone."""
         if poses is not self._poses:
             self._poses, self._keys = poses, {}
-            self._plan = plan(image_motion(poses, self._camera, self._params), self._params.render.key_motion_px)
+            motion = image_motion(poses, self._camera, self._params)
+            self._plan = plan_keyframes(motion, self._params.render.key_motion_px)
         keys = self._plan.keys
         after = int(keys[np.searchsorted(keys, index)])
         if after == index:
@@ -64,25 +65,25 @@ class Keyframes:
         before = int(keys[np.searchsorted(keys, index) - 1])
         return self._between(poses, index, before, after)
 
-    def _key(self, poses: Poses, index: int) -> Key:
+    def _key(self, poses: ScenePoses, index: int) -> Key:
         if index not in self._keys:
             if len(self._keys) > 1:
                 del self._keys[min(self._keys)]
-            self._stage.show(poses, index)
-            image = self._stage.render(self._spp)
-            depth, _, part = self._sight.cast(poses, index)
+            self._scene.show(poses, index)
+            image = self._scene.render(self._spp)
+            depth, _, part = self._pixel_rays.cast(poses, index)
             single: Any = np.float32
             splines = [spline_filter(np.ascontiguousarray(image[..., k]), ORDER, single) for k in range(3)]
             self._keys[index] = Key(image, splines, depth, part)
         return self._keys[index]
 
-    def _between(self, poses: Poses, index: int, before: int, after: int) -> np.ndarray:
-        depth, _, part = self._sight.cast(poses, index)
+    def _between(self, poses: ScenePoses, index: int, before: int, after: int) -> np.ndarray:
+        depth, _, part = self._pixel_rays.cast(poses, index)
         share = self._plan.places[index] - self._plan.places[before]
         total, weight = np.zeros((*depth.shape, 3), np.float32), np.zeros(depth.shape, np.float32)
         for k, own in ((before, 1 - share), (after, share)):
             key = self._key(poses, k)
-            there = self._camera.project(self._sight.carried(depth, part, poses, index, k))
+            there = self._camera.project(self._pixel_rays.carried(depth, part, poses, index, k))
             seen = np.float32(max(own, LEAST)) * shown(there, part, key)
             row, column = there[..., 1] - 0.5, there[..., 0] - 0.5
             for channel, spline in enumerate(key.splines):
@@ -95,15 +96,15 @@ class Keyframes:
             image[tuple(holes.T)] = self._trace(poses, index, holes)
         return image
 
-    def _trace(self, poses: Poses, index: int, pixels: np.ndarray) -> np.ndarray:
+    def _trace(self, poses: ScenePoses, index: int, pixels: np.ndarray) -> np.ndarray:
         """Pixels (n, 2), row and column, traced one by one; (n, 3)."""
-        self._stage.show(poses, index)
+        self._scene.show(poses, index)
         camera = self._camera
         places = pixels[:, None] + np.random.default_rng(0).random((len(pixels), self._spp, 2))
         x = (places[..., 1] - camera.width / 2) / camera.focal_px
         y = (camera.height / 2 - places[..., 0]) / camera.focal_px
         rays = np.stack([x, y, -np.ones_like(x)], -1) @ poses.camera_rotation[index].T
-        return self._stage.render_pixels(rays, self._spp)
+        return self._scene.render_pixels(rays, self._spp)
 
 
 def shown(there: np.ndarray, part: np.ndarray, key: Key) -> np.ndarray:
@@ -117,7 +118,7 @@ def shown(there: np.ndarray, part: np.ndarray, key: Key) -> np.ndarray:
     return inside & near & (key.part[row, column] == part)
 
 
-def plan(motion_px: np.ndarray, most_px: float) -> Plan:
+def plan_keyframes(motion_px: np.ndarray, most_px: float) -> KeyframePlan:
     """A plan in which no two traced frames are more than `most_px` apart, unless no frame lies between; the first and
     the last are traced. motion_px (n - 1,): from frame to frame."""
     along = np.concatenate([[0.0], np.cumsum(motion_px)])
@@ -129,4 +130,4 @@ def plan(motion_px: np.ndarray, most_px: float) -> Plan:
     for number, (first, last) in enumerate(pairwise(keys)):
         way = along[first : last + 1] - along[first]
         places[first : last + 1] = number + (way / way[-1] if way[-1] > 0 else np.linspace(0, 1, len(way)))
-    return Plan(places, np.array(keys))
+    return KeyframePlan(places, np.array(keys))

@@ -51,11 +51,11 @@ def parts_of(params: Params, arm: bool) -> list[Part]:
 def _painted(frame: str, mesh: Mesh) -> list[Part]:
     """A mesh of the robot's description, cut by colour."""
     a, b, c = np.moveaxis(mesh.corners, 1, 0)
-    solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 2 * LEAST_AREA_M2
+    proper = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 2 * LEAST_AREA_M2
     colours, which = np.unique(mesh.albedo, axis=0, return_inverse=True)
     parts = []
     for k, colour in enumerate(colours):
-        chosen = solid & (which.ravel() == k)
+        chosen = proper & (which.ravel() == k)
         parts.append(Part(frame, mesh.corners[chosen], mesh.normals[chosen], None, Paint(colour, GRIPPER_GLOSS)))
     return parts
 

@@ -8,8 +8,8 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.pathtrace.keyframes import Keyframes
-from evslip.rendering.pathtrace.stage import BOUNCES, Stage
-from evslip.rendering.poses import Poses
+from evslip.rendering.pathtrace.mitsuba_scene import BOUNCES, MitsubaScene
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
 from evslip.rendering.raycast.setting import LUMA, channel_of
 
@@ -21,14 +21,14 @@ class Pathtracer:
         self, params: Params, camera: Camera, held_travel_m: float, channel: int = LUMA, *,
         arm: bool = True, bounces: int = BOUNCES,
     ):  # fmt: skip
-        """held_travel_m: as of Raycaster; arm, bounces: as of `stage.Stage`. Raises ConfigError, MissingExtraError."""
+        """held_travel_m: as of Raycaster; arm, bounces: as of `MitsubaScene`. Raises ConfigError, MissingExtraError."""
         self._lens, self._channel, self._spp = Lens(params, camera), channel, params.render.spp
-        self.stage = Stage(params, self._lens.pinhole, arm=arm, bounces=bounces)
+        self.scene = MitsubaScene(params, self._lens.pinhole, arm=arm, bounces=bounces)
         sparse = camera.is_mounted and params.render.key_motion_px > 0
-        self._keyframes = Keyframes(params, self._lens.pinhole, self.stage) if sparse else None
+        self._keyframes = Keyframes(params, self._lens.pinhole, self.scene) if sparse else None
         self._masks = Raycaster(params, camera, held_travel_m, channel) if camera.is_mounted else None
 
-    def draw(self, poses: Poses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    def draw(self, poses: ScenePoses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """As of Raycaster. The body indices are the fast renderer's, which are exact; other cameras than the hand's
         have none, and get zeros."""
         image = channel_of(self._trace(poses, index), self._channel)
@@ -37,18 +37,18 @@ class Pathtracer:
             return luminance, np.zeros(luminance.shape, np.uint8)
         return luminance, self._masks.draw(poses, index)[1]
 
-    def film(self, poses: Poses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def draw_sequence(self, poses: ScenePoses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """As `draw`, of all poses in turn."""
         return (self.draw(poses, index, scale) for index in range(len(poses.travel_m)))
 
-    def color(self, poses: Poses, index: int, scale: float = 1.0) -> np.ndarray:
+    def color(self, poses: ScenePoses, index: int, scale: float = 1.0) -> np.ndarray:
         """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""
         image = self._trace(poses, index)
         return np.stack([self._lens.form(channel_of(image, k), scale, SPREAD) for k in range(3)], -1)
 
-    def _trace(self, poses: Poses, index: int) -> np.ndarray:
+    def _trace(self, poses: ScenePoses, index: int) -> np.ndarray:
         """What the pinhole sees, linear RGB in cd/m2."""
         if self._keyframes is not None:
             return self._keyframes.draw(poses, index)
-        self.stage.show(poses, index)
-        return self.stage.render(self._spp)
+        self.scene.show(poses, index)
+        return self.scene.render(self._spp)

@@ -9,7 +9,7 @@ from evslip.rendering.geometry.raster import make_raster, trace
 from evslip.rendering.materials.texels import bake
 from evslip.rendering.raycast.setting import Setting
 from evslip.rendering.scratch import Scratch
-from evslip.rendering.shading.mesh_shading import SkinTexture, draw_skin
+from evslip.rendering.shading.mesh_shading import MeshTexture, draw_mesh
 from evslip.rendering.shadows.casters import ARM_PART, Casters
 from evslip.rendering.viewpoint import View
 
@@ -25,7 +25,7 @@ class Arm:
         self._slopes = width / 2 / camera.focal_px, height / 2 / camera.focal_px
         self._gloss = gloss
         self._raster = None
-        self._texture = SkinTexture(*bake(np.full((2, 2), WHITEST, np.float32), wrap=True), (True, True))
+        self._texture = MeshTexture(*bake(np.full((2, 2), WHITEST, np.float32), wrap=True), (True, True))
         self.total = np.zeros((height, width), np.float32)
         """Share of each pixel that the arm covers."""
         self.touched, self._full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -51,7 +51,7 @@ class Arm:
     def draw(self, out: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters) -> None:
         """Add what `cover` found to `out`."""
         assert self._raster is not None
-        draw_skin(
+        draw_mesh(
             scratch, out, self._keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture,
             self._raster, self._count, casters, ARM_PART, self._depth,
         )  # fmt: skip

@@ -13,7 +13,6 @@ from evslip.rendering.scratch import (
     BLOCK,
     GROUND,
     HALF,
-    LANES,
     LEAST_ROOM,
     ONE,
     OPEN,
@@ -22,6 +21,7 @@ from evslip.rendering.scratch import (
     RAY_Y,
     RESULT,
     ROOM,
+    SLOT,
     TILE_H,
     TILE_W,
     ZERO,
@@ -66,7 +66,7 @@ class Surface(NamedTuple):
     lamp_radius: np.float32
     plane: np.ndarray
     """Of `plane.describe`."""
-    sheen: np.ndarray
+    reflection: np.ndarray
 
 
 class Sphere(NamedTuple):
@@ -98,10 +98,10 @@ def backdrop(
     Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle of the pixel
     there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
-    S, fetched = scratch
+    S, loaded = scratch
     height, width = backdrops.shape[1:]
     scene = compose(S, height, width, view, lamp, table, sky, casters)
-    _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, uncovered)
+    _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, loaded, scene, uncovered)
 
 
 @kernel
@@ -117,13 +117,13 @@ def compose(S, height, width, view, lamp, table, sky, casters):
     towards, angle = _bearing(camera, turn, lamp.position, lamp.radius_m)
     surface = Surface(
         table.cells, table.levels, f32(1.0 / tile_m), f32(table.ambient), f32(table.reflectance),
-        f32(lamp.luminance * lamp.radius_m**2), f32(lamp.radius_m), plane.astype(np.float32), table.sheen,
+        f32(lamp.luminance * lamp.radius_m**2), f32(lamp.radius_m), plane.astype(np.float32), table.reflection,
     )  # fmt: skip
     sphere = Sphere(
         sky.cells, sky.levels, f32(sky.repetitions), f32(sky.radius_m), f32(sky.luminance),
         camera.astype(np.float32), turn.astype(np.float32), towards, angle, f32(lamp.luminance),
     )  # fmt: skip
-    for i in range(LANES):
+    for i in range(SLOT):
         S[PART + i] = f32(NO_PART)
     nodes = surface_nodes(S, width, height, camera, turn, focal, sky.radius_m, origin, casters)
     return (camera, turn, focal, sky.radius_m, plane), surface, sphere, (casters, receive(casters, axes, origin)), nodes
@@ -131,9 +131,9 @@ def compose(S, height, width, view, lamp, table, sky, casters):
 
 @kernel
 def _draw_tiles(
-    backdrops, grounds, slots, cell_height, cell_width, S, fetched, scene, uncovered
+    backdrops, grounds, slots, cell_height, cell_width, S, loaded, scene, uncovered
 ):  # fmt: skip
-    backdrops, grounds, S, fetched = borrowed(backdrops), borrowed(grounds), borrowed(S), borrowed(fetched)
+    backdrops, grounds, S, loaded = borrowed(backdrops), borrowed(grounds), borrowed(S), borrowed(loaded)
     view, surface, sphere, shadows, nodes = borrowed(scene)
     seen, total, touched, full = borrowed(uncovered)
     height, width = backdrops.shape[1:]
@@ -165,7 +165,7 @@ def _draw_tiles(
                         n = past - start
                         aim_rays(S, n, row, start, height, width, pixel, nodes, total, touched)
                         _fill_up(S, n)
-                        shade_rays(S, blocks(n), fetched, pixel, surface, sphere, reception, shaded, lamp_here)
+                        shade_rays(S, blocks(n), loaded, pixel, surface, sphere, reception, shaded, lamp_here)
                         shades, marks = out[row, start:past], bodies[row, start:past]
                         for i in range(shades.size):
                             shades[i] = S[RESULT + i]
@@ -219,7 +219,7 @@ def uncovered_middle(total, row, column):
 
 
 @formula
-def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_here):
+def shade_rays(S, n, loaded, pixel, surface, sphere, reception, shaded, lamp_here):
     """RESULT and GROUND for n rays."""
     meet_sphere(S, n, sphere.turn, sphere.camera, sphere.radius, pixel)
     lowest, highest = ENDLESS, -ENDLESS
@@ -229,7 +229,7 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_he
         aspect = sphere.levels[0, 1] / sphere.levels[0, 2]
         horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
         unroll(S, n, sphere.repetitions, sphere.radius, pixel, aspect, horizon)
-        sample_around(S, n, sphere.cells, fetched, sphere.levels, True, TRIANGLE)
+        sample_around(S, n, sphere.cells, loaded, sphere.levels, True, TRIANGLE)
         glow(S, n, sphere.luminance)
         if lamp_here:
             draw_lamp(S, n, sphere.towards, sphere.angle, pixel, sphere.lamp_luminance)
@@ -244,13 +244,13 @@ def shade_rays(S, n, fetched, pixel, surface, sphere, reception, shaded, lamp_he
         if shaded:
             shade(S, n, reception, False, True)
         unfold(S, n, surface.per_m, ZERO, -surface.per_m, ZERO, True)
-        sample_along(S, n, surface.cells, fetched, surface.levels)
+        sample_along(S, n, surface.cells, loaded, surface.levels)
         if lowest >= ONE:
             reflect(S, n, surface.ambient)
         else:
             reflect_below_horizon(S, n, surface.ambient)
         if surface.reflectance > ZERO:
-            mirror(S, n, plane, surface.sheen)
+            mirror(S, n, plane, surface.reflection)
 
 
 @kernel

@@ -11,7 +11,7 @@ from evslip.rendering.raycast.gripper import order_by_faces
 from evslip.rendering.raycast.layers import Layers
 from evslip.rendering.raycast.setting import Setting, channel_of
 from evslip.rendering.scratch import Scratch
-from evslip.rendering.shading.box_shading import Cover, FaceTextures, draw_solid
+from evslip.rendering.shading.box_shading import Cover, FaceTextures, draw_box
 from evslip.rendering.shadows.casters import Casters
 from evslip.rendering.shadows.mesh_shadow import Outline
 from evslip.rendering.viewpoint import View
@@ -53,7 +53,7 @@ class Cuboid:
         self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
     ) -> None:
         cover = Cover(self._visible, self._faces, self._rows, self._area, self._spans)
-        draw_solid(
+        draw_box(
             scratch,
             out,
             keep,

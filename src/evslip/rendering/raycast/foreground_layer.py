@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.scratch import HALF, ONE, ZERO, formula, kernel
-from evslip.rendering.timing.update_schedule import Cells, Plan
+from evslip.rendering.timing.update_schedule import CellPlan, Cells
 from evslip.utils.refcount import borrowed
 
 
-class Plate(NamedTuple):
+class ForegroundLayer(NamedTuple):
     """Object, gripper and arm of one frame, to be put before a backdrop."""
 
     light: np.ndarray
@@ -28,33 +28,33 @@ class Plate(NamedTuple):
             _join(self.spans, one)
 
 
-class Reel:
-    """Backdrops and plates that frames are made of, in so many slots."""
+class LayerBuffer:
+    """Backdrops and foregrounds that frames are made of, in so many slots."""
 
     def __init__(self, slots: int, height: int, width: int):
         shape = (slots, height, width)
         self.backdrops, self.grounds = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
-        self.plates = Plate(
+        self.foregrounds = ForegroundLayer(
             np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros(shape, np.uint8),
             np.zeros((slots, height, 2), np.int64),
         )  # fmt: skip
         """Of all slots: a first axis more."""
 
-    def plate(self, slot: int) -> Plate:
+    def foreground(self, slot: int) -> ForegroundLayer:
         """That of a slot."""
-        return Plate(*(part[slot] for part in self.plates))
+        return ForegroundLayer(*(part[slot] for part in self.foregrounds))
 
-    def develop(self, behind: Plan, before: Plan, index: int, cells: Cells, out: np.ndarray) -> np.ndarray:
+    def composite(self, behind: CellPlan, before: CellPlan, index: int, cells: Cells, out: np.ndarray) -> np.ndarray:
         """Put the frame of a number into `out` (height, width); returns its body indices.
 
-        behind: plan of the backdrop's cells; before: that of the plate, which is a single cell.
+        behind: plan of the backdrop's cells; before: that of the foreground, which is a single cell.
         """
         bodies = np.empty(out.shape, np.uint8)
-        _hang(
+        _composite_backdrop(
             out, bodies, self.backdrops, self.grounds, *(part[index] for part in behind[1:]), cells.height, cells.width
         )
-        plates = (self.plate(int(part[index, 0, 0])) for part in before[1:4])
-        _put_before(out, bodies, *plates, *before.shares[index, 0, 0])
+        layers = (self.foreground(int(part[index, 0, 0])) for part in before[1:4])
+        _composite_foreground(out, bodies, *layers, *before.shares[index, 0, 0])
         return bodies
 
 
@@ -86,9 +86,9 @@ def spans_of(pixels, height, width):
 
 
 @kernel
-def _hang(out, bodies, backdrops, grounds, before, earlier, after, shares, cell_height, cell_width):
+def _composite_backdrop(out, bodies, backdrops, grounds, before, earlier, after, shares, cell_height, cell_width):
     """out, bodies (height, width): a backdrop, cell by cell blended of up to three of `backdrops` (slots, height,
-    width); grounds: which body each of these shows. before, earlier, after, shares: of a `pace.Plan`."""
+    width); grounds: which body each of these shows. before, earlier, after, shares: of a `update_schedule.CellPlan`."""
     out, bodies, backdrops, grounds = borrowed(out), borrowed(bodies), borrowed(backdrops), borrowed(grounds)
     height, width = out.shape
     for row in range(height):
@@ -109,8 +109,8 @@ def _hang(out, bodies, backdrops, grounds, before, earlier, after, shares, cell_
 
 
 @kernel
-def _put_before(out, bodies, before, earlier, after, share, bend):
-    """Put a plate, blended of up to three, before a backdrop; share, bend: weights of `after` and `earlier`."""
+def _composite_foreground(out, bodies, before, earlier, after, share, bend):
+    """Put a foreground, blended of up to three, before a backdrop; share, bend: weights of `after` and `earlier`."""
     light, clear = np.empty(out.shape[1], np.float32), np.empty(out.shape[1], np.float32)
     for row in range(out.shape[0]):
         first, last = before.spans[row, 0], before.spans[row, 1]

@@ -9,7 +9,6 @@ from evslip.rendering.geometry.simd_minmax import larger, smaller
 from evslip.rendering.raycast import layers
 from evslip.rendering.raycast.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
 from evslip.rendering.scratch import (
-    LANES,
     LIT,
     ONE,
     OPEN,
@@ -18,6 +17,7 @@ from evslip.rendering.scratch import (
     ROOM,
     SCRATCH,
     SEEN,
+    SLOT,
     ZERO,
     U,
     V,
@@ -62,8 +62,8 @@ def distance_of(view, casters):
 def _shade_all(S, values, fragments, albedo, light, gloss, opens):
     S, values, fragments, light = borrowed(S), borrowed(values), borrowed(fragments), borrowed(light)
     kinds = light.reception.kinds
-    for start in range(0, fragments.shape[1], LANES):
-        n = min(LANES, fragments.shape[1] - start)
+    for start in range(0, fragments.shape[1], SLOT):
+        n = min(SLOT, fragments.shape[1] - start)
         own = fragments[:, start : start + n]
         first, last = own[BODY, 0], own[BODY, 0]
         for i in range(n):
@@ -96,8 +96,8 @@ def open_layers(fragments, turns, places, halves, parts):
     S, boxes = np.zeros(SCRATCH, np.float32), np.zeros((places.shape[0], BOX), np.float32)
     for k in range(places.shape[0]):
         describe_box(boxes[k], np.eye(3), np.zeros(3), turns[k], places[k], halves[k], np.zeros(3))
-    for start in range(0, fragments.shape[1], LANES):
-        n = min(LANES, fragments.shape[1] - start)
+    for start in range(0, fragments.shape[1], SLOT):
+        n = min(SLOT, fragments.shape[1] - start)
         own = fragments[:, start : start + n]
         own[layers.OPEN] = ONE
         _place(S, n, own)
@@ -127,8 +127,8 @@ def _open_to_object(S, fragments, box):
         if abs(a) * box[15] + abs(b) * box[16] + abs(c) * box[17] > a * x + b * y + c * z:
             where[count] = k
             count += 1
-    for start in range(0, count, LANES):
-        n = min(LANES, count - start)
+    for start in range(0, count, SLOT):
+        n = min(SLOT, count - start)
         for i in range(n):
             k = where[start + i]
             S[U + i], S[V + i], S[W + i] = fragments[X, k], fragments[Y, k], fragments[Z, k]
@@ -174,7 +174,7 @@ def order_by_depth(front, fragments, pixels, starts, near):
 
 @kernel
 def merge_gripper(light, clear, keep, over, values, front, fragments, pixels, starts):
-    """Put the fragments behind the object before what `light` and `clear` hold (see `plate.Plate`). keep (height,
+    """Put the fragments behind the object before what `light` and `clear` of a `ForegroundLayer` hold. keep (height,
     width): share of each pixel without fragments in front; over (m,): the light of those in front, per pixel of
     `pixels`."""
     flat, free, kept = light.reshape(-1), clear.reshape(-1), keep.reshape(-1)
@@ -194,7 +194,7 @@ def merge_gripper(light, clear, keep, over, values, front, fragments, pixels, st
 
 
 @kernel
-def make_room(light, clear, total, touched):
+def dim_behind(light, clear, total, touched):
     """Dim what stands behind a body by its coverage."""
     for row in range(light.shape[0]):
         for column in range(touched[row, 0], touched[row, 1]):
@@ -204,7 +204,7 @@ def make_room(light, clear, total, touched):
 
 
 @kernel
-def put_over(light, bodies, keep, total, touched, over, front, fragments, pixels, starts):
+def add_front(light, bodies, keep, total, touched, over, front, fragments, pixels, starts):
     """Add the fragments in front of the object, and mark in `bodies` what covers most of each pixel."""
     flat, marks, kept, covered = light.reshape(-1), bodies.reshape(-1), keep.reshape(-1), total.reshape(-1)
     for row in range(light.shape[0]):
@@ -217,8 +217,8 @@ def put_over(light, bodies, keep, total, touched, over, front, fragments, pixels
         gripper = ZERO
         for k in range(starts[m], starts[m + 1]):
             gripper += fragments[SHARE, k] * (front[k] + (ONE - front[k]) * (ONE - covered[p]))
-        solid = covered[p] * kept[p]
-        if gripper >= max(solid, ONE - gripper - solid):
+        body = covered[p] * kept[p]
+        if gripper >= max(body, ONE - gripper - body):
             marks[p] = 3
 
 

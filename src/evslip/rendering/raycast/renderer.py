@@ -11,12 +11,12 @@ from evslip.rendering.geometry.hand import BOX_PARTS, Boxes
 from evslip.rendering.geometry.links import CASTERS
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.materials.paint import GRIPPER_GLOSS
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.arm import Arm, cast_links
 from evslip.rendering.raycast.backdrop import Uncovered, backdrop
 from evslip.rendering.raycast.body import make_body
-from evslip.rendering.raycast.foreground_layer import Plate, Reel, spans_of
-from evslip.rendering.raycast.gripper import make_room, merge_gripper, put_over, shade_gripper
+from evslip.rendering.raycast.foreground_layer import ForegroundLayer, LayerBuffer, spans_of
+from evslip.rendering.raycast.gripper import add_front, dim_behind, merge_gripper, shade_gripper
 from evslip.rendering.raycast.layers import RED
 from evslip.rendering.raycast.openings import Opening, Openings
 from evslip.rendering.raycast.setting import LUMA, prepare
@@ -24,7 +24,7 @@ from evslip.rendering.scratch import make_scratch
 from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, Casters, cast
 from evslip.rendering.shadows.mesh_shadow import Outline
 from evslip.rendering.timing.foreground import foreground_motion
-from evslip.rendering.timing.update_schedule import LAG, Cells, Plan, cell_motion, divide, plan_cells, plan_still
+from evslip.rendering.timing.update_schedule import LAG, CellPlan, Cells, cell_motion, divide, plan_cells, plan_still
 from evslip.rendering.viewpoint import View
 from evslip.utils.errors import ConfigError
 
@@ -66,21 +66,21 @@ class Raycaster:
         self._channels: list[Raycaster] = []
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
         self._cells = divide(height, width)
-        self._stills = Reel(1, height, width)
+        self._stills = LayerBuffer(1, height, width)
         self._whole, self._alone = plan_still(self._cells), plan_still(Cells(1, 1, height, width))
 
-    def draw(self, poses: Poses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    def draw(self, poses: ScenePoses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Luminance in cd/m2 times `scale`, float32, and body indices, uint8, both new arrays (height, width)."""
         self._prepare(poses, index)
         self._draw_backdrop(self._stills, self._whole.slots[0])
-        self._draw_plate(self._stills.plate(0))
-        return self._develop(self._stills, self._whole, self._alone, 0, scale)
+        self._draw_foreground(self._stills.foreground(0))
+        return self._composite(self._stills, self._whole, self._alone, 0, scale)
 
-    def film(self, poses: Poses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def draw_sequence(self, poses: ScenePoses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """As `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
 
         Each cell of the backdrop, and what stands before it, is drawn as often as it moves by as much as a frame may,
-        see `pace` and `foreground`; so a frame is ready LAG frames after it was begun.
+        see `update_schedule` and `foreground`; so a frame is ready LAG frames after it was begun.
         """
         count = len(poses.travel_m)
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
@@ -89,18 +89,18 @@ class Raycaster:
             plan_cells(self._sensor.stretch() * motion, changes, self.params.render.max_motion_px)
             for motion in (cell_motion(*scene), foreground_motion(*scene))
         )
-        reel = Reel(LAG + 2, *self._image.shape)
+        buffer = LayerBuffer(LAG + 2, *self._image.shape)
         for index in range(count + LAG):
             if index < count:
                 self._prepare(poses, index)
-                self._draw_backdrop(reel, behind.slots[index])
+                self._draw_backdrop(buffer, behind.slots[index])
                 slot = int(before.slots[index, 0, 0])
                 if slot >= 0:
-                    self._draw_plate(reel.plate(slot))
+                    self._draw_foreground(buffer.foreground(slot))
             if index >= LAG:
-                yield self._develop(reel, behind, before, index - LAG, scale)
+                yield self._composite(buffer, behind, before, index - LAG, scale)
 
-    def _prepare(self, poses: Poses, index: int) -> None:
+    def _prepare(self, poses: ScenePoses, index: int) -> None:
         """Put everything where it is."""
         opening = self._opening(poses.travel_m[index])
         self._layers = opening.layers
@@ -112,26 +112,26 @@ class Raycaster:
         self._links = None if poses.links is None else (poses.links, index)
         self._casters = self._cast(opening.boxes, opening.blockers)
 
-    def _draw_backdrop(self, reel: Reel, slots: np.ndarray) -> None:
+    def _draw_backdrop(self, buffer: LayerBuffer, slots: np.ndarray) -> None:
         """Draw the cells that are due into their slots."""
         setting, body = self.setting, self._body
         uncovered = Uncovered(self._layers.seen, body.total, body.touched, body.full)
         backdrop(
-            self._scratch, reel.backdrops, reel.grounds, slots, self._cells.height, self._cells.width, self._view,
+            self._scratch, buffer.backdrops, buffer.grounds, slots, self._cells.height, self._cells.width, self._view,
             setting.lamp, setting.table, setting.sky, self._casters, uncovered,
         )  # fmt: skip
 
-    def _draw_plate(self, plate: Plate) -> None:
+    def _draw_foreground(self, layer: ForegroundLayer) -> None:
         """Draw what stands before the backdrop."""
         lamp, ambient, layers = self.setting.lamp, self.setting.ambient, self._layers
         view, casters, body, arm = self._view, self._casters, self._body, self._arm
         if self._links is not None and arm.cover(*self._links, view):
-            plate.wipe(self._span, body.touched, arm.touched)
-            arm.mark(plate.marks, ARM)
-            make_room(plate.light, plate.clear, arm.total, arm.touched)
-            arm.draw(plate.light, self._scratch, view, self.setting, casters)
+            layer.wipe(self._span, body.touched, arm.touched)
+            arm.mark(layer.marks, ARM)
+            dim_behind(layer.light, layer.clear, arm.total, arm.touched)
+            arm.draw(layer.light, self._scratch, view, self.setting, casters)
         else:
-            plate.wipe(self._span, body.touched)
+            layer.wipe(self._span, body.touched)
         shade_gripper(
             self._scratch,
             self._values,
@@ -145,19 +145,19 @@ class Raycaster:
         )
         body.order(self._front, layers)
         fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
-        merge_gripper(plate.light, plate.clear, self._keep, self._over, self._values, *fragments)
-        make_room(plate.light, plate.clear, body.total, body.touched)
-        body.draw(plate.light, self._keep, self._scratch, view, self.setting, casters)
-        put_over(plate.light, plate.marks, self._keep, body.total, body.touched, self._over, *fragments)
+        merge_gripper(layer.light, layer.clear, self._keep, self._over, self._values, *fragments)
+        dim_behind(layer.light, layer.clear, body.total, body.touched)
+        body.draw(layer.light, self._keep, self._scratch, view, self.setting, casters)
+        add_front(layer.light, layer.marks, self._keep, body.total, body.touched, self._over, *fragments)
 
-    def _develop(
-        self, reel: Reel, behind: Plan, before: Plan, index: int, scale: float
+    def _composite(
+        self, buffer: LayerBuffer, behind: CellPlan, before: CellPlan, index: int, scale: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The frame of this number in the plans of backdrop and plate."""
-        bodies = reel.develop(behind, before, index, self._cells, self._image)
+        """The frame of this number in the plans of backdrop and foreground."""
+        bodies = buffer.composite(behind, before, index, self._cells, self._image)
         return self._lens.form(self._image, scale, SPREAD), self._lens.bend_mask(bodies)
 
-    def color(self, poses: Poses, index: int, scale: float = 1.0) -> np.ndarray:
+    def color(self, poses: ScenePoses, index: int, scale: float = 1.0) -> np.ndarray:
         """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""
         if not self._channels:
             self._channels = [Raycaster(self.params, self._sensor, self._held_m, channel) for channel in range(3)]
@@ -167,7 +167,7 @@ class Raycaster:
         """What stands before the lamp: the object, the gripper's boxes and the arm's links."""
         lamp, view = self.setting.lamp, self._view
         outline = self._body.outline(view, lamp.position)
-        solids = [
+        casting = [
             (view.axes[None], view.place[None], self._body.half[None]),
             (view.turn @ boxes.turns, view.camera + boxes.places @ view.turn.T, boxes.halves),
         ]
@@ -182,10 +182,10 @@ class Raycaster:
         numbers[0][0] = count - 1
         if self._links is not None:
             own, found = cast_links(*self._links, lamp.position, -view.turn[:, 2])
-            solids.append(own)
+            casting.append(own)
             outlines.append(found)
             numbers.append(count + np.arange(len(own[0])))
-        turns, places, halves = (np.concatenate(arrays) for arrays in zip(*solids, strict=True))
+        turns, places, halves = (np.concatenate(arrays) for arrays in zip(*casting, strict=True))
         edges, starts, *rest = zip(*outlines, strict=True)
         starts = np.concatenate([starts[0], *(len(edges[0]) + more[1:] for more in starts[1:])])
         return cast(

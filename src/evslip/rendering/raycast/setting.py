@@ -10,7 +10,7 @@ from evslip.rendering.materials.paint import REFLECTANCE, WIDTH, shines
 from evslip.rendering.materials.texels import bake, halve
 from evslip.rendering.raycast.layers import LUMA_WEIGHTS
 from evslip.rendering.shading.ambient import Ambient, surround
-from evslip.rendering.shading.environment_reflection import TERMS, sheen
+from evslip.rendering.shading.environment_reflection import TERMS, fit_reflection
 from evslip.scene.textures import library
 from evslip.utils.errors import ConfigError
 
@@ -40,8 +40,8 @@ class Table(NamedTuple):
     """Light from all around on it, as luminance of white."""
     reflectance: float
     """Seen straight from above; 0 if it is matt."""
-    sheen: np.ndarray
-    """What it mirrors of the background, see `sheen.sheen`; zeros if it is matt."""
+    reflection: np.ndarray
+    """What it mirrors of the background, see `environment_reflection.fit_reflection`; zeros if it is matt."""
 
 
 class Sky(NamedTuple):
@@ -83,7 +83,9 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
         coarse = halve(halve(coarse, 0), 1)
     ambient = surround(coarse, background.luminance_cd_m2, repetitions, white, float(table.mean()))
     reflectance = float(REFLECTANCE) if shines(params.surface.texture) else 0.0
-    mirrored = sheen(ambient.heights, float(WIDTH), reflectance) if reflectance else np.zeros(TERMS, np.float32)
+    mirrored = np.zeros(TERMS, np.float32)
+    if reflectance:
+        mirrored = fit_reflection(ambient.heights, float(WIDTH), reflectance)
     return Setting(
         lamp, ambient,
         Table(*bake(table, wrap=True), params.surface.tile_m, ambient.surface, reflectance, mirrored),

@@ -9,13 +9,13 @@ from evslip.rendering.geometry.plane import PLANE, describe, light_plane, meet_f
 from evslip.rendering.materials.texels import SQUARE, sample_around, unfold
 from evslip.rendering.scratch import (
     HALF,
-    LANES,
     LEAST_ROOM,
     PART,
     RAY_X,
     RAY_Y,
     RESULT,
     ROOM,
+    SLOT,
     ZERO,
     blocks,
     f32,
@@ -89,21 +89,21 @@ class Cover(NamedTuple):
 
 
 @kernel
-def draw_solid(scratch, out, keep, view, lamp, ambient, gloss, half, textures, casters, cover):
+def draw_box(scratch, out, keep, view, lamp, ambient, gloss, half, textures, casters, cover):
     """Add the object's faces to `out`, weighted by coverage and by keep (height, width), the share of each pixel that
     no part of the gripper in front of the object covers.
 
     view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; half: half the object's sides; textures:
     `FaceTextures`; cover: `Cover`.
     """
-    S, fetched = scratch
-    for i in range(LANES):
+    S, loaded = scratch
+    for i in range(SLOT):
         S[PART + i] = f32(OBJECT_PART)
     for k in range(cover.visible):
         face = stand(S, view, lamp, ambient, half, cover.faces[k], casters)
         own = texture_of(textures, cover.faces[k])
         _draw_face(
-            S, fetched, out, f32(1.0 / view.focal), power_of(lamp), f32(lamp.radius_m), gloss, face, textures.cells,
+            S, loaded, out, f32(1.0 / view.focal), power_of(lamp), f32(lamp.radius_m), gloss, face, textures.cells,
             own, cover.rows[k], cover.area[k], cover.spans[k], keep,
         )  # fmt: skip
 
@@ -145,8 +145,8 @@ def stand(S, view, lamp, ambient, half, face, casters):
 
 
 @kernel
-def _draw_face(S, fetched, out, pixel, power, radius, gloss, face, cells, levels, rows, area, spans, keep):
-    S, fetched, out, keep, face = borrowed(S), borrowed(fetched), borrowed(out), borrowed(keep), borrowed(face)
+def _draw_face(S, loaded, out, pixel, power, radius, gloss, face, cells, levels, rows, area, spans, keep):
+    S, loaded, out, keep, face = borrowed(S), borrowed(loaded), borrowed(out), borrowed(keep), borrowed(face)
     cells, levels, area, spans = borrowed(cells), borrowed(levels), borrowed(area), borrowed(spans)
     height, width = out.shape
     for row in range(rows[0], rows[1]):
@@ -155,14 +155,14 @@ def _draw_face(S, fetched, out, pixel, power, radius, gloss, face, cells, levels
             first += 1
         while last > first and keep[row, last - 1] <= ZERO:
             last -= 1
-        for x0 in range(first, last, LANES):
-            n = min(LANES, last - x0)
+        for x0 in range(first, last, SLOT):
+            n = min(SLOT, last - x0)
             weights, kept, shades = area[row, x0 : x0 + n], keep[row, x0 : x0 + n], out[row, x0 : x0 + n]
             aim_at_face(S, weights, row, x0, height, width, pixel)
             repeat_last(S, RAY_X, n)
             repeat_last(S, RAY_Y, n)
             repeat_last(S, ROOM, n)
-            shade_face(S, blocks(n), fetched, pixel, power, radius, gloss, face, cells, levels)
+            shade_face(S, blocks(n), loaded, pixel, power, radius, gloss, face, cells, levels)
             for i in range(shades.size):
                 shades[i] += f32(weights[i]) * kept[i] * S[RESULT + i]
 
@@ -177,7 +177,7 @@ def aim_at_face(S, weights, row, column, height, width, pixel):
 
 
 @formula
-def shade_face(S, n, fetched, pixel, power, radius, gloss, face, cells, levels):
+def shade_face(S, n, loaded, pixel, power, radius, gloss, face, cells, levels):
     """RESULT for n rays that meet a `Face`. cells, levels: its texture."""
     meet_face(S, n, face.plane, pixel, face.half_u, face.half_v)
     light_plane(S, n, face.plane, power, radius)
@@ -187,7 +187,7 @@ def shade_face(S, n, fetched, pixel, power, radius, gloss, face, cells, levels):
     if face.shaded:
         shade(S, n, face.reception, True, True)
     unfold(S, n, face.per_u, HALF, face.per_v, HALF, False)
-    sample_around(S, n, cells, fetched, levels, False, SQUARE)
+    sample_around(S, n, cells, loaded, levels, False, SQUARE)
     reflect(S, n, face.ambient)
 
 

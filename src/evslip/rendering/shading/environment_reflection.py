@@ -33,7 +33,7 @@ AROUND = 128
 """Azimuths between view and light."""
 
 
-def sheen(sky: np.ndarray, roughness: float, reflectance: float) -> np.ndarray:
+def fit_reflection(sky: np.ndarray, roughness: float, reflectance: float) -> np.ndarray:
     """Polynomial, float32 of shape (TERMS,), in 1 - cosine of the angle to the normal: the luminance that a surface
     which faces upwards mirrors, in cd/m2.
 
@@ -78,7 +78,7 @@ def mirror(S, n, plane, polynomial):
 @kernel
 def glint(S, n, plane, roughness, reflectance):
     """GLOSS = what the surface mirrors of the lamp at the points U, V: the same lobe, by the light LIT that they
-    receive. roughness, reflectance: as in `sheen`."""
+    receive. roughness, reflectance: as in `fit_reflection`."""
     height, camera_u, camera_v = plane[9], plane[10], plane[11]
     lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
     square = roughness * roughness

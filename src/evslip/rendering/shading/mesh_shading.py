@@ -11,7 +11,6 @@ from evslip.rendering.scratch import (
     AMBIENT,
     GLOSS,
     HALF,
-    LANES,
     LIT,
     MAJOR_U,
     MAJOR_V,
@@ -26,6 +25,7 @@ from evslip.rendering.scratch import (
     RESULT,
     ROOM,
     SEEN,
+    SLOT,
     TEX,
     ZERO,
     U,
@@ -44,7 +44,7 @@ COARSEST = 0.25
 """Longest side of a pixel's footprint, in repetitions of the texture: at a rim it would grow without end."""
 
 
-class SkinTexture(NamedTuple):
+class MeshTexture(NamedTuple):
     cells: np.ndarray
     """Of `texels.bake`."""
     levels: np.ndarray
@@ -53,23 +53,23 @@ class SkinTexture(NamedTuple):
 
 
 @kernel
-def draw_skin(scratch, out, keep, view, lamp, ambient, gloss, texture, raster, count, casters, part, depth):
+def draw_mesh(scratch, out, keep, view, lamp, ambient, gloss, texture, raster, count, casters, part, depth):
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
-    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; texture: `SkinTexture`; part: number of
+    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; texture: `MeshTexture`; part: number of
     this body among the casters; depth: its distance before the camera, for the blur of shadows over a pixel.
     """
-    S, fetched = scratch
+    S, loaded = scratch
     height, width = out.shape
     light = illuminate(view, lamp, ambient, casters, depth)
     leave_out(light.reception, part)
-    for start in range(0, count, LANES):
-        n = min(LANES, count - start)
+    for start in range(0, count, SLOT):
+        n = min(SLOT, count - start)
         own = slice(start, start + n)
         shares = raster.fragment_share[own]
-        shade_skin(
-            S, n, fetched, width, height, view.focal, light, part, f32(gloss), texture, raster.functions,
+        shade_mesh(
+            S, n, loaded, width, height, view.focal, light, part, f32(gloss), texture, raster.functions,
             raster.fragment_face[own], raster.fragment_place[own], shares,
         )  # fmt: skip
         gather(out, keep, raster.fragment_pixel[own], shares, S[RESULT : RESULT + n])
@@ -91,8 +91,8 @@ def gather(out, keep, pixels, shares, values):
 
 
 @kernel
-def shade_skin(
-    S, n, fetched, width, height, focal, light, part, gloss, texture, functions, faces, places, shares
+def shade_mesh(
+    S, n, loaded, width, height, focal, light, part, gloss, texture, functions, faces, places, shares
 ):  # fmt: skip
     """RESULT for n fragments: `faces`, `places`, `shares` of a `raster.Raster`, and its `functions`."""
     _unpack(S, n, functions, faces, places, width, height, focal, light.lamp, light.radius, light.power, gloss)
@@ -108,7 +108,7 @@ def shade_skin(
     if lit > ZERO:
         shade(S, n, light.reception, True, True)
     _look_up(S, n, functions, faces, places, shares, texture.levels[0, 1], texture.repeats)
-    sample_around(S, n, texture.cells, fetched, texture.levels, True, SQUARE)
+    sample_around(S, n, texture.cells, loaded, texture.levels, True, SQUARE)
     for i in range(n):
         S[RESULT + i] = (
             S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]

@@ -56,7 +56,7 @@ class Casters(NamedTuple):
     starts: np.ndarray
     """First edge of every outline, then m; int64 (o + 1,)."""
     frames: np.ndarray
-    """Axes of the outlines' frames as columns, (o, 3, 3); see `outline.Outline`."""
+    """Axes of the outlines' frames as columns, (o, 3, 3); see `mesh_shadow.Outline`."""
     origins: np.ndarray
     """(o, 3)."""
     planes: np.ndarray
@@ -78,7 +78,7 @@ class Reception(NamedTuple):
     """The casters as seen from one frame of receivers, in few arrays: they are handed on for every few pixels."""
 
     boxes: np.ndarray
-    """Of `shadow.describe_box`, float32 (k, BOX)."""
+    """Of `box_shadow.describe_box`, float32 (k, BOX)."""
     kinds: np.ndarray
     """Whether the caster is asked at all; the number of its outline or -1; that of its body; int64 (k, 3)."""
     edges: np.ndarray

@@ -12,21 +12,21 @@ from evslip.rendering.geometry.face_visibility import faces_seen, matters
 from evslip.rendering.geometry.simd_minmax import larger
 from evslip.rendering.scratch import (
     HALF,
-    LANES,
     MORE,
     NORMAL_X,
     NORMAL_Y,
     NORMAL_Z,
     ONE,
     OPEN,
+    SLOT,
     ZERO,
     U,
     V,
     W,
+    clamped,
     f32,
     formula,
     kernel,
-    lanes,
     slot,
 )  # fmt: skip
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
@@ -39,7 +39,7 @@ NEAR_M, LEANING = f32(0.008), f32(0.8)
 """Less than this far over the surface, and with this cosine between the surface's normal and an axis of its own, a box
 counts as partly standing."""
 FACING, LEVEL = f32(0.7), f32(1e-6)
-FLOW_X, FLOW_Y, FLOW_Z, PX, PY, PZ, NX, NY, NZ = (MORE + (24 + k) * LANES for k in range(9))
+FLOW_X, FLOW_Y, FLOW_Z, PX, PY, PZ, NX, NY, NZ = (MORE + (24 + k) * SLOT for k in range(9))
 
 
 DARK = f32(0.7)
@@ -64,48 +64,48 @@ def arc(cosine, square):
 def block(S, n, box, above):
     """OPEN *= 1 - DARK * form factor of a box, seen from the points U, V, W with normals NORMAL.
 
-    box: of `shadow.describe_box`. above: the whole box lies above the points' horizon. Where it does not, the part
+    box: of `box_shadow.describe_box`. above: the whole box lies above the points' horizon. Where it does not, the part
     above is that of a sphere with the same flow of light (Snyder 1996, Hill 2016).
     """
-    n = lanes(n)
+    n = clamped(n)
     _into_box(S, n, box)
     h0, h1, h2 = box[15], box[16], box[17]
     # Corners and edges are written out: at constant distances in S, loops need no check for overlap.
-    _see_corner(S, n, 0 * 3 * LANES, -h0, -h1, -h2)
-    _see_corner(S, n, 1 * 3 * LANES, h0, -h1, -h2)
-    _see_corner(S, n, 2 * 3 * LANES, -h0, h1, -h2)
-    _see_corner(S, n, 3 * 3 * LANES, h0, h1, -h2)
-    _see_corner(S, n, 4 * 3 * LANES, -h0, -h1, h2)
-    _see_corner(S, n, 5 * 3 * LANES, h0, -h1, h2)
-    _see_corner(S, n, 6 * 3 * LANES, -h0, h1, h2)
-    _see_corner(S, n, 7 * 3 * LANES, h0, h1, h2)
+    _see_corner(S, n, 0 * 3 * SLOT, -h0, -h1, -h2)
+    _see_corner(S, n, 1 * 3 * SLOT, h0, -h1, -h2)
+    _see_corner(S, n, 2 * 3 * SLOT, -h0, h1, -h2)
+    _see_corner(S, n, 3 * 3 * SLOT, h0, h1, -h2)
+    _see_corner(S, n, 4 * 3 * SLOT, -h0, -h1, h2)
+    _see_corner(S, n, 5 * 3 * SLOT, h0, -h1, h2)
+    _see_corner(S, n, 6 * 3 * SLOT, -h0, h1, h2)
+    _see_corner(S, n, 7 * 3 * SLOT, h0, h1, h2)
     for i in range(n):
         S[FLOW_X + i], S[FLOW_Y + i], S[FLOW_Z + i] = ZERO, ZERO, ZERO
     never, always = faces_seen(S, n, PX, (h0, h1, h2), ZERO)
     if matters(never, always, 4, 16):
-        _add_edge(S, n, 0 * 3 * LANES, 1 * 3 * LANES, 1 * LANES, 2 * LANES, -ONE, -ONE, h1, h2)
+        _add_edge(S, n, 0 * 3 * SLOT, 1 * 3 * SLOT, 1 * SLOT, 2 * SLOT, -ONE, -ONE, h1, h2)
     if matters(never, always, 8, 16):
-        _add_edge(S, n, 2 * 3 * LANES, 3 * 3 * LANES, 1 * LANES, 2 * LANES, ONE, -ONE, h1, h2)
+        _add_edge(S, n, 2 * 3 * SLOT, 3 * 3 * SLOT, 1 * SLOT, 2 * SLOT, ONE, -ONE, h1, h2)
     if matters(never, always, 4, 32):
-        _add_edge(S, n, 4 * 3 * LANES, 5 * 3 * LANES, 1 * LANES, 2 * LANES, -ONE, ONE, h1, h2)
+        _add_edge(S, n, 4 * 3 * SLOT, 5 * 3 * SLOT, 1 * SLOT, 2 * SLOT, -ONE, ONE, h1, h2)
     if matters(never, always, 8, 32):
-        _add_edge(S, n, 6 * 3 * LANES, 7 * 3 * LANES, 1 * LANES, 2 * LANES, ONE, ONE, h1, h2)
+        _add_edge(S, n, 6 * 3 * SLOT, 7 * 3 * SLOT, 1 * SLOT, 2 * SLOT, ONE, ONE, h1, h2)
     if matters(never, always, 16, 1):
-        _add_edge(S, n, 0 * 3 * LANES, 2 * 3 * LANES, 2 * LANES, 0 * LANES, -ONE, -ONE, h2, h0)
+        _add_edge(S, n, 0 * 3 * SLOT, 2 * 3 * SLOT, 2 * SLOT, 0 * SLOT, -ONE, -ONE, h2, h0)
     if matters(never, always, 32, 1):
-        _add_edge(S, n, 4 * 3 * LANES, 6 * 3 * LANES, 2 * LANES, 0 * LANES, ONE, -ONE, h2, h0)
+        _add_edge(S, n, 4 * 3 * SLOT, 6 * 3 * SLOT, 2 * SLOT, 0 * SLOT, ONE, -ONE, h2, h0)
     if matters(never, always, 16, 2):
-        _add_edge(S, n, 1 * 3 * LANES, 3 * 3 * LANES, 2 * LANES, 0 * LANES, -ONE, ONE, h2, h0)
+        _add_edge(S, n, 1 * 3 * SLOT, 3 * 3 * SLOT, 2 * SLOT, 0 * SLOT, -ONE, ONE, h2, h0)
     if matters(never, always, 32, 2):
-        _add_edge(S, n, 5 * 3 * LANES, 7 * 3 * LANES, 2 * LANES, 0 * LANES, ONE, ONE, h2, h0)
+        _add_edge(S, n, 5 * 3 * SLOT, 7 * 3 * SLOT, 2 * SLOT, 0 * SLOT, ONE, ONE, h2, h0)
     if matters(never, always, 1, 4):
-        _add_edge(S, n, 0 * 3 * LANES, 4 * 3 * LANES, 0 * LANES, 1 * LANES, -ONE, -ONE, h0, h1)
+        _add_edge(S, n, 0 * 3 * SLOT, 4 * 3 * SLOT, 0 * SLOT, 1 * SLOT, -ONE, -ONE, h0, h1)
     if matters(never, always, 2, 4):
-        _add_edge(S, n, 1 * 3 * LANES, 5 * 3 * LANES, 0 * LANES, 1 * LANES, ONE, -ONE, h0, h1)
+        _add_edge(S, n, 1 * 3 * SLOT, 5 * 3 * SLOT, 0 * SLOT, 1 * SLOT, ONE, -ONE, h0, h1)
     if matters(never, always, 1, 8):
-        _add_edge(S, n, 2 * 3 * LANES, 6 * 3 * LANES, 0 * LANES, 1 * LANES, -ONE, ONE, h0, h1)
+        _add_edge(S, n, 2 * 3 * SLOT, 6 * 3 * SLOT, 0 * SLOT, 1 * SLOT, -ONE, ONE, h0, h1)
     if matters(never, always, 2, 8):
-        _add_edge(S, n, 3 * 3 * LANES, 7 * 3 * LANES, 0 * LANES, 1 * LANES, ONE, ONE, h0, h1)
+        _add_edge(S, n, 3 * 3 * SLOT, 7 * 3 * SLOT, 0 * SLOT, 1 * SLOT, ONE, ONE, h0, h1)
     for i in range(n):
         x, y, z = S[FLOW_X + i], S[FLOW_Y + i], S[FLOW_Z + i]
         level = x * S[NX + i] + y * S[NY + i] + z * S[NZ + i]
@@ -142,22 +142,22 @@ def _into_box(S, n, box):
 @formula
 def _see_corner(S, n, at, x, y, z):
     """Unit vector to a corner."""
-    n, at = lanes(n), slot(MORE + at)
+    n, at = clamped(n), slot(MORE + at)
     for i in range(n):
         a, b, c = x - S[PX + i], y - S[PY + i], z - S[PZ + i]
         unit = ONE / math.sqrt(a * a + b * b + c * c + f32(1e-12))
-        S[at + i], S[at + LANES + i], S[at + 2 * LANES + i] = a * unit, b * unit, c * unit
+        S[at + i], S[at + SLOT + i], S[at + 2 * SLOT + i] = a * unit, b * unit, c * unit
 
 
 @formula
 def _add_edge(S, n, first, second, b, c, sign_b, sign_c, half_b, half_c):
     """The flow of an edge along an axis, from corner `first` to `second`, between the faces across axes b and c."""
-    n, first, second, b, c = lanes(n), slot(MORE + first), slot(MORE + second), slot(PX + b), slot(PX + c)
+    n, first, second, b, c = clamped(n), slot(MORE + first), slot(MORE + second), slot(PX + b), slot(PX + c)
     for i in range(n):
         seen_b = ONE if sign_b * S[b + i] > half_b else ZERO
         seen_c = ONE if sign_c * S[c + i] > half_c else ZERO
-        x0, y0, z0 = S[first + i], S[first + LANES + i], S[first + 2 * LANES + i]
-        x1, y1, z1 = S[second + i], S[second + LANES + i], S[second + 2 * LANES + i]
+        x0, y0, z0 = S[first + i], S[first + SLOT + i], S[first + 2 * SLOT + i]
+        x1, y1, z1 = S[second + i], S[second + SLOT + i], S[second + 2 * SLOT + i]
         x, y, z = y0 * z1 - z0 * y1, z0 * x1 - x0 * z1, x0 * y1 - y0 * x1
         angle = arc(x0 * x1 + y0 * y1 + z0 * z1, x * x + y * y + z * z)
         weight = sign_b * sign_c * (seen_c - seen_b) * angle
@@ -168,7 +168,7 @@ def _add_edge(S, n, first, second, b, c, sign_b, sign_c, half_b, half_c):
 
 @kernel
 def describe_blockers(casters, axes, place):
-    """Rows of `shadow.describe_box` for the boxes that stand in for all bodies, (k, BOX)."""
+    """Rows of `box_shadow.describe_box` for the boxes that stand in for all bodies, (k, BOX)."""
     boxes = np.zeros((casters.block_places.shape[0], BOX), np.float32)
     for k in range(boxes.shape[0]):
         describe_box(
@@ -192,7 +192,7 @@ def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters
     same for the middle of every column."""
     nodes = np.ones((height // PITCH + 2, width // PITCH + 2), np.float32)
     boxes, flat = describe_blockers(casters, np.eye(3), origin), nodes.reshape(-1)
-    where, n, columns = np.empty(LANES, np.int64), 0, nodes.shape[1]
+    where, n, columns = np.empty(SLOT, np.int64), 0, nodes.shape[1]
     for k in range(flat.size):
         x, y = ((k % columns) * PITCH - width * 0.5) / focal, (height * 0.5 - (k // columns) * PITCH) / focal
         drop = turn[2, 2] - turn[2, 0] * x - turn[2, 1] * y
@@ -202,7 +202,7 @@ def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters
             S[V + n] = f32(camera[1] - origin[1] + away * (turn[1, 0] * x + turn[1, 1] * y - turn[1, 2]))
             where[n] = k
             n += 1
-        if n == LANES or (k == flat.size - 1 and n > 0):
+        if n == SLOT or (k == flat.size - 1 and n > 0):
             _block_all(S, n, boxes, True)
             for i in range(n):
                 flat[where[i]] = S[OPEN + i]
@@ -241,8 +241,8 @@ def face_nodes(S, half_u, half_v, boxes, nodes):
     """Openness at FACE_NODES x FACE_NODES places of a rectangle |u| <= half_u, |v| <= half_v, whose normal is the third
     axis."""
     flat = nodes.reshape(-1)
-    for start in range(0, flat.size, LANES):
-        n = min(LANES, flat.size - start)
+    for start in range(0, flat.size, SLOT):
+        n = min(SLOT, flat.size - start)
         for i in range(n):
             row, column = (start + i) // FACE_NODES, (start + i) % FACE_NODES
             S[U + i] = f32((2.0 * column / (FACE_NODES - 1) - 1) * half_u)

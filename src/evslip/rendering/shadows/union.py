@@ -16,11 +16,11 @@ from evslip.rendering.scratch import (
     LAMP_X,
     LAMP_Y,
     LAMP_Z,
-    LANES,
     MORE,
     ONE,
     ROOM,
     SEEN_NOW,
+    SLOT,
     SUM_HIDDEN,
     SUM_OUTLINED,
     TWO,
@@ -28,10 +28,10 @@ from evslip.rendering.scratch import (
     U,
     V,
     W,
+    clamped,
     f32,
     formula,
     kernel,
-    lanes,
     slot,
 )  # fmt: skip
 from evslip.rendering.shadows.mesh_shadow import STEEP, held
@@ -58,13 +58,13 @@ CHORDS = (np.diff(_AREAS) / np.diff(_RIMS)).astype(np.float32)
 EDGES = 12
 """Of a box: the outermost of them are its outline, from wherever it is seen."""
 
-LOW, HIGH, GAP_LOW, GAP_HIGH, LOST, UP, DOWN, TALL = (MORE + k * STRIPS * LANES for k in range(8))
+LOW, HIGH, GAP_LOW, GAP_HIGH, LOST, UP, DOWN, TALL = (MORE + k * STRIPS * SLOT for k in range(8))
 """State of each strip: the joint interval, the largest gap in it, the length of other gaps; of the box at hand the
 integrals over height of its two boundaries, and the height of one of them."""
-X0, Y0, SLOPE, Y1, SENSE = (MORE + (8 * STRIPS + k) * LANES for k in range(5))
+X0, Y0, SLOPE, Y1, SENSE = (MORE + (8 * STRIPS + k) * SLOT for k in range(5))
 """One edge before the lamp's disc; up to 1 or -1 for one of the outline, as it runs, 0 for another."""
-PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (MORE + (8 * STRIPS + 5 + k) * LANES for k in range(9))
-COUNTED, MOST = MORE + (8 * STRIPS + 14) * LANES, 24
+PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (MORE + (8 * STRIPS + 5 + k) * SLOT for k in range(9))
+COUNTED, MOST = MORE + (8 * STRIPS + 14) * SLOT, 24
 """How far the box of each of at most so many casters counts."""
 
 
@@ -95,7 +95,7 @@ def edges_of(turns, places, halves, frame, origin, edges):
 def note(S, n, j, layered):
     """How far the box of caster number j counts where shadows are joined. layered: it may lie behind some points, or be
     their own body; where it hides (HIDDEN) next to nothing by itself, it does not count."""
-    n, counted = lanes(n), slot(COUNTED + j * LANES)
+    n, counted = clamped(n), slot(COUNTED + j * SLOT)
     for i in range(n):
         S[counted + i] = min(S[HIDDEN + i] * PER_LEAST, ONE) if layered else ONE
 
@@ -108,7 +108,7 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
     """
     m00, m01, m02, m10, m11, m12 = joint[0], joint[1], joint[2], joint[3], joint[4], joint[5]
     m20, m21, m22, o0, o1, o2 = joint[6], joint[7], joint[8], joint[9], joint[10], joint[11]
-    n = lanes(n)
+    n = clamped(n)
     distance, blur_x, blur_y, lamp_radius = joint[12], joint[13], joint[14], joint[15]
     for i in range(n):
         u, v, w = S[U + i], S[V + i], S[W + i]
@@ -120,10 +120,10 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
         S[BLUR_X + i], S[BLUR_Y + i] = S[ROOM + i] * blur_x + TINY, S[ROOM + i] * blur_y + TINY
     # Strips and edges are written out: at constant distances in S, loops need no check for overlap.
     for strip in range(STRIPS):
-        _clear(S, n, strip * LANES)
+        _clear(S, n, strip * SLOT)
     for j in range(count):
         box = joined[j]
-        boxed, counted = ONE if kinds[box, 1] < 0 else ZERO, COUNTED + j * LANES
+        boxed, counted = ONE if kinds[box, 1] < 0 else ZERO, COUNTED + j * SLOT
         half = (boxes[box, 15], boxes[box, 16], boxes[box, 17])
         _enter(S, n, boxes[box])
         never, always = faces_seen(S, n, PX, half, RIM_M)
@@ -133,35 +133,35 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
             if not matters(never, always, 1 << (2 * b + above_b), 1 << (2 * c + above_c)):
                 continue
             sign_b, sign_c = f32(2 * above_b - 1), f32(2 * above_c - 1)
-            _sense(S, n, PX + b * LANES, PX + c * LANES, counted, sign_b, sign_c, half[b], half[c])
+            _sense(S, n, PX + b * SLOT, PX + c * SLOT, counted, sign_b, sign_c, half[b], half[c])
             low, high = _project(S, n, edges[box, edge], lamp_radius)
             # Strips are written out: at constant distances in S, loops need no check for overlap.
             if low < f32(-0.75):
-                _bound(S, n, 0 * LANES, f32(-1.0), CHORDS[0])
+                _bound(S, n, 0 * SLOT, f32(-1.0), CHORDS[0])
             if low < f32(-0.5) and high > f32(-0.75):
-                _bound(S, n, 1 * LANES, f32(-0.75), CHORDS[1])
+                _bound(S, n, 1 * SLOT, f32(-0.75), CHORDS[1])
             if low < f32(-0.25) and high > f32(-0.5):
-                _bound(S, n, 2 * LANES, f32(-0.5), CHORDS[2])
+                _bound(S, n, 2 * SLOT, f32(-0.5), CHORDS[2])
             if low < f32(0.0) and high > f32(-0.25):
-                _bound(S, n, 3 * LANES, f32(-0.25), CHORDS[3])
+                _bound(S, n, 3 * SLOT, f32(-0.25), CHORDS[3])
             if low < f32(0.25) and high > f32(0.0):
-                _bound(S, n, 4 * LANES, f32(0.0), CHORDS[4])
+                _bound(S, n, 4 * SLOT, f32(0.0), CHORDS[4])
             if low < f32(0.5) and high > f32(0.25):
-                _bound(S, n, 5 * LANES, f32(0.25), CHORDS[5])
+                _bound(S, n, 5 * SLOT, f32(0.25), CHORDS[5])
             if low < f32(0.75) and high > f32(0.5):
-                _bound(S, n, 6 * LANES, f32(0.5), CHORDS[6])
+                _bound(S, n, 6 * SLOT, f32(0.5), CHORDS[6])
             if high > f32(0.75):
-                _bound(S, n, 7 * LANES, f32(0.75), CHORDS[7])
-        _add(S, n, 0 * LANES, boxed)
-        _add(S, n, 1 * LANES, boxed)
-        _add(S, n, 2 * LANES, boxed)
-        _add(S, n, 3 * LANES, boxed)
-        _add(S, n, 4 * LANES, boxed)
-        _add(S, n, 5 * LANES, boxed)
-        _add(S, n, 6 * LANES, boxed)
-        _add(S, n, 7 * LANES, boxed)
+                _bound(S, n, 7 * SLOT, f32(0.75), CHORDS[7])
+        _add(S, n, 0 * SLOT, boxed)
+        _add(S, n, 1 * SLOT, boxed)
+        _add(S, n, 2 * SLOT, boxed)
+        _add(S, n, 3 * SLOT, boxed)
+        _add(S, n, 4 * SLOT, boxed)
+        _add(S, n, 5 * SLOT, boxed)
+        _add(S, n, 6 * SLOT, boxed)
+        _add(S, n, 7 * SLOT, boxed)
     for strip in range(STRIPS):
-        _measure(S, n, strip * LANES)
+        _measure(S, n, strip * SLOT)
     wide = ONE if lamp_radius > WIDE * distance else ZERO
     for i in range(n):
         share = min((S[UNITED + i] + TINY) / (S[OWN + i] + TINY), ONE)
@@ -173,7 +173,7 @@ def join(S, n, joined, count, boxes, edges, kinds, joint):
 
 @formula
 def _clear(S, n, at):
-    n, at = lanes(n), slot(at)
+    n, at = clamped(n), slot(at)
     for i in range(n):
         S[LOW + at + i], S[HIGH + at + i], S[LOST + at + i] = FAR, -FAR, ZERO
         S[GAP_LOW + at + i], S[GAP_HIGH + at + i] = ZERO, ZERO
@@ -183,7 +183,7 @@ def _clear(S, n, at):
 @formula
 def _measure(S, n, at):
     """Add the length of a strip's union."""
-    n, at = lanes(n), slot(at)
+    n, at = clamped(n), slot(at)
     for i in range(n):
         gap = max(S[GAP_HIGH + at + i] - S[GAP_LOW + at + i], ZERO) + S[LOST + at + i]
         S[UNITED + i] += max(S[HIGH + at + i] - S[LOW + at + i] - gap, ZERO)
@@ -195,7 +195,7 @@ def _project(S, n, edge, lamp_radius):
     highest place it has for any point."""
     ax, ay, az = edge[0, 0], edge[0, 1], edge[0, 2]
     bx, by, bz = edge[1, 0], edge[1, 1], edge[1, 2]
-    n, low, high = lanes(n), FAR, -FAR
+    n, low, high = clamped(n), FAR, -FAR
     for i in range(n):
         x, y, z = S[LAMP_X + i], S[LAMP_Y + i], S[LAMP_Z + i]
         ta, tb = (az - z) * S[PER_DEPTH + i], (bz - z) * S[PER_DEPTH + i]
@@ -222,7 +222,7 @@ def _enter(S, n, box):
 @formula
 def _sense(S, n, b, c, counted, sign_b, sign_c, half_b, half_c):
     """How far an edge is part of the outline that a point sees: one of its two faces, across b and c, looks there."""
-    n, b, c, counted = lanes(n), slot(b), slot(c), slot(counted)
+    n, b, c, counted = clamped(n), slot(b), slot(c), slot(counted)
     for i in range(n):
         seen_b = min(max(ONE + (sign_b * S[b + i] - half_b) * PER_RIM, ZERO), ONE)
         seen_c = min(max(ONE + (sign_c * S[c + i] - half_c) * PER_RIM, ZERO), ONE)
@@ -232,7 +232,7 @@ def _sense(S, n, b, c, counted, sign_b, sign_c, half_b, half_c):
 @formula
 def _bound(S, n, at, bottom, chord):
     """Add an edge to a strip from height `bottom` on: its integral over height, held within +-chord."""
-    n, at, top = lanes(n), slot(at), bottom + HEIGHT
+    n, at, top = clamped(n), slot(at), bottom + HEIGHT
     for i in range(n):
         y, slope = S[Y0 + i], S[SLOPE + i]
         start, end = min(max(y, bottom), top), min(max(S[Y1 + i], bottom), top)
@@ -251,7 +251,7 @@ def _bound(S, n, at, bottom, chord):
 def _add(S, n, at, boxed):
     """Join a box's interval to those of a strip. Where the box reaches into part of the strip's height alone, it counts
     as so much narrower about its middle. The larger of two gaps is kept for others to fill."""
-    n, at = lanes(n), slot(at)
+    n, at = clamped(n), slot(at)
     for i in range(n):
         up, down, height = S[UP + at + i], S[DOWN + at + i], S[TALL + at + i]
         S[UP + at + i], S[DOWN + at + i], S[TALL + at + i] = ZERO, ZERO, ZERO

@@ -8,7 +8,7 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
 from evslip.rendering.timing.schedule import arm_motion, into, object_motion
 from evslip.rendering.timing.update_schedule import STEADY_PX
@@ -17,7 +17,7 @@ SOFT = 0.2
 """A shadow that moves by this share of its penumbra counts as a sharp edge that moves by a pixel."""
 
 
-def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
     """Movement in pixels between consecutive poses that counts as much as that of the backdrop, of a single cell: of
     shape (m - 1, 1, 1).
 
@@ -31,7 +31,7 @@ def foreground_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) 
     return motion[:, None, None]
 
 
-def _shadow_motion(poses: Poses, camera: Camera, lamp: Lamp) -> np.ndarray:
+def _shadow_motion(poses: ScenePoses, camera: Camera, lamp: Lamp) -> np.ndarray:
     """How far the shadows that object and gripper cast on each other may move: they turn about what casts them as the
     lamp turns about the camera."""
     towards = into(poses.camera_position[:, None], poses.camera_rotation, lamp.position)[:, 0]

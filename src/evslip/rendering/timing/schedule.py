@@ -8,7 +8,7 @@ from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.geometry.links import LINKS, hulls, in_view
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.scene.shapes import shape_of
 from evslip.utils.errors import ConfigError
 
@@ -18,7 +18,7 @@ NEAR_M = 0.02
 """Corners of object and arm closer to the camera plane than this are not followed."""
 SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 """Of the corners of a box."""
-LOOK = 50
+LINK_CHECKS = 50
 """Every so many poses, it is seen which of the arm's links are in view."""
 
 
@@ -36,7 +36,7 @@ def frame_times(
     camera = camera or hand_camera(params)
     inside = traj.t_us[(traj.t_us > start_us) & (traj.t_us < end_us)]
     knots = np.concatenate([[start_us], inside, [end_us]]).astype(np.int64)
-    motion = image_motion(Poses(traj, camera, knots), camera, params)
+    motion = image_motion(ScenePoses(traj, camera, knots), camera, params)
     limit = max_motion_px or params.render.max_motion_px
     frames = np.maximum(motion / limit, np.diff(knots) * 1e-6 * params.render.min_rate_hz)
     progress = np.concatenate([[0.0], np.cumsum(frames)])
@@ -52,7 +52,7 @@ def check_span(traj: Trajectory, start_us: int, end_us: int) -> None:
         raise ConfigError(f"span: {start_us} to {end_us} us is not inside the trajectory's {first} to {last} us")
 
 
-def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
+def image_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarray:
     """Farthest movement in pixels of any visible point between consecutive poses; of shape (m - 1,).
 
     Under a lens with distortion: an upper bound.
@@ -62,13 +62,13 @@ def image_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
     return camera.stretch() * np.maximum(moved, arm_motion(poses, plain))
 
 
-def object_motion(poses: Poses, camera: Camera, params: Params) -> np.ndarray:
+def object_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarray:
     """Farthest movement in pixels of the object's corners between consecutive poses, (m - 1,); 0 out of view."""
     corners = shape_of(params).outline()
     return _corner_motion(poses, camera, poses.object_position, poses.object_rotation, corners)
 
 
-def arm_motion(poses: Poses, camera: Camera) -> np.ndarray | float:
+def arm_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
     """The same of the corners of the arm's links; 0 where there is no arm."""
     links, parts = poses.links, hulls()
     if links is None:
@@ -77,7 +77,7 @@ def arm_motion(poses: Poses, camera: Camera) -> np.ndarray | float:
     motion = np.zeros(len(poses.camera_position) - 1)
     for k in range(LINKS):
         one = slice(k, k + 1)
-        looks = range(0, len(poses.camera_position), LOOK)
+        looks = range(0, len(poses.camera_position), LINK_CHECKS)
         if any(
             in_view(
                 links.places[i, one], links.turns[i, one], parts.centres[one], parts.halves[one],
@@ -103,7 +103,7 @@ def posed_corners(places: np.ndarray, turns: np.ndarray, corners: np.ndarray) ->
 
 
 def _corner_motion(
-    poses: Poses, camera: Camera, places: np.ndarray, turns: np.ndarray, corners: np.ndarray
+    poses: ScenePoses, camera: Camera, places: np.ndarray, turns: np.ndarray, corners: np.ndarray
 ) -> np.ndarray:
     """Farthest movement of a body's corners (k, 3) while it is in view; places (m, 3), turns (m, 3, 3): its poses."""
     world = posed_corners(places, turns, corners)
@@ -117,7 +117,7 @@ def _corner_motion(
     return np.where(np.logical_or(visible[1:], visible[:-1]), moved, 0.0)
 
 
-def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
+def _scene_motion(poses: ScenePoses, camera: Camera, radius_m: float) -> np.ndarray:
     x, y = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
     pixels = np.stack([x.ravel(), y.ravel()], 1)
     hits, _ = scene_hits(poses, camera, pixels, radius_m)
@@ -126,7 +126,7 @@ def _scene_motion(poses: Poses, camera: Camera, radius_m: float) -> np.ndarray:
     return np.hypot(moved[..., 0], moved[..., 1]).max(1)
 
 
-def scene_hits(poses: Poses, camera: Camera, pixels: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray]:
+def scene_hits(poses: ScenePoses, camera: Camera, pixels: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray]:
     """What each pose but the last sees of surface and background at places (k, 2) of the image: points of the world
     (m - 1, k, 3), and whether they lie on the surface, (m - 1, k). camera: a pinhole."""
     rays = np.stack([pixels[:, 0] - camera.width / 2, camera.height / 2 - pixels[:, 1]], 1) / camera.focal_px

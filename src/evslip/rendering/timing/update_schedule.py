@@ -14,7 +14,7 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import shadow_boxes
 from evslip.rendering.geometry.links import CASTERS
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
 from evslip.rendering.scratch import TILE_H, TILE_W
 from evslip.rendering.timing.schedule import NEAR_M, SIGNS, into, link_corners, object_motion, posed_corners, scene_hits
@@ -50,7 +50,7 @@ class Cells(NamedTuple):
     width: int
 
 
-class Plan(NamedTuple):
+class CellPlan(NamedTuple):
     """When each cell is drawn, and of which drawings it is blended in each frame: slots of shape (frames, rows,
     columns), int8."""
 
@@ -72,7 +72,7 @@ def divide(height: int, width: int) -> Cells:
     return Cells(-(-height // tall), -(-width // wide), tall, wide)
 
 
-def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: int = LAG) -> Plan:
+def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: int = LAG) -> CellPlan:
     """When to draw the cells.
 
     motion (m - 1, rows, columns): from `cell_motion`. A cell is drawn in the frame that is nearest to `limit_px` of
@@ -96,10 +96,10 @@ def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: in
     place = np.concatenate([np.zeros((1, *motion.shape[1:])), np.cumsum(motion + 1e-6, 0)])
     shares = _parabola(place, *(_place_of(drawn, place, k) for k in (earlier, before, after)))
     last, one_before, following = ((k % (lag + 2)).astype(np.int8) for k in (before, earlier, after))
-    return Plan(np.where(drawn, last, np.int8(-1)), last, one_before, following, shares.astype(np.float32))
+    return CellPlan(np.where(drawn, last, np.int8(-1)), last, one_before, following, shares.astype(np.float32))
 
 
-def plan_still(cells: Cells) -> Plan:
+def plan_still(cells: Cells) -> CellPlan:
     """The plan of a single frame."""
     return plan_cells(np.zeros((0, cells.rows, cells.columns)), np.zeros(0, bool), 1.0)
 
@@ -125,19 +125,19 @@ def _parabola(at: np.ndarray, earlier: np.ndarray, before: np.ndarray, after: np
     return np.stack([np.where(ahead > 0, later, 0.0), np.where(bent & (ahead > 0), bend, 0.0)], -1)
 
 
-def cell_motion(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+def cell_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
     """Farthest movement in pixels of surface, background, shadows and lamp in each cell between consecutive poses, of
     shape (m - 1, rows, columns); where an object uncovers something, as much as asks for a new drawing.
 
     camera: a pinhole. The movement is found over LAG poses at a time, and shared out among them.
     """
-    looks = np.append(np.arange(0, len(poses.travel_m) - 1, LAG), len(poses.travel_m) - 1)
-    steps = np.diff(looks)
-    motion = _motion_between(poses.some(looks), camera, params, lamp)
+    sampled = np.append(np.arange(0, len(poses.travel_m) - 1, LAG), len(poses.travel_m) - 1)
+    steps = np.diff(sampled)
+    motion = _motion_between(poses.some(sampled), camera, params, lamp)
     return np.repeat(motion / steps[:, None, None], steps, 0)
 
 
-def _motion_between(poses: Poses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+def _motion_between(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
     cells = divide(camera.height, camera.width)
     x = np.minimum(np.arange(cells.columns + 1) * cells.width, camera.width)
     y = np.minimum(np.arange(cells.rows + 1) * cells.height, camera.height)
@@ -179,7 +179,7 @@ class _Ground(NamedTuple):
     along_y: np.ndarray
 
 
-def _bodies(poses: Poses, params: Params) -> Iterator[np.ndarray]:
+def _bodies(poses: ScenePoses, params: Params) -> Iterator[np.ndarray]:
     """Corners (m, k, 3) of all that casts shadows: object, gripper and links."""
     yield posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
     boxes = shadow_boxes(float(np.median(poses.travel_m)))
@@ -221,7 +221,7 @@ def _length(vectors: np.ndarray) -> np.ndarray:
     return np.hypot(vectors[..., 0], vectors[..., 1])
 
 
-def _project(poses: Poses, camera: Camera, points: np.ndarray) -> np.ndarray:
+def _project(poses: ScenePoses, camera: Camera, points: np.ndarray) -> np.ndarray:
     """Points (m, k, 3) of the world in the images of all poses, as of `Camera.project`."""
     return camera.project(into(poses.camera_position[:, None], poses.camera_rotation, points))
 
@@ -254,6 +254,6 @@ def _touched(image: np.ndarray, x: np.ndarray, y: np.ndarray, aside_px: float) -
     return down[:, :, None] & across[:, None, :]
 
 
-def _project_next(poses: Poses, camera: Camera, points: np.ndarray) -> np.ndarray:
+def _project_next(poses: ScenePoses, camera: Camera, points: np.ndarray) -> np.ndarray:
     """Where points (m - 1, k, 3) of the world are in the image of the next pose."""
     return camera.project(into(poses.camera_position[1:, None], poses.camera_rotation[1:], points))[..., :2]

@@ -10,7 +10,7 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.utils import atomic
-from evslip.view.pictures.frame_source import Sight
+from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import jpeg_uri, overlay
 from evslip.view.report import page
 from evslip.windows.alignment import Align, laid_on
@@ -118,7 +118,7 @@ def save_pictures(folder: Path, pictures: Iterable[tuple[Failure, np.ndarray]]) 
 
 def of_record(record: Record, start_us: int, settings: WindowSettings, align: Align = "centre") -> np.ndarray:
     """A window's pictures side by side, cropped as the detector sees them; uint8 (height, width, 3)."""
-    sight, (width, height) = Sight(record), record.size
+    sight, (width, height) = FrameSource(record), record.size
     length_us = round(settings.length_s * 1e6)
     lies = laid_on(settings, record.size, align)
     crop = slice(max(0, lies.top), lies.top + lies.height), slice(max(0, lies.left), lies.left + lies.width)

@@ -9,7 +9,7 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.physics.motion.phases import phase_times
-from evslip.view.pictures.frame_source import Sight
+from evslip.view.pictures.frame_source import FrameSource
 
 RATE_BINS = 600
 """Steps of the curve of event rates."""
@@ -29,7 +29,7 @@ class Sample:
     def __init__(self, record: Record, label: str = ""):
         """`label`: slip or hold, as the data set has it; default: as the record has it."""
         self.record, self._label = record, label or record.label
-        self._sight, self._lock = Sight(record), threading.Lock()
+        self._sight, self._lock = FrameSource(record), threading.Lock()
 
     @cached_property
     def span_us(self) -> tuple[int, int]:

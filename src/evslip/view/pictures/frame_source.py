@@ -5,12 +5,12 @@ from functools import cached_property
 import numpy as np
 
 from evslip.data.record import Record
-from evslip.rendering.still_frames import Shots
+from evslip.rendering.still_frames import StillFrames
 from evslip.scene.textures.library import linear_to_srgb
 from evslip.utils.errors import DataError
 
 
-class Sight:
+class FrameSource:
     """Pictures of one record at any times. Not for several threads at once."""
 
     def __init__(self, record: Record):
@@ -25,7 +25,7 @@ class Sight:
         """What is seen at a time of the record, sRGB uint8 (height, width, 3). Raises DataError, ConfigError."""
         record = self._record
         if record.trajectory is not None:
-            luminance = self._shots.at(t_us).luminance
+            luminance = self._still_frames.at(t_us).luminance
             grey = np.round(linear_to_srgb(np.clip(luminance, 0.0, 1.0)) * 255).astype(np.uint8)
             return np.repeat(grey[..., None], 3, axis=2)
         if record.footage is None:
@@ -33,6 +33,6 @@ class Sight:
         return record.footage.at(t_us)
 
     @cached_property
-    def _shots(self) -> Shots:
+    def _still_frames(self) -> StillFrames:
         assert self._record.trajectory is not None  # asked before
-        return Shots(self._record.trajectory)
+        return StillFrames(self._record.trajectory)

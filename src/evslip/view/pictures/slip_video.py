@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from evslip.data.record import Record
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
-from evslip.view.pictures.frame_source import Sight
+from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import overlay
 from evslip.view.pictures.video import FPS, check_video, video
 
@@ -100,7 +100,7 @@ class Panel:
 
     def __init__(self, record: Record, settings: FilmSettings):
         """Raises DataError where there is nothing to draw."""
-        self._record, self._settings, self._sight = record, settings, Sight(record)
+        self._record, self._settings, self._sight = record, settings, FrameSource(record)
         if not self._sight.is_there and settings.what == "frames":
             raise DataError(f"{record.name}: has no frames, and no poses to draw them from; show its events")
         if record.truth is None and not record.events.count:

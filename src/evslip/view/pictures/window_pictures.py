@@ -12,7 +12,7 @@ from evslip.data.record import Record
 from evslip.data.samples import Samples
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
-from evslip.view.pictures.frame_source import Sight
+from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import overlay
 from evslip.view.pictures.slip_video import Film, FilmSettings
 from evslip.windows.window_set import SLIP, Windows
@@ -47,13 +47,13 @@ def write_windows(
         chosen = np.flatnonzero(windows.name == listed.name)
         if len(chosen):
             record = samples.read(position)
-            sight = Sight(record)
+            sight = FrameSource(record)
             for index in chosen:
                 _write(folder / name_of(windows, int(index)), record, sight, windows, int(windows.start_us[index]))
                 progress()
 
 
-def _write(stem: Path, record: Record, sight: Sight, windows: Windows, start_us: int) -> None:
+def _write(stem: Path, record: Record, sight: FrameSource, windows: Windows, start_us: int) -> None:
     end_us = start_us + round(1e6 * windows.settings.length_s)
     times = np.linspace(start_us, end_us, PICTURES + 1).astype(np.int64)
     for number, (before, t_us) in enumerate(pairwise(times)):

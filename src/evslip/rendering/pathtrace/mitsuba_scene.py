@@ -12,7 +12,7 @@ from evslip.rendering.geometry.hand import LEFT, RIGHT, finger_place, finger_tur
 from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
 from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, parts_of
 from evslip.rendering.pathtrace.variant import mitsuba
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.scene.textures import library
 
 BOUNCES = 8
@@ -25,7 +25,7 @@ UNDER_M = np.array([0.0, 0.0, -5.0])
 NEAR_M, FAR_M = 0.01, 1e5
 
 
-class Stage:
+class MitsubaScene:
     """Meshes, lights and camera of one sample, and the instant that they show."""
 
     def __init__(
@@ -60,7 +60,7 @@ class Stage:
         self._eye = np.zeros(3)
         self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
 
-    def show(self, poses: Poses, index: int) -> None:
+    def show(self, poses: ScenePoses, index: int) -> None:
         """Move everything to one instant."""
         handles, frames = self._handles, frames_of(poses, index)
         for name, part in self._parts.items():
@@ -117,7 +117,7 @@ class Stage:
         return light.T[:count].reshape(len(rays), spp, 3).mean(1)
 
 
-def frames_of(poses: Poses, index: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def frames_of(poses: ScenePoses, index: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Axes as columns and origin of every frame that moves, by the names that parts have."""
     hand, place = poses.hand_rotation[index], poses.hand_position[index]
     frames = {HAND: (hand, place), OBJECT: (poses.object_rotation[index], poses.object_position[index])}

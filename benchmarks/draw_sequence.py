@@ -1,6 +1,6 @@
 """What it saves, and what it costs in accuracy, to draw less often what moves less.
 
-python benchmarks/film.py [PRESET] [COUNT] [KEY=VALUE ...]
+python benchmarks/draw_sequence.py [PRESET] [COUNT] [KEY=VALUE ...]
 
 Both ways take turns, 50 frames at a time. The error is the mean one in the logarithm of luminance: of all pixels, and
 of those that show object, gripper or arm.
@@ -16,16 +16,16 @@ from evslip.config.loading import load_config, parse_override
 from evslip.draws.draw import draw
 from evslip.events.frame import OBJECT
 from evslip.physics.simulation import simulate
-from evslip.rendering import exposure_scale, frame_times, make_artist, recorded_span
+from evslip.rendering import exposure_scale, frame_times, make_renderer, recorded_span
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.poses import Poses
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import make_lamp
 from evslip.rendering.timing.foreground import foreground_motion
 from evslip.rendering.timing.update_schedule import cell_motion, plan_cells
 from evslip.utils.errors import ConfigError
 
 TURN, EVERY, DARK = 50, 7, 1e-3
-"""Frames in a row; every so-manieth is compared, no multiple of `pace.LAG`; added to luminance before its logarithm."""
+"""Frames in a row; every so-manieth is compared, no multiple of `update_schedule.LAG`; added before the logarithm."""
 
 
 def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
@@ -34,7 +34,7 @@ def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
     except ConfigError as error:
         sys.exit(str(error))
     print(
-        "| sample | frames | drawn: cells | bodies | CPU-ms a frame: whole | film "
+        "| sample | frames | drawn: cells | bodies | CPU-ms a frame: whole | in sequence "
         "| error | change from frame to frame | of bodies: error | change |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
@@ -42,7 +42,7 @@ def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
         traj = simulate(draw(config, index))
         camera, span, params = hand_camera(traj.params), recorded_span(traj), traj.params
         times = frame_times(traj, *span, camera=camera)
-        poses = Poses(traj, camera, times)
+        poses = ScenePoses(traj, camera, times)
         scene = (poses, camera.pinhole(), params, make_lamp(params))
         motions = (cell_motion(*scene), foreground_motion(*scene))
         still = np.zeros(len(times) - 1, bool)
@@ -50,19 +50,19 @@ def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
             np.mean(plan_cells(camera.stretch() * motion, still, params.render.max_motion_px).slots >= 0)
             for motion in motions
         ]
-        filming, drawing = (make_artist(None, traj, camera, span) for _ in range(2))
-        scale = exposure_scale(drawing, traj, camera, span[0])
-        reel = filming.film(poses, scale)
+        together, alone = (make_renderer(None, traj, camera, span) for _ in range(2))
+        scale = exposure_scale(alone, traj, camera, span[0])
+        sequence = together.draw_sequence(poses, scale)
         spent, errors, steps = np.zeros(2), [], []
         for start in range(0, len(times), TURN):
             begun = time.process_time()
-            film = [image for image, _ in itertools.islice(reel, TURN)]
+            frames = [image for image, _ in itertools.islice(sequence, TURN)]
             middle = time.process_time()
-            whole = [drawing.draw(poses, k, scale) for k in range(start, min(start + TURN, len(times)))]
+            whole = [alone.draw(poses, k, scale) for k in range(start, min(start + TURN, len(times)))]
             spent += (time.process_time() - middle, middle - begun)
             for k in range(1, len(whole), EVERY):
                 light, bodies = np.log(whole[k][0] + DARK), whole[k][1] >= OBJECT
-                for found, other in ((errors, film[k]), (steps, whole[k - 1][0])):
+                for found, other in ((errors, frames[k]), (steps, whole[k - 1][0])):
                     away = np.abs(np.log(other + DARK) - light)
                     found.append((away.mean(), away[bodies].mean() if bodies.any() else 0.0))
         each = spent / len(times) * 1e3
