@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test reproduce reproduce-small clean
+.PHONY: demo test docs reproduce reproduce-small clean
 
 demo: $(VENV)/ready
 	$(BIN)/evslip demo demo
@@ -12,7 +12,12 @@ test: $(VENV)/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/lint-imports
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+
+# The documentation's site, into site/; a broken link or a missing page is an error.
+docs: $(VENV)/ready
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 # The paper's experiment, whole (many hours; run it again to go on), and every stage of it once in less than ten minutes.
 reproduce: $(VENV)/ready
@@ -25,8 +30,8 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "evslip needs Python 3.11 or newer; say make PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[learn,view,dev]'
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[learn,view,dev,docs]'
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo build dist reproduced-small
+	rm -rf $(VENV) demo build dist site reproduced-small

@@ -1,0 +1,34 @@
+"""Lists in docstrings: lines `name: what it is`, continued by an indent, become lists in the site."""
+
+import re
+from typing import Any
+
+import griffe
+
+_ITEM = re.compile(r"(?P<name>[\w*`.]+(?:, [\w*`.]+)*): (?P<about>\S.*)")
+
+
+class Lists(griffe.Extension):
+    """Makes lists of the arguments and fields that plain docstrings name."""
+
+    def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
+        """Rewrite the docstring of one object."""
+        if obj.docstring is not None:
+            obj.docstring.value = as_lists(obj.docstring.value)
+
+
+def as_lists(text: str) -> str:
+    """The text with its runs of `name: ...` lines as Markdown lists."""
+    lines: list[str] = []
+    inside = False
+    for line in text.splitlines():
+        item = _ITEM.fullmatch(line)
+        if item and (inside or not lines or not lines[-1].strip()):
+            if not inside and lines:
+                lines.append("")
+            lines.append(f"- **{item['name']}**: {item['about']}")
+            inside = True
+        else:
+            inside = inside and line.startswith("    ")
+            lines.append(line)
+    return "\n".join(lines)

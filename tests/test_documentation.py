@@ -1,0 +1,79 @@
+"""The documentation against the repository: links, pages, commands, paths."""
+
+import re
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from evslip.cli import VERBS
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted((ROOT / "docs").rglob("*.md"))
+FILES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *PAGES]
+ROOMS = sorted(path.parent.name for path in (ROOT / "src" / "evslip").glob("*/__init__.py"))
+ARCHITECTURE = ROOT / "docs" / "explanation" / "architecture.md"
+LINK = re.compile(r"\]\((?!\w+:)([^)\s#]*)(?:#([^)\s]+))?\)")
+CODE = re.compile(r"^```.*?^```$|`[^`\n]+`", re.MULTILINE | re.DOTALL)
+CODE_BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+PATH = re.compile(r"(?:src/evslip|tests|benchmarks|examples|experiments|docs)/[\w/.-]*\w")
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@cache
+def anchors(path: Path) -> set[str]:
+    """Anchors that the site gives to the headings of a page."""
+    headings = re.findall(r"^#+ (.+)$", CODE_BLOCK.sub("", path.read_text()), re.MULTILINE)
+    words = [re.sub(r"[^\w\s-]", "", heading.lower()).strip() for heading in headings]
+    return {re.sub(r"[-\s]+", "-", heading) for heading in words}
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_links_lead_somewhere(path):
+    for target, anchor in LINK.findall(CODE_BLOCK.sub("", path.read_text())):
+        file = (path.parent / target).resolve() if target else path
+        assert file.exists(), f"{target} is not there"
+        assert not anchor or anchor in anchors(file), f"{target or path.name} has no heading #{anchor}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=name_of)
+def test_commands_are_verbs(path):
+    for code in CODE.findall(path.read_text()):
+        for line in code.strip("`").splitlines():
+            said = re.match(r"(?:\s*- )?evslip ([a-z][a-z-]*)\b(?![.:/])", line)
+            assert not said or said[1] in VERBS, f"evslip {said[1]} is no verb"
+
+
+@pytest.mark.parametrize("path", [file for file in FILES if file.name != "CHANGELOG.md"], ids=name_of)
+def test_files_that_are_named_are_there(path):
+    for code in CODE.findall(path.read_text()):
+        for file in PATH.findall(code):
+            assert (ROOT / file).exists(), f"{file} is not there"
+
+
+def test_every_page_is_in_the_navigation_once():
+    nav = (ROOT / "mkdocs.yml").read_text().split("\nnav:\n")[1]
+    named = re.findall(r": (\S+\.md)$", nav, re.MULTILINE)
+    assert sorted(named) == sorted(str(page.relative_to(ROOT / "docs")) for page in PAGES)
+
+
+def test_the_architecture_names_every_room_in_the_order_of_the_contract():
+    rows = re.findall(r"^\| `(\w+)` \|", ARCHITECTURE.read_text(), re.MULTILINE)
+    contract = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"][0]
+    assert sorted(rows) == ROOMS
+    assert rows == [room for room in reversed(contract["layers"]) if room in ROOMS]
+
+
+def test_every_room_has_a_page_of_the_api():
+    pages = "".join(page.read_text() for page in (ROOT / "docs" / "reference" / "api").glob("*.md"))
+    for room in set(ROOMS) - {"cli"}:
+        assert re.search(rf"^::: evslip\.{room}\b", pages, re.MULTILINE), f"no page of the API has evslip.{room}"
+
+
+def test_the_repository_has_one_address():
+    address = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["urls"]["Repository"]
+    assert f'repository-code: "{address}"' in (ROOT / "CITATION.cff").read_text()
