@@ -16,7 +16,9 @@ from evslip.exchange.translation import translate
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events
 
-PAGE = next((Path(__file__).parents[2] / "docs").rglob("formats.md")).read_text()
+DOCS = Path(__file__).parents[2] / "docs"
+TABLE = (DOCS / "reference" / "formats.md").read_text()
+HOW_TO = (DOCS / "how-to" / "own-format.md").read_text()
 
 
 @pytest.fixture(autouse=True)
@@ -49,7 +51,7 @@ def install(site: Path, package: str, code: str, entry: str) -> None:
 
 
 def test_the_page_lists_the_formats():
-    rows = re.findall(r"^\| (\.[^|]+) \| [^|]+ \| yes[^|]* \| ([^|]+) \| ([^|]+) \|$", PAGE, re.MULTILINE)
+    rows = re.findall(r"^\| (\.[^|]+) \| [^|]+ \| yes[^|]* \| ([^|]+) \| ([^|]+) \|$", TABLE, re.MULTILINE)
     told = [(suffix, row) for row in rows for suffix in row[0].split(", ")]
     assert {suffix for suffix, _ in told} == set(codecs.known_suffixes())
     for form in codecs.FORMATS:
@@ -62,8 +64,8 @@ def test_the_page_lists_the_formats():
 
 
 def test_the_page_shows_a_format_that_works(site: Path, tmp_path: Path, events):
-    code = re.search(r"```python\n(\"\"\"lab_format.*?)```", PAGE, re.DOTALL)
-    toml = re.search(r"\[project.entry-points.\"evslip.codecs\"\]\n(.*?)\n", PAGE)
+    code = re.search(r"```python\n(\"\"\"lab_format.*?)```", HOW_TO, re.DOTALL)
+    toml = re.search(r"\[project.entry-points.\"evslip.codecs\"\]\n(.*?)\n", HOW_TO)
     assert code and toml
     name, _, value = toml[1].replace('"', "").partition(" = ")
     install(site, "lab_format", code[1], f"{name} = {value}")
