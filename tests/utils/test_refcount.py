@@ -1,4 +1,4 @@
-"""Arrays handed on without counting references, and reductions that become vector code."""
+"""Arrays passed on without counting references, and reductions that become vector code."""
 
 from collections import namedtuple
 
@@ -6,21 +6,21 @@ import numpy as np
 from numba import njit
 
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 Pair = namedtuple("Pair", "first rest")
 
 
 @njit
 def _sums(arrays):
-    arrays = borrowed(arrays)
+    arrays = without_refcount(arrays)
     total = arrays.first.sum()
     for part in arrays.rest:
         total += part.sum()
     return total
 
 
-def test_tuples_of_arrays_are_borrowed_whole():
+def test_tuples_of_arrays_are_passed_on_whole():
     arrays = Pair(np.arange(5.0), (np.ones(3), np.full(4, 2.0)))
     assert [_sums(arrays) for _ in range(3)] == [21.0] * 3
     assert arrays.first[-1] == 4 and arrays.rest[1][0] == 2  # still theirs

@@ -10,9 +10,9 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 
-def _borrowed(_context: Any, kind: Any) -> Any:
-    """The same array, or tuple with arrays, without an owner, which must outlive it: as a function's argument does,
-    until that returns."""
+def _without_refcount(_context: Any, kind: Any) -> Any:
+    """Array, or tuple with arrays, without an owner, which must outlive it: as a function's argument does, until that
+    returns."""
     if not isinstance(kind, types.Array | types.BaseTuple):
         return None
 
@@ -36,4 +36,4 @@ def _disown(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return value
 
 
-borrowed: Any = intrinsic(_borrowed)
+without_refcount: Any = intrinsic(_without_refcount)

@@ -4,7 +4,7 @@ All frames of a tile are done at once, so that its memory stays in the cache. Pi
 are passed over; a glance in single precision finds those among the others that may fire; these few are computed one by
 one, in double precision, from the frames themselves.
 
-Arrays are handed down `borrowed`: counting their references would cost as much as an event's arithmetic.
+Arrays are handed down `without_refcount`: counting their references would cost as much as an event's arithmetic.
 """
 
 import math
@@ -29,7 +29,7 @@ from evslip.events.pixels.pixel import (
 from evslip.events.pixels.screen import TILE
 from evslip.events.sensor.frame_buffer import GROUP, note_changes
 from evslip.utils.jit import compiled
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 ROOM = 4096
 """Events there is room for at first."""
@@ -219,13 +219,11 @@ def _expose(
     images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset,
     since_us, memory, current, awake, wake, state, traits, noise_memory, work, noise, marks, due, runs, who, rules,
 ):  # fmt: skip
-    images, times_us, bodies, table, logs = (
-        borrowed(images), borrowed(times_us), borrowed(bodies), borrowed(table), borrowed(logs)
-    )  # fmt: skip
-    small_table, memory, current, awake = borrowed(small_table), borrowed(memory), borrowed(current), borrowed(awake)
-    state, traits, work, marks = borrowed(state), borrowed(traits), borrowed(work), borrowed(marks)
-    reel, changed, wake, due_us = borrowed(reel), borrowed(changed), borrowed(wake), borrowed(memory[DUE])
-    noise, due, runs, who = borrowed(noise), borrowed(due), borrowed(runs), borrowed(who)
+    images, times_us, bodies, table, logs = without_refcount((images, times_us, bodies, table, logs))
+    small_table, memory, current, awake = without_refcount((small_table, memory, current, awake))
+    state, traits, work, marks = without_refcount((state, traits, work, marks))
+    reel, changed, wake, due_us = without_refcount((reel, changed, wake, memory[DUE]))
+    noise, due, runs, who = without_refcount((noise, due, runs, who))
     small_factor, small_offset = np.float32(factor), np.float32(offset)
     mark_words = marks.view(np.uint64)
     events, count = np.empty((ROOM, 2), np.int64), 0
@@ -282,7 +280,7 @@ def _expose(
                     lane, count = _fire_marked(
                         lane, width, marks, mark_words, who, images, frame, bodies, columns, table, logs, factor,
                         offset, times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us,
-                        rules, borrowed(events), count,
+                        rules, without_refcount(events), count,
                     )  # fmt: skip
                     if lane < width:
                         events = longer(events)

@@ -18,7 +18,7 @@ from evslip.events.pixels.screen import MARGIN, TILE
 from evslip.events.sensor.frame_buffer import GROUP, note_changes
 from evslip.events.stream import SIGNAL
 from evslip.utils.jit import compiled
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 STEPS = 1024
 """Steps a unit of ln in which bytes are looked up: those within one step of a fence are looked at too often."""
@@ -136,10 +136,9 @@ def _expose(
     images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, scale, table, logs, known, low, high,
     current, state, marks, busy,
 ):  # fmt: skip
-    images, reel, changed = borrowed(images), borrowed(reel), borrowed(changed)
-    times_us, bodies = borrowed(times_us), borrowed(bodies)
-    table, logs, low, high, current = borrowed(table), borrowed(logs), borrowed(low), borrowed(high), borrowed(current)
-    state, marks, busy = borrowed(state), borrowed(marks), borrowed(busy)
+    images, reel, changed, times_us, bodies = without_refcount((images, reel, changed, times_us, bodies))
+    table, logs, low, high, current = without_refcount((table, logs, low, high, current))
+    state, marks, busy = without_refcount((state, marks, busy))
     factor, offset = scale.factor, scale.offset
     mark_words = marks.view(np.uint64)
     events, count = np.empty((ROOM, 2), np.int64), 0

@@ -4,7 +4,7 @@ import numpy as np
 
 from evslip.events.frame import NO_BODY
 from evslip.utils.jit import compiled
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 GROUP = 16
 """Neighbours that are looked at together when one of them changes: what a vector holds."""
@@ -24,7 +24,7 @@ def note_changes(reel: np.ndarray, first: int, changed: np.ndarray) -> None:
     # A film whose first frame is unknown is a reel of one.
     differs[:] = len(reel) == 1
     for frame in range(len(reel) - 1):
-        _note(borrowed(reel[frame, start:stop]), borrowed(reel[frame + 1, start:stop]), borrowed(differs))
+        _note(*without_refcount((reel[frame, start:stop], reel[frame + 1, start:stop], differs)))
     for group in range((stop - start) // words):
         for word in range(1, words):
             changed[group, 0] |= changed[group, word]

@@ -35,7 +35,7 @@ from evslip.rendering.shading.environment_reflection import glint, mirror
 from evslip.rendering.shading.sphere import draw_lamp, glow, meet_sphere, unroll
 from evslip.rendering.shadows.casters import NO_PART, aim, receive, shade, spread
 from evslip.rendering.shadows.occlusion import PITCH, between, open_run, surface_nodes
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 ENDLESS = f32(1e30)
 
@@ -133,9 +133,9 @@ def compose(S, height, width, view, lamp, table, sky, casters):
 def _draw_tiles(
     backdrops, grounds, slots, cell_height, cell_width, S, loaded, scene, uncovered
 ):  # fmt: skip
-    backdrops, grounds, S, loaded = borrowed(backdrops), borrowed(grounds), borrowed(S), borrowed(loaded)
-    view, surface, sphere, shadows, nodes = borrowed(scene)
-    seen, total, touched, full = borrowed(uncovered)
+    backdrops, grounds, S, loaded = without_refcount((backdrops, grounds, S, loaded))
+    view, surface, sphere, shadows, nodes = without_refcount(scene)
+    seen, total, touched, full = without_refcount(uncovered)
     height, width = backdrops.shape[1:]
     focal, reception = view[2], shadows[1]
     pixel = f32(1.0 / focal)

@@ -6,7 +6,7 @@ import numpy as np
 
 from evslip.rendering.scratch import HALF, ONE, ZERO, formula, kernel
 from evslip.rendering.timing.update_schedule import CellPlan, Cells
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 
 class ForegroundLayer(NamedTuple):
@@ -89,7 +89,7 @@ def spans_of(pixels, height, width):
 def _composite_backdrop(out, bodies, backdrops, grounds, before, earlier, after, shares, cell_height, cell_width):
     """out, bodies (height, width): a backdrop, cell by cell blended of up to three of `backdrops` (slots, height,
     width); grounds: which body each of these shows. before, earlier, after, shares: of a `update_schedule.CellPlan`."""
-    out, bodies, backdrops, grounds = borrowed(out), borrowed(bodies), borrowed(backdrops), borrowed(grounds)
+    out, bodies, backdrops, grounds = without_refcount((out, bodies, backdrops, grounds))
     height, width = out.shape
     for row in range(height):
         cell = row // cell_height

@@ -31,7 +31,7 @@ from evslip.rendering.shading.lamplight import highlight, matt
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
 from evslip.rendering.shadows.casters import shade
 from evslip.rendering.shadows.occlusion import block, faces_any
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 TOUCHING_M = 0.0015
 """A fragment this far behind the object's near face still counts as in front: pads sink into a soft contact."""
@@ -60,7 +60,7 @@ def distance_of(view, casters):
 
 @kernel
 def _shade_all(S, values, fragments, albedo, light, gloss, opens):
-    S, values, fragments, light = borrowed(S), borrowed(values), borrowed(fragments), borrowed(light)
+    S, values, fragments, light = without_refcount((S, values, fragments, light))
     kinds = light.reception.kinds
     for start in range(0, fragments.shape[1], SLOT):
         n = min(SLOT, fragments.shape[1] - start)

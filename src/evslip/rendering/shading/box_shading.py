@@ -27,7 +27,7 @@ from evslip.rendering.shading.ambient import irradiance
 from evslip.rendering.shading.illumination import power_of
 from evslip.rendering.shadows.casters import OBJECT_PART, Reception, aim, receive, shade, spread
 from evslip.rendering.shadows.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
-from evslip.utils.refcount import borrowed
+from evslip.utils.refcount import without_refcount
 
 SHADOW_GAP_M = 1e-6
 
@@ -146,8 +146,8 @@ def stand(S, view, lamp, ambient, half, face, casters):
 
 @kernel
 def _draw_face(S, loaded, out, pixel, power, radius, gloss, face, cells, levels, rows, area, spans, keep):
-    S, loaded, out, keep, face = borrowed(S), borrowed(loaded), borrowed(out), borrowed(keep), borrowed(face)
-    cells, levels, area, spans = borrowed(cells), borrowed(levels), borrowed(area), borrowed(spans)
+    S, loaded, out, keep, face = without_refcount((S, loaded, out, keep, face))
+    cells, levels, area, spans = without_refcount((cells, levels, area, spans))
     height, width = out.shape
     for row in range(rows[0], rows[1]):
         first, last = spans[row, 0], spans[row, 1]
