@@ -30,9 +30,8 @@ def test_any_interval_solves_the_differential_equation(log_0, change, lag, base,
 
 @given(logs, changes, st.lists(st.floats(0.01, 0.99), max_size=30), st.floats(1e-4, 1.0), st.floats(1e-6, 0.02))
 def test_a_ramp_may_be_cut_anywhere(log_0, change, cuts, base, gain):
-    whole = advance_far(
-        log_0, log_0 + change, math.exp(log_0), math.exp(log_0 + change), log_0 - 0.5, base, gain
-    )  # fmt: skip
+    log_1 = log_0 + change
+    whole = advance_far(log_0, log_1, math.exp(log_0), math.exp(log_1), log_0 - 0.5, base, gain)
     lp, before = log_0 - 0.5, 0.0
     for cut in [*sorted(set(cuts)), 1.0]:
         a, b, length = log_0 + change * before, log_0 + change * cut, cut - before

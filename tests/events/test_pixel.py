@@ -212,11 +212,11 @@ def test_hot_pixels_fire_alone_and_dead_ones_never():
 
 
 def test_photoreceptor_noise_has_its_size_and_memory():
-    rules = camera(cutoff_hz=15.0, photoreceptor_noise=0.05)._sensor.rules
-    current, step_us = 100.0, rules.noise_step_us
+    params = camera(cutoff_hz=15.0, photoreceptor_noise=0.05)._sensor.params
+    current, step_us = 100.0, params.noise_step_us
     noise = [0.0]
     for number in range(100_000):
-        noise.append(next_noise(rules, noise[-1], current, 7, number))
+        noise.append(next_noise(params, noise[-1], current, 7, number))
     path = np.array(noise[100:])
     rate = 1e-6 * 2 * math.pi * 15.0 * (current - 255 * DARK + 20) / 275
     assert path.std() == pytest.approx(0.05, rel=0.02)
@@ -226,18 +226,18 @@ def test_photoreceptor_noise_has_its_size_and_memory():
 def test_photoreceptor_noise_fires_along_its_path():
     theta, level, seconds = 0.06, -1.0, 60
     sensor = camera(theta=theta, cutoff_hz=15.0, photoreceptor_noise=0.05, seed=4)
-    rules = sensor._sensor.rules
+    params = sensor._sensor.params
     events = follow(sensor, [0, seconds * 1e6], [[level], [level]])
-    first = normals(*uniforms(rules.seed, 0, PHOTO, 0)[:2])[0] * rules.noise
+    first = normals(*uniforms(params.seed, 0, PHOTO, 0)[:2])[0] * params.photoreceptor_noise
     path, expected = [first], []
     current = 255 * math.exp(level)
-    for point in range(1, math.ceil(seconds * 1e6 / rules.noise_step_us)):
-        path.append(next_noise(rules, path[-1], current, 0, point))
+    for point in range(1, math.ceil(seconds * 1e6 / params.noise_step_us)):
+        path.append(next_noise(params, path[-1], current, 0, point))
     reference = first
     for number, (a, b) in enumerate(pairwise(path)):
         while abs(b - reference) >= theta:
             reference += math.copysign(theta, b - reference)
-            expected.append((number + (reference - a) / (b - a)) * rules.noise_step_us)
+            expected.append((number + (reference - a) / (b - a)) * params.noise_step_us)
     assert events.count > 500
     expected = np.array(expected)
     np.testing.assert_allclose(events.t_us[: len(expected)], expected, atol=0.51)

@@ -1,4 +1,4 @@
-"""What single precision says at a glance, against double precision."""
+"""Screening in single precision, against double precision."""
 
 import math
 
@@ -37,17 +37,13 @@ def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
         exact = advance_far(log_0, log_1, float(current_0), float(current_1), log_0 + float(F(lag)), base, gain)
         moved = abs(float(F(lag))) * -math.expm1(-exponent) + abs(log_1 - log_0)
         assert abs((log_1 + float(F(lag)) + float(step)) - exact) <= 2e-6 * moved + 3e-7
-        work, marks = np.ones(screen.WORK, F), np.empty(screen.TILE, np.uint8)
-        work[screen.CURRENT_0], work[screen.CURRENT_1], work[screen.LAG], work[screen.REST] = (
-            current_0,
-            current_1,
-            lag,
-            0,
-        )
-        look = screen.look_long if screen.changes(work, 16, base, gain) else screen.look
-        look(work, 16, gain, F(0.0), marks)
-        assert (work[screen.LAG], work[screen.REST]) == singles(screen.added(F(lag), F(0.0), step))
-        assert (work[screen.LAG_0], work[screen.CURRENT_0]) == (F(lag), current_1)
+        values, marks = np.ones(screen.VALUES, F), np.empty(screen.TILE, np.uint8)
+        values[screen.CURRENT_0], values[screen.CURRENT_1] = current_0, current_1
+        values[screen.LAG], values[screen.RESIDUE] = lag, 0
+        long = screen.find_changes(values, 16, base, gain)
+        (screen.advance_lowpass_long if long else screen.advance_lowpass)(values, 16, gain, F(0.0), marks)
+        assert (values[screen.LAG], values[screen.RESIDUE]) == singles(screen.added(F(lag), F(0.0), step))
+        assert (values[screen.LAG_0], values[screen.CURRENT_0]) == (F(lag), current_1)
 
 
 def test_many_tiny_steps_are_not_rounded_away():
@@ -66,19 +62,17 @@ def test_many_tiny_steps_are_not_rounded_away():
 
 @settings(max_examples=200)
 @given(logs, st.floats(-0.25, 0.25), st.floats(-1.0, 1.0), corners, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_a_pixel_that_is_let_off_stays_within_its_fences(log, change, lag, corner, above, below):
+def test_an_unmarked_pixel_stays_within_its_bounds(log, change, lag, corner, above, below):
     base, gain = (F(number) for number in corner)
     current_0, current_1 = F(math.exp(log)), F(math.exp(log + change))
     x, exponent, step = singles(screen.whole_step(current_0, current_1, base, gain, F(lag)))
     if screen.is_wide(x, exponent):
         return
     high, low = log + lag + above, log + lag - below
-    fences = F(high - screen.MARGIN), F(low + screen.MARGIN)
-    if screen.marked(F(log), x, exponent, F(lag), F(lag) + step, *fences):
+    bounds = F(high - screen.MARGIN), F(low + screen.MARGIN)
+    if screen.marked(F(log), x, exponent, F(lag), F(lag) + step, *bounds):
         return
     for share in np.linspace(0.0, 1.0, 21)[1:]:
-        current = math.exp(log + change * share)
-        lp = advance_far(
-            log, log + change * share, float(current_0), current, log + lag, float(base) * share, float(gain) * share
-        )  # fmt: skip
+        log_1, rates = log + change * share, (float(base) * share, float(gain) * share)
+        lp = advance_far(log, log_1, float(current_0), math.exp(log_1), log + lag, *rates)
         assert low < lp < high

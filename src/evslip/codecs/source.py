@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.events.checks import Watch, extent
+from evslip.events.checks import StreamChecker, extent
 from evslip.events.stream import Events, concatenate
 from evslip.utils.errors import DataError
 
@@ -27,9 +27,9 @@ class Source(NamedTuple):
 
 def checked(source: Source, where: object) -> Iterator[Events]:
     """The parts of a source, each checked to be what Events promises and to follow the one before. Raises DataError."""
-    watch = Watch(source.size, where)
+    checker = StreamChecker(source.size, where)
     for part in source.parts:
-        watch.check(part)
+        checker.check(part)
         yield part
 
 

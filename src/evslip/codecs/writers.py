@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from evslip.codecs.formats import format_of
-from evslip.events.checks import Watch
+from evslip.events.checks import StreamChecker
 from evslip.events.stream import Events, concatenate
 from evslip.utils import atomic
 
@@ -27,12 +27,12 @@ def writing(
         yield parts.append
         codec.write(path, concatenate(parts), size, **more)
         return
-    watch = Watch(size, path)
+    checker = StreamChecker(size, path)
     with atomic.staged(path) as file:
         sink = codec.Sink(file, path, size, **more)
 
         def push(events: Events) -> None:
-            watch.check(events)
+            checker.check(events)
             sink.push(events)
 
         try:

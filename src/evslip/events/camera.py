@@ -9,12 +9,12 @@ import numpy as np
 from evslip.events.frame import NO_BODY, Frame
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.presets import FOREIGN, resolve
-from evslip.events.sensor.frame_buffer import Film
-from evslip.events.sensor.intake import checked_image, checked_mask, checked_time
+from evslip.events.sensor.frame_buffer import FrameBuffer
+from evslip.events.sensor.frame_checks import checked_image, checked_mask, checked_time
 from evslip.events.sensor.optics import INTENSITIES, Intensity
 from evslip.events.sensor.ordering import in_time_order, unpack
 from evslip.events.sensor.sensor import Sensor
-from evslip.events.sensor.threads import Darkroom, Exposure
+from evslip.events.sensor.threads import FrameProcessor, Task
 from evslip.events.stream import Events, concatenate
 from evslip.events.v2e.pixels import V2EPixels
 from evslip.utils.errors import ConfigError
@@ -96,33 +96,33 @@ class EventCamera:
             self._sensor = CudaPixels(self.model, self.shape, self.seed, intensity)
         else:
             self._sensor = AccuratePixels(self.model, self.shape, self.seed, intensity, self.threads)
-        self._film = Film(self.shape, np.dtype(np.uint8), 0)
+        self._buffer = FrameBuffer(self.shape, np.dtype(np.uint8), 0)
 
     @property
     def theta_on(self) -> np.ndarray:
         """ON threshold of each pixel in ln units, of shape (height, width)."""
-        return self._sensor.theta_on.copy()
+        return self._sensor.threshold_on.copy()
 
     @property
     def theta_off(self) -> np.ndarray:
         """OFF threshold of each pixel in ln units, of shape (height, width)."""
-        return self._sensor.theta_off.copy()
+        return self._sensor.threshold_off.copy()
 
     def reset(self) -> None:
         """Forget all frames; the next one is a first frame again, and the same frames give the same events."""
-        self._film.clear()
+        self._buffer.clear()
 
     def state(self) -> dict[str, Any]:
         """All that the camera is and remembers, as plain values and arrays; see `from_state`."""
-        film = self._film
+        buffer = self._buffer
         return {
             "model": asdict(self.model),
             "size": (self.shape[1], self.shape[0]),
             "seed": self.seed,
             "mode": self.mode,
             "intensity": self.intensity,
-            "last_us": film.last_us,
-            "last_bodies": film.masks[0].reshape(self.shape).copy() if film.labelled else None,
+            "last_us": buffer.last_us,
+            "last_bodies": buffer.frames.bodies[0].reshape(self.shape).copy() if buffer.labelled else None,
             "memory": self._sensor.memory(),
         }
 
@@ -133,7 +133,7 @@ class EventCamera:
         model = {name: value for name, value in state["model"].items() if name not in FOREIGN[state["mode"]]}
         camera = cls("clean", threads=threads, device=device, **{name: state[name] for name in names}, **model)
         if state["last_us"] is not None:
-            camera._film.begin(state["last_us"], None, state["last_bodies"])
+            camera._buffer.begin(state["last_us"], None, state["last_bodies"])
             camera._sensor.restore(state["memory"])
         return camera
 
@@ -146,8 +146,8 @@ class EventCamera:
             the label of the frame nearer in time.
         Raises DataError for input that cannot be meant; the camera is then as it was before the call.
         """
-        self._take(t_us, image, bodies, 1, self._develop)
-        return self._develop()
+        self._take(t_us, image, bodies, 1, self._process)
+        return self._process()
 
     def run(self, frames: Iterable[Timed]) -> Events:
         """The events of a sequence of (t_us, image), (t_us, image, bodies) or Frame, as from `step` one by one.
@@ -157,49 +157,49 @@ class EventCamera:
         Continues where the last call ended. When a frame raises, the camera stands after the one before it.
         """
         parts: list[Events] = []
-        with self._darkroom() as darkroom:
+        with self._processor() as processor:
 
-            def develop() -> None:
-                self._film = darkroom.take(self._film)
+            def process() -> None:
+                self._buffer = processor.process(self._buffer)
 
             try:
                 for t_us, image, *bodies in frames:
-                    self._take(t_us, image, bodies[0] if bodies else None, CHUNK_FRAMES, develop)
-                    if darkroom.wants(self._film):
-                        develop()
+                    self._take(t_us, image, bodies[0] if bodies else None, CHUNK_FRAMES, process)
+                    if processor.wants(self._buffer):
+                        process()
             finally:
-                develop()
-                parts = darkroom.prints()
+                process()
+                parts = processor.events()
         if any(part.body is not None for part in parts):
             parts = [p if p.body is not None else p._replace(body=np.full(p.count, NO_BODY, np.uint8)) for p in parts]
         return concatenate(parts)
 
-    def _take(self, t_us: float, image: Any, bodies: Any, length: int, develop: Callable[[], object]) -> None:
-        """Put a frame on the film, after developing one of another type."""
+    def _take(self, t_us: float, image: Any, bodies: Any, length: int, process: Callable[[], object]) -> None:
+        """Put a frame into the buffer, after processing what is there of another type."""
         time_us, image, bodies = self._checked(t_us, image, bodies)
         length = max(1, min(length, CHUNK_BYTES // image.nbytes))
-        if self._film.dtype != image.dtype or self._film.length < length:
-            if self._film.count > 0:
-                develop()
-            self._film = Film(self.shape, image.dtype, length).follow(self._film)
-        if self._film.begun:
-            self._film.add(time_us, image, bodies)
+        if self._buffer.dtype != image.dtype or self._buffer.length < length:
+            if self._buffer.count > 0:
+                process()
+            self._buffer = FrameBuffer(self.shape, image.dtype, length).follow(self._buffer)
+        if self._buffer.begun:
+            self._buffer.add(time_us, image, bodies)
         else:
-            self._film.begin(time_us, image, bodies)
+            self._buffer.begin(time_us, image, bodies)
             # A copy is contiguous and writable: one type for the compiler, whatever the caller's array is.
             self._sensor.begin(np.array(image, order="C"), time_us)
 
-    def _develop(self) -> Events:
-        """The events of all frames on the film, which then begins anew."""
-        with self._darkroom() as darkroom:
-            self._film = darkroom.take(self._film)
-            return darkroom.prints()[0]
+    def _process(self) -> Events:
+        """Events of all frames in the buffer, which then begins anew."""
+        with self._processor() as processor:
+            self._buffer = processor.process(self._buffer)
+            return processor.events()[0]
 
-    def _darkroom(self) -> Darkroom:
-        return Darkroom(self._exposures, self._arranged, self.threads)
+    def _processor(self) -> FrameProcessor:
+        return FrameProcessor(self._tasks, self._arranged, self.threads)
 
-    def _exposures(self, film: Film) -> list[Exposure]:
-        return self._sensor.exposures(film) if film.count > 0 else []
+    def _tasks(self, buffer: FrameBuffer) -> list[Task]:
+        return self._sensor.tasks(buffer) if buffer.count > 0 else []
 
     @staticmethod
     def _arranged(raw: np.ndarray, labelled: bool) -> Events:
@@ -210,7 +210,7 @@ class EventCamera:
 
     def _checked(self, t_us: Any, image: Any, bodies: Any) -> tuple[float, np.ndarray, np.ndarray | None]:
         """A frame in the units of the kernel. Raises DataError."""
-        time_us = checked_time(t_us, self._film.last_us)
+        time_us = checked_time(t_us, self._buffer.last_us)
         if bodies is not None:
             bodies = checked_mask(bodies, self.shape, time_us)
         return time_us, checked_image(image, self.shape, self.intensity, time_us), bodies

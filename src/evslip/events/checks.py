@@ -11,7 +11,7 @@ from evslip.utils.errors import DataError
 _DTYPES = {"t_us": np.int64, "x": np.uint16, "y": np.uint16, "p": np.bool_, "body": np.uint8, "cause": np.uint8}
 
 
-class Watch:
+class StreamChecker:
     """Checks a stream that comes in parts as `check_events` does a whole one."""
 
     def __init__(self, size: tuple[int, int] | None, where: object):

@@ -29,7 +29,8 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         except RuntimeError:  # no writable folder for the cache
             return njit(nogil=True, **options)(function)
         index = dispatcher._cache._cache_file
-        index._source_stamp = f"{index._source_stamp} {_digest(Path(inspect.getfile(function)))}"
+        # Compared before the rest of the index is unpickled, which may name classes that are gone.
+        index._version = f"{index._version} {_digest(Path(inspect.getfile(function)))}"
         return dispatcher
 
     return decorate
@@ -37,7 +38,7 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 @cache
 def _digest(path: Path) -> str:
-    """Sum of a file and of all that it imports from the package."""
+    """Hash of a file and of all that it imports from the package."""
     content = hashlib.sha256()
     for source in sorted(_sources(path) | {path, Path(__file__)}):
         content.update(source.name.encode() + b"\0" + _text(source).encode() + b"\0")

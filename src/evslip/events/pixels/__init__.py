@@ -1,4 +1,4 @@
 """Event pixels by evslip's own rules: thresholds, low-pass, noise, leak, refractory period. Only numpy and numba.
 
-Begin with `pixel` (one pixel between two frames), then `kernel` (the loops) and `screen` (which pixels need a look).
+Begin with `pixel` (one pixel between two frames), then `kernel` (the loops) and `screen` (which pixels may fire).
 """

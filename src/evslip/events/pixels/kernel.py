@@ -1,45 +1,46 @@
 """Loops over tiles of pixels and frames. Serial and free of Python's lock: threads take bands of pixels.
 
-All frames of a tile are done at once, so that its memory stays in the cache. Pixels at rest before unchanging light
-are passed over; a glance in single precision finds those among the others that may fire; these few are computed one by
+All frames of a tile are done at once, so that its state stays in the cache. Pixels at rest before unchanging light are
+passed over; a screening in single precision finds those among the others that may fire; these few are computed one by
 one, in double precision, from the frames themselves.
 
-Arrays are handed down `without_refcount`: counting their references would cost as much as an event's arithmetic.
+Arrays are passed on `without_refcount`: counting their references would cost as much as an event's arithmetic.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from evslip.events.pixels import active_pixels, screen
+from evslip.events.pixels.active_pixels import Scratch
 from evslip.events.pixels.lowpass import advance_far
-from evslip.events.pixels.memory import DUE, GLANCE, HIGH, LOW, Pixels, Scale, fences
-from evslip.events.pixels.photoreceptor import cut_by_noise, narrow_by_noise
-from evslip.events.pixels.pixel import (
-    CANDIDATE_US,
-    CANDIDATES,
-    LEAK_SLOPE,
-    REFERENCE,
-    RESET_US,
-    RESETS,
-    Interval,
-    Rules,
-    fire,
-)
+from evslip.events.pixels.photoreceptor_noise import cut_by_noise, narrow_by_noise
+from evslip.events.pixels.pixel import CANDIDATE_US, CANDIDATES, REFERENCE, RESETS, Interval, Parameters, fire
 from evslip.events.pixels.screen import TILE
-from evslip.events.sensor.frame_buffer import GROUP, note_changes
+from evslip.events.pixels.state import HIGH, LOW, SCREEN, Pixels, Response, bounds, current_and_log
+from evslip.events.sensor.frame_buffer import GROUP, Frames, note_changes
 from evslip.utils.jit import compiled
 from evslip.utils.refcount import without_refcount
 
-ROOM = 4096
-"""Events there is room for at first."""
-_ALL_ROWS = (1 << GLANCE) - 1
-_ROWS_WITHOUT_FENCES = _ALL_ROWS & ~(1 << HIGH | 1 << LOW)
+CAPACITY = 4096
+"""Events that there is room for at first."""
+_ALL_ROWS = (1 << SCREEN) - 1
+_ROWS_WITHOUT_BOUNDS = _ALL_ROWS & ~(1 << HIGH | 1 << LOW)
+
+
+class Span(NamedTuple):
+    """Interval between two frames, or a part of it."""
+
+    frame: int
+    """Index of the frame at its end."""
+    start_us: float
+    end_us: float
 
 
 @compiled(error_model="numpy", inline="always")
-def stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high: float, low: float) -> bool:
-    """Whether lp certainly stays within (low, high); see `glance.marked`."""
+def _stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high: float, low: float) -> bool:
+    """Whether lp certainly stays within (low, high); see `screen.marked`."""
     top, bottom = max(filtered_0, filtered_1), min(filtered_0, filtered_1)
     if (log_0 - filtered_0) * (log_1 - filtered_1) < 0.0:
         top, bottom = max(top, log_0, log_1), min(bottom, log_0, log_1)
@@ -47,247 +48,201 @@ def stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high
 
 
 @compiled(error_model="numpy")
-def longer(events: np.ndarray) -> np.ndarray:
-    """The same events with twice the room."""
-    longer = np.empty((2 * len(events), 2), np.int64)
-    longer[: len(events)] = events
-    return longer
+def doubled(events: np.ndarray) -> np.ndarray:
+    """Copy of some events with twice the room."""
+    copy = np.empty((2 * len(events), 2), np.int64)
+    copy[: len(events)] = events
+    return copy
 
 
 @compiled(error_model="numpy")
 def _fire_marked(
-    lane: int,
-    last_lane: int,
-    marks: np.ndarray,
-    mark_words: np.ndarray,
-    who: np.ndarray,
-    images: np.ndarray,
-    frame: int,
-    bodies: np.ndarray,
-    columns: int,
-    table: np.ndarray,
-    logs: np.ndarray,
-    factor: float,
-    offset: float,
-    times_us: np.ndarray,
-    start_us: float,
-    end_us: float,
-    noise: np.ndarray,
-    work: np.ndarray,
-    memory: np.ndarray,
-    currents: np.ndarray,
-    state: np.ndarray,
-    traits: np.ndarray,
-    since_us: float,
-    rules: Rules,
+    k: int,
+    width: int,
+    frames: Frames,
+    span: Span,
+    response: Response,
+    epoch_us: float,
+    pixels: Pixels,
+    params: Parameters,
+    scratch: Scratch,
     events: np.ndarray,
     count: int,
 ) -> tuple[int, int]:
-    """Compute the marked pixels of a tile one by one, from start_us to end_us, both within one frame interval.
+    """Compute the marked pixels of a tile one by one, from the k-th of `width` active ones on.
 
-    mark_words: the same marks, eight a word. Returns the lane that comes next and the number of events so far; the lane
-    is less than last_lane where the events of its pixel need more room, with which this is to be called again.
+    Returns the active pixel that comes next and the number of events so far; the former is less than `width` where the
+    events of that pixel need more room, with which this is to be called again.
     """
+    images, times_us, bodies, columns = frames.images, frames.times_us, frames.bodies, frames.columns
+    table, logs, factor, offset = response.table, response.logs, response.factor, response.offset
+    state, noise_process = pixels.state, pixels.noise_process
+    numbers, values, marks, noise = scratch.numbers, scratch.values, scratch.marks, scratch.noise
+    mark_words = marks.view(np.uint64)
+    frame, start_us, end_us = span
     frame_us, length_us = times_us[frame + 1] - times_us[frame], end_us - start_us
     share_0, share_1 = (start_us - times_us[frame]) / frame_us, (end_us - times_us[frame]) / frame_us
     middle_us = 0.5 * (times_us[frame] + times_us[frame + 1])
-    since_end_us = end_us - since_us
-    base, gain = rules.base * length_us, rules.gain * length_us
+    since_us = end_us - epoch_us
+    base, gain = params.base * length_us, params.gain * length_us
     body_0, body_1 = 255, 255
-    room = len(events)
-    while lane < last_lane:
-        if lane & 7 == 0 and mark_words[lane >> 3] == 0:
-            lane += 8
+    capacity = len(events)
+    while k < width:
+        if k & 7 == 0 and mark_words[k >> 3] == 0:
+            k += 8
             continue
-        if marks[lane] == 0:
-            lane += 1
+        if marks[k] == 0:
+            k += 1
             continue
-        pixel = who[lane]
-        if factor == 0.0:
-            byte = np.uint8(images[frame, pixel])
-            current_1, log_1 = float(table[byte]), float(logs[byte])
-        else:
-            current_1 = float(images[frame, pixel] * factor + offset)
-            log_1 = math.log(current_1)
+        pixel = numbers[k]
+        current_1, log_1 = current_and_log(images[frame, pixel], table, logs, factor, offset)
         if frame == 0:
-            current_0 = float(currents[pixel])
+            current_0 = float(pixels.current[pixel])
             log_0 = math.log(current_0)
-        elif factor == 0.0:
-            byte = np.uint8(images[frame - 1, pixel])
-            current_0, log_0 = float(table[byte]), float(logs[byte])
         else:
-            current_0 = float(images[frame - 1, pixel] * factor + offset)
-            log_0 = math.log(current_0)
+            current_0, log_0 = current_and_log(images[frame - 1, pixel], table, logs, factor, offset)
         if length_us < frame_us:
             log_0, log_1 = log_0 + (log_1 - log_0) * share_0, log_0 + (log_1 - log_0) * share_1
             current_0, current_1 = math.exp(log_0), math.exp(log_1)
-        filtered_0, filtered_1 = log_0 + work[screen.LAG_0 + lane], log_1 + work[screen.LAG + lane]
-        if marks[lane] & 2 and rules.lowpass:
+        filtered_0, filtered_1 = log_0 + values[screen.LAG_0 + k], log_1 + values[screen.LAG + k]
+        if marks[k] & 2 and params.lowpass:
             filtered_1 = advance_far(log_0, log_1, current_0, current_1, filtered_0, base, gain)
             lag = np.float32(filtered_1 - log_1)
-            work[screen.LAG + lane], work[screen.REST + lane] = lag, filtered_1 - log_1 - lag
-            work[screen.LOG + lane] = log_1
-            if rules.noise == 0.0 and work[screen.DUE + lane] > since_end_us:
-                high = work[screen.HIGH + lane] - work[screen.SLOPE + lane] * since_end_us
-                low = work[screen.LOW + lane]
-                if stays(log_0, log_1, filtered_0, filtered_1, high, low):
-                    lane += 1
+            values[screen.LAG + k], values[screen.RESIDUE + k] = lag, filtered_1 - log_1 - lag
+            values[screen.LOG + k] = log_1
+            if params.photoreceptor_noise == 0.0 and values[screen.DUE + k] > since_us:
+                high = values[screen.HIGH + k] - values[screen.SLOPE + k] * since_us
+                if _stays(log_0, log_1, filtered_0, filtered_1, high, values[screen.LOW + k]):
+                    k += 1
                     continue
         if len(bodies) > 0:
             body_0, body_1 = int(bodies[frame, pixel]), int(bodies[frame + 1, pixel])
+        noise_0, noise_1 = noise[0, k], noise[1, k]
         interval = Interval(
-            start_us, end_us, middle_us, log_0, log_1, current_0, current_1, filtered_0, filtered_1,
-            noise[0, lane], noise[1, lane],
-        )  # fmt: skip
-        row = pixel // columns
-        label = ((pixel - row * columns) << 16) | (row << 32) | (frame << 48)
-        before = (
-            state[pixel, REFERENCE],
-            state[pixel, RESET_US],
-            state[pixel, LEAK_SLOPE],
-            state[pixel, CANDIDATE_US],
-            state[pixel, RESETS],
+            start_us, end_us, middle_us, log_0, log_1, current_0, current_1, filtered_0, filtered_1, noise_0, noise_1
         )
-        # Elsewhere in memory, and seldom asked for.
-        candidates = traits[pixel, CANDIDATES] if before[3] <= end_us else -1.0
-        filled = fire(interval, state, traits, rules, pixel, pixel, label, body_0, body_1, events, room, count)
-        if filled > room:
-            (
-                state[pixel, REFERENCE],
-                state[pixel, RESET_US],
-                state[pixel, LEAK_SLOPE],
-                state[pixel, CANDIDATE_US],
-                state[pixel, RESETS],
-            ) = before
+        row = pixel // columns
+        address = ((pixel - row * columns) << 16) | (row << 32) | (frame << 48)
+        before = state[pixel, 0], state[pixel, 1], state[pixel, 2], state[pixel, 3], state[pixel, 4]
+        # Elsewhere in memory, and seldom needed.
+        candidates = noise_process[pixel, CANDIDATES] if state[pixel, CANDIDATE_US] <= end_us else -1.0
+        filled = fire(
+            interval, state, noise_process, params, pixel, pixel, address, body_0, body_1, events, capacity, count
+        )
+        if filled > capacity:
+            for part in range(RESETS + 1):
+                state[pixel, part] = before[part]
             if candidates >= 0.0:
-                traits[pixel, CANDIDATES] = candidates
+                noise_process[pixel, CANDIDATES] = candidates
             break
         count = filled
-        high, low, slope, due_us = fences(pixel, state, since_us)
-        work[screen.SLOPE + lane], work[screen.DUE + lane] = slope, due_us
-        if rules.noise == 0.0:
-            work[screen.HIGH + lane], work[screen.LOW + lane] = high, low
+        high, low, slope, due_us = bounds(pixel, state, epoch_us)
+        values[screen.SLOPE + k], values[screen.DUE + k] = slope, due_us
+        if params.photoreceptor_noise == 0.0:
+            values[screen.HIGH + k], values[screen.LOW + k] = high, low
         else:
-            # The work array's are narrowed by the noise of this very interval.
-            memory[HIGH, pixel], memory[LOW, pixel] = high, low
-        lane += 1
-    return lane, count
+            # The scratch values are narrowed by the noise of this very interval.
+            pixels.screen[HIGH, pixel], pixels.screen[LOW, pixel] = high, low
+        k += 1
+    return k, count
 
 
 @compiled(error_model="numpy")
-def _touch(who: np.ndarray, width: int, state: np.ndarray) -> float:
-    """Bring the lanes' memory into the cache: all at once is faster than each when its pixel fires."""
+def _prefetch(numbers: np.ndarray, width: int, state: np.ndarray) -> float:
+    """Bring the active pixels' state into the cache: all at once is faster than each when its pixel fires."""
     touched = 0.0
-    for lane in range(width):
-        touched += state[who[lane], REFERENCE]
+    for k in range(width):
+        touched += state[numbers[k], REFERENCE]
     return touched
 
 
 @compiled(error_model="numpy")
-def expose(
-    images: np.ndarray,
-    reel: np.ndarray,
-    times_us: np.ndarray,
-    bodies: np.ndarray,
-    columns: int,
-    first_pixel: int,
-    last_pixel: int,
-    scale: Scale,
-    since_us: float,
-    pixels: Pixels,
-    rules: Rules,
+def process_band(
+    frames: Frames, first: int, last: int, response: Response, epoch_us: float, pixels: Pixels, params: Parameters
 ) -> np.ndarray:
-    """Run a band of pixels through some frames.
+    """Run a band of pixels through some frames; epoch_us: beginning of the epoch.
 
-    images, reel, times_us: see `Film`; bodies: its masks; columns: pixels in a row of the sensor; since_us: when the
-    watch began. Returns unsorted events of shape (n, 2), int64: time in microseconds and word (bits 0-15 as from
-    `pixel.fire`, column in 16-31, row in 32-47, frame in 48-62).
+    Returns unsorted events of shape (n, 2), int64: time in microseconds and word (see `Sensor.tasks`).
     """
-    work, noise = np.ones(screen.WORK, np.float32), np.zeros((2, TILE))
-    marks, due = np.empty(TILE, np.uint8), np.empty(GROUP, np.uint8)
-    runs, who = np.empty((TILE + 1, 2), np.uint64), np.empty(TILE, np.int64)
-    changed = np.empty((TILE // GROUP, reel.shape[1] * GROUP // images.shape[1]), np.uint8)
-    return _expose(
-        images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, scale.table, scale.logs,
-        scale.table.astype(np.float32), scale.factor, scale.offset, since_us, pixels.glance, pixels.current,
-        pixels.awake, pixels.wake, pixels.state, pixels.traits, pixels.noise, work, noise, marks, due, runs, who, rules,
-    )  # fmt: skip
+    words = frames.words.shape[1] * GROUP // frames.images.shape[1]
+    scratch = Scratch(
+        np.empty((TILE // GROUP, words), np.uint8),
+        np.empty(GROUP, np.uint8),
+        np.empty(TILE, np.int64),
+        np.empty((TILE + 1, 2), np.uint64),
+        np.ones(screen.VALUES, np.float32),
+        np.empty(TILE, np.uint8),
+        np.zeros((2, TILE)),
+    )
+    return _process_band(frames, first, last, response, epoch_us, pixels, params, scratch)
 
 
 @compiled(error_model="numpy")
-def _expose(
-    images, reel, changed, times_us, bodies, columns, first_pixel, last_pixel, table, logs, small_table, factor, offset,
-    since_us, memory, current, awake, wake, state, traits, noise_memory, work, noise, marks, due, runs, who, rules,
-):  # fmt: skip
-    images, times_us, bodies, table, logs = without_refcount((images, times_us, bodies, table, logs))
-    small_table, memory, current, awake = without_refcount((small_table, memory, current, awake))
-    state, traits, work, marks = without_refcount((state, traits, work, marks))
-    reel, changed, wake, due_us = without_refcount((reel, changed, wake, memory[DUE]))
-    noise, due, runs, who = without_refcount((noise, due, runs, who))
-    small_factor, small_offset = np.float32(factor), np.float32(offset)
-    mark_words = marks.view(np.uint64)
-    events, count = np.empty((ROOM, 2), np.int64), 0
-    noisy = rules.noise > 0.0
+def _process_band(frames, first_pixel, last_pixel, response, epoch_us, pixels, params, scratch):
+    frames, response, pixels, scratch = without_refcount((frames, response, pixels, scratch))
+    images, words, times_us = frames.images, frames.words, frames.times_us
+    table, factor, offset = response.table_single, np.float32(response.factor), np.float32(response.offset)
+    runs, values, marks, noise = scratch.runs, scratch.values, scratch.marks, scratch.noise
+    rows, grid = pixels.screen, pixels.photoreceptor_noise
+    events, count = np.empty((CAPACITY, 2), np.int64), 0
+    noisy = params.photoreceptor_noise > 0.0
     touched = 0.0
-    if not rules.lowpass:
-        work[screen.LAG : screen.LAG + TILE] = np.float32(0)
-        work[screen.LAG_0 : screen.LAG_0 + TILE] = np.float32(0)
-    last_us = np.float32(times_us[-1] - since_us)
+    if not params.lowpass:
+        values[screen.LAG : screen.LAG + TILE] = np.float32(0)
+        values[screen.LAG_0 : screen.LAG_0 + TILE] = np.float32(0)
+    last_us = np.float32(times_us[-1] - epoch_us)
     for first in range(first_pixel, last_pixel, TILE):
         last = min(first + TILE, last_pixel)
-        note_changes(reel, first // GROUP, changed)
-        found = active_pixels.choose(
-            changed, first, last, last_us, noisy, due_us, awake, wake, due, runs, who
-        )  # fmt: skip
+        note_changes(words, first // GROUP, scratch.changed)
+        found = active_pixels.choose(first, last, last_us, noisy, pixels, scratch)
         width = np.int64(runs[found, 1])
         if width == 0:
             continue
-        active_pixels.load(memory, runs, found, work)
-        touched += _touch(who, width, state)
-        # Vector code takes whole groups; what lies beyond the last lane is computed, but never read.
+        active_pixels.load(rows, runs, found, values)
+        touched += _prefetch(scratch.numbers, width, pixels.state)
+        # Vector code takes whole groups; what lies beyond the last active pixel is computed, but never read.
         full = -(-width // GROUP) * GROUP
-        before, after = work[screen.CURRENT_0 :][:full], work[screen.CURRENT_1 :][:full]
-        log = work[screen.LOG :][:full]
-        if rules.lowpass:
+        before, after = values[screen.CURRENT_0 :][:full], values[screen.CURRENT_1 :][:full]
+        log = values[screen.LOG :][:full]
+        if params.lowpass:
             screen.logarithms(before, log)
         for frame in range(len(images)):
             start_us = times_us[frame]
             while start_us < times_us[frame + 1]:
                 end_us = times_us[frame + 1]
-                screen.currents(images[frame], runs, found, small_table, small_factor, small_offset, work)
+                screen.photocurrents(images[frame], runs, found, table, factor, offset, values)
                 if noisy:
                     end_us = cut_by_noise(
-                        noise_memory, first, start_us, end_us, before[:width], after[:width], rules, noise[:, :width]
-                    )  # fmt: skip
-                    narrow_by_noise(memory[HIGH, first:last], noise, 1.0, work[screen.HIGH :][:width])
-                    narrow_by_noise(memory[LOW, first:last], noise, -1.0, work[screen.LOW :][:width])
+                        grid, first, start_us, end_us, before[:width], after[:width], params, noise[:, :width]
+                    )
+                    narrow_by_noise(rows[HIGH, first:last], noise, 1.0, values[screen.HIGH :][:width])
+                    narrow_by_noise(rows[LOW, first:last], noise, -1.0, values[screen.LOW :][:width])
                     # There may be many more of these intervals than frames: too many to add up their changes.
                     screen.logarithms(before, log)
-                since_end_us = np.float32(end_us - since_us)
-                if rules.lowpass:
-                    base = np.float32(rules.base * (end_us - start_us))
-                    gain = np.float32(rules.gain * (end_us - start_us))
-                    if screen.changes(work, full, base, gain):
-                        screen.look_long(work, full, gain, since_end_us, marks)
+                since_us = np.float32(end_us - epoch_us)
+                if params.lowpass:
+                    base = np.float32(params.base * (end_us - start_us))
+                    gain = np.float32(params.gain * (end_us - start_us))
+                    if screen.find_changes(values, full, base, gain):
+                        screen.advance_lowpass_long(values, full, gain, since_us, marks)
                     else:
-                        screen.look(work, full, gain, since_end_us, marks)
+                        screen.advance_lowpass(values, full, gain, since_us, marks)
                 else:
                     screen.logarithms(after, log)
-                    screen.leaves(work, full, since_end_us, marks)
-                screen.mark_due(work, full, since_end_us, marks)
-                lane = 0
-                while lane < width:
-                    lane, count = _fire_marked(
-                        lane, width, marks, mark_words, who, images, frame, bodies, columns, table, logs, factor,
-                        offset, times_us, start_us, end_us, noise, work, memory, current, state, traits, since_us,
-                        rules, without_refcount(events), count,
-                    )  # fmt: skip
-                    if lane < width:
-                        events = longer(events)
+                    screen.mark_leaving(values, full, since_us, marks)
+                screen.mark_due(values, full, since_us, marks)
+                span, k = Span(frame, start_us, end_us), 0
+                while k < width:
+                    room = without_refcount(events)
+                    k, count = _fire_marked(
+                        k, width, frames, span, response, epoch_us, pixels, params, scratch, room, count
+                    )
+                    if k < width:
+                        events = doubled(events)
                 start_us = end_us
-        active_pixels.settle(images[-1], table, factor, offset, marks, who, width, work, current, awake)
-        active_pixels.store(work, runs, found, _ROWS_WITHOUT_FENCES if noisy else _ALL_ROWS, memory)
-        active_pixels.note_wake(runs, found, due_us, awake, wake)
+        active_pixels.settle(images[-1], response, width, scratch, pixels)
+        active_pixels.store(values, runs, found, _ROWS_WITHOUT_BOUNDS if noisy else _ALL_ROWS, rows)
+        active_pixels.note_group_due(runs, found, pixels)
     # Used, so that the compiler cannot leave the touching out.
-    work[0] = touched
+    values[0] = touched
     return events[:count]

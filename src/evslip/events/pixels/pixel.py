@@ -4,12 +4,12 @@ The pixel compares the filtered log intensity lp with a reference ref, and fires
 
     d(t) = lp(t) - ref + leak * (t - reset)
 
-reaches theta_on or -theta_off. Firing makes lp(t) the new reference. During the refractory period the pixel is held in
-reset: it follows lp and cannot fire, so what changes meanwhile is lost, as in the circuit (Lichtsteiner et al., A
-128x128 120 dB 15 us latency asynchronous temporal contrast vision sensor, JSSC 2008). Leak is written as a slope since
-the last reset, not as steps, so neither rounding nor frame times add up. Shot noise and hot pixels are one Poisson
-process per pixel at its highest rate, thinned by what the intensity allows at that moment: its candidates are times,
-not frames.
+reaches the ON contrast threshold or minus the OFF one. Firing makes lp(t) the new reference. During the refractory
+period the pixel is held in reset: it follows lp and cannot fire, so what changes meanwhile is lost, as in the circuit
+(Lichtsteiner et al., A 128x128 120 dB 15 us latency asynchronous temporal contrast vision sensor, JSSC 2008). Leak is
+written as a slope since the last reset, not as steps, so neither rounding nor frame times add up. Shot noise and hot
+pixels are one Poisson process per pixel at its highest rate, thinned by what the intensity allows at that moment: its
+candidates are times, not frames.
 
 Where the low-pass bends lp within an interval, each piece of it is the cubic through the exact end values and slopes.
 Without low-pass lp is a straight line and crossing times are exact.
@@ -33,19 +33,19 @@ TOLERANCE, TOLERANCE_US = 2e-7, 0.1
 
 STATE = 8
 REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, ON, OFF, MEAN_LEAK = range(STATE)
-"""What a pixel remembers of its last event: ref, NaN while held in reset; when ref was taken, or will be while it is
-NaN; slope of the leak in ln units per microsecond since then; time of the next candidate of the noise process, infinite
-without noise; number of resets so far, which is a counter of the random numbers. What never changes: theta_on and
-theta_off in ln units, infinite when dead; mean slope of the leak. All this is asked for together, and fills one line of
-the cache."""
-TRAITS = 5
-CANDIDATES, RATE, HOT_SHARE, ON_SHARE, PHASE = range(TRAITS)
-"""What is seldom asked for. Of the noise process: number of candidates so far, which is a counter too; highest rate per
-microsecond; share of it that is a hot pixel's own; share of shot noise events that are ON. And where in its leak cycle
-a pixel starts, 0 to 1."""
+"""State of a pixel since its last event: ref, NaN while held in reset; when ref was taken, or will be while it is NaN;
+slope of the leak in ln units per microsecond since then; time of the next candidate of the noise process, infinite
+without noise; number of resets so far, which is a counter of the random numbers. Constants: ON and OFF contrast
+thresholds in ln units, infinite when dead; mean slope of the leak. All this is used together, and fills one line of the
+cache."""
+NOISE_PROCESS = 5
+CANDIDATES, RATE, HOT_SHARE, ON_SHARE, PHASE = range(NOISE_PROCESS)
+"""Noise process of a pixel, seldom used: number of candidates so far, which is a counter too; highest rate per
+microsecond; share of it that is a hot pixel's own; share of shot noise events that are ON. And the phase of its leak
+cycle at which a pixel starts, 0 to 1."""
 
 
-class Rules(NamedTuple):
+class Parameters(NamedTuple):
     """Numbers that all pixels share."""
 
     seed: int
@@ -54,17 +54,17 @@ class Rules(NamedTuple):
     base: float
     """Rate of the low-pass without photocurrent, per microsecond."""
     gain: float
-    """What a unit of photocurrent adds to it."""
+    """Addition to it for each unit of photocurrent."""
     refractory_us: float
     leak_jitter: float
     """Standard deviation of the leak from one reset to the next, relative."""
     shot_dark: float
     """Chance that a shot noise candidate fires at no photocurrent."""
     shot_slope: float
-    """What a unit of photocurrent takes from it."""
+    """Reduction of it for each unit of photocurrent."""
     shot_least: float
     """The least chance, in bright light."""
-    noise: float
+    photoreceptor_noise: float
     """Standard deviation of the photoreceptor's noise in ln units; 0: none."""
     noise_step_us: float
     """Step of the time grid on which that noise is drawn; in between it is linear."""
@@ -88,38 +88,38 @@ class Interval(NamedTuple):
 
 
 @compiled(error_model="numpy")
-def next_leak(rules: Rules, mean: float, pixel: int, resets: int) -> float:
+def next_leak(params: Parameters, mean: float, pixel: int, resets: int) -> float:
     """Slope of the leak after a reset; never negative."""
-    if mean == 0.0 or rules.leak_jitter == 0.0:
+    if mean == 0.0 or params.leak_jitter == 0.0:
         return mean
     # Four uniform numbers add up to nearly a normal one, of variance 1/3, in a third of the time.
-    a, b, c, d = uniforms(rules.seed, pixel, LEAK, resets)
-    return mean * max(0.0, 1.0 + rules.leak_jitter * math.sqrt(3.0) * (a + b + c + d - 2.0))
+    a, b, c, d = uniforms(params.seed, pixel, LEAK, resets)
+    return mean * max(0.0, 1.0 + params.leak_jitter * math.sqrt(3.0) * (a + b + c + d - 2.0))
 
 
 @compiled(error_model="numpy")
-def next_candidate(rules: Rules, rate: float, pixel: int, candidates: int, now_us: float) -> float:
+def next_candidate(params: Parameters, rate: float, pixel: int, candidates: int, now_us: float) -> float:
     """Time of the noise candidate after `now_us`: exponential waiting times make a Poisson process."""
     if rate == 0.0:
         return np.inf
-    wait, _, _, _ = uniforms(rules.seed, pixel, CANDIDATE, candidates)
+    wait, _, _, _ = uniforms(params.seed, pixel, CANDIDATE, candidates)
     return now_us - math.log(wait) / rate
 
 
 @compiled(error_model="numpy")
-def next_noise(rules: Rules, noise: float, current: float, pixel: int, number: int) -> float:
+def next_noise(params: Parameters, noise: float, current: float, pixel: int, number: int) -> float:
     """The photoreceptor's noise one grid step after `noise`: white noise through the pixel's own low-pass.
 
     number: of the grid point; current: photocurrent, which sets how fast the noise forgets.
     """
-    a, b, _, _ = uniforms(rules.seed, pixel, PHOTO, number)
-    kept = math.exp(-(rules.base + rules.gain * current) * rules.noise_step_us)
-    return kept * noise + rules.noise * math.sqrt(1.0 - kept * kept) * normals(a, b)[0]
+    a, b, _, _ = uniforms(params.seed, pixel, PHOTO, number)
+    kept = math.exp(-(params.base + params.gain * current) * params.noise_step_us)
+    return kept * noise + params.photoreceptor_noise * math.sqrt(1.0 - kept * kept) * normals(a, b)[0]
 
 
 @compiled(error_model="numpy")
 def _pieces(change: float, exponent: float, lag: float, tolerance: float) -> int:
-    """How often an interval is halved for the cubics; lag: the largest distance between L and lp.
+    """Number of times that an interval is halved for the cubics; lag: the largest distance between L and lp.
 
     A cubic through end values and slopes misses by h^4 / 384 of the fourth derivative: about (K + |x|)^4 / 384 of the
     lag.
@@ -133,12 +133,12 @@ def _pieces(change: float, exponent: float, lag: float, tolerance: float) -> int
 
 
 @compiled(error_model="numpy", forceinline=True)
-def _taken_at_reset(interval: Interval, rules: Rules, reset_us: float) -> float:
+def _taken_at_reset(interval: Interval, params: Parameters, reset_us: float) -> float:
     """lp at the end of the refractory period, which lies within the interval."""
     length_us = max(reset_us - interval.start_us, 0.0)
     change = (interval.log_1 - interval.log_0) * (length_us / (interval.end_us - interval.start_us))
     log, current = interval.log_0 + change, interval.current_0 * math.exp(change)
-    base, gain = rules.base * length_us, rules.gain * length_us
+    base, gain = params.base * length_us, params.gain * length_us
     return advance_far(interval.log_0, log, interval.current_0, current, interval.filtered_0, base, gain)
 
 
@@ -148,41 +148,39 @@ def _stays(interval: Interval, reference: float, drift: float, on: float, off: f
 
     lp moves towards L, so it stays between what it was, what it becomes, and the highest and lowest L.
     """
-    top = max(reference, max(interval.filtered_1, max(interval.log_0, interval.log_1)))
-    bottom = min(reference, min(interval.filtered_1, min(interval.log_0, interval.log_1)))
-    turns = (interval.log_0 - interval.filtered_0) * (interval.log_1 - interval.filtered_1) < 0.0
-    if not turns:
-        top, bottom = max(reference, interval.filtered_1), min(reference, interval.filtered_1)
+    top, bottom = max(reference, interval.filtered_1), min(reference, interval.filtered_1)
+    if (interval.log_0 - interval.filtered_0) * (interval.log_1 - interval.filtered_1) < 0.0:
+        top, bottom = max(top, interval.log_0, interval.log_1), min(bottom, interval.log_0, interval.log_1)
     return top - reference + drift < on and bottom - reference > -off
 
 
 @compiled(error_model="numpy", inline="always")
-def word_of(label: int, sign: int, cause: int, body: int) -> int:
-    """An event's word, see `fire`."""
-    return label | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
+def word_of(address: int, sign: int, cause: int, body: int) -> int:
+    """Word of an event, see `Sensor.tasks`."""
+    return address | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
 
 
 @compiled(error_model="numpy", forceinline=True)
 def fire(
     interval: Interval,
     state: np.ndarray,
-    traits: np.ndarray,
-    rules: Rules,
+    noise_process: np.ndarray,
+    params: Parameters,
     row: int,
     pixel: int,
-    label: int,
+    address: int,
     body_0: int,
     body_1: int,
     events: np.ndarray,
-    room: int,
+    capacity: int,
     count: int,
 ) -> int:
     """Write one pixel's events of an interval, in order, and update its state.
 
-    state, traits: of shapes (rows, STATE) and (rows, TRAITS), the pixel's in `row`; pixel: its number, which keys its
-    random numbers. body_0, body_1: what it sees at either end. events: (n, 2), time in microseconds and word, of which
-    `count` are filled and `room` may be. A word is `label` with polarity (bit 0), cause (bits 1-7) and body (bits 8-15)
-    added; the body is that of the frame nearer in time. Returns the new count; what is beyond the room is not written.
+    state, noise_process: of shapes (rows, STATE) and (rows, NOISE_PROCESS), the pixel's in `row`; pixel: its number,
+    which keys its random numbers. body_0, body_1: labels of what it sees at either end. events: (n, 2), time in
+    microseconds and word (see `Sensor.tasks`), of which `count` are filled and `capacity` may be; the body is that of
+    the frame nearer in time. Returns the new count; events beyond the capacity are not written.
     """
     on, off = state[row, ON], state[row, OFF]
     reference, reset_us = state[row, REFERENCE], state[row, RESET_US]
@@ -191,16 +189,21 @@ def fire(
         return count
     length = interval.end_us - interval.start_us
     change = interval.log_1 - interval.log_0
-    if rules.lowpass and rules.noise == 0.0 and math.isnan(reference) and candidate_us > interval.end_us:
-        reference = _taken_at_reset(interval, rules, reset_us)
+    if (
+        params.lowpass
+        and params.photoreceptor_noise == 0.0
+        and math.isnan(reference)
+        and candidate_us > interval.end_us
+    ):
+        reference = _taken_at_reset(interval, params, reset_us)
         state[row, REFERENCE] = reference
         if _stays(interval, reference, leak * (interval.end_us - reset_us), on, off):
             return count
         reference = np.nan
     noise_rise = interval.noise_1 - interval.noise_0
     parts = 1
-    if rules.lowpass:
-        steepest = (rules.base + rules.gain * max(interval.current_0, interval.current_1)) * length
+    if params.lowpass:
+        steepest = (params.base + params.gain * max(interval.current_0, interval.current_1)) * length
         lag = max(abs(interval.log_0 - interval.filtered_0), abs(interval.log_1 - interval.filtered_1))
         speed = abs(interval.filtered_1 - interval.filtered_0) / length
         parts = 1 << _pieces(change, steepest, lag, max(TOLERANCE, TOLERANCE_US * speed))
@@ -214,8 +217,8 @@ def fire(
         start_us = interval.start_us + part * span
         end_us = interval.end_us if last else start_us + span
         # lp on this piece, as a cubic of w in [0, 1].
-        if rules.lowpass:
-            base, gain = rules.base * span, rules.gain * span
+        if params.lowpass:
+            base, gain = params.base * span, params.gain * span
             if last:
                 value_b = interval.filtered_1
             else:
@@ -233,9 +236,9 @@ def fire(
         while True:
             if math.isnan(reference):
                 while candidate_us < reset_us and candidate_us <= end_us:
-                    traits[row, CANDIDATES] += 1.0
+                    noise_process[row, CANDIDATES] += 1.0
                     candidate_us = next_candidate(
-                        rules, traits[row, RATE], pixel, int(traits[row, CANDIDATES]), candidate_us
+                        params, noise_process[row, RATE], pixel, int(noise_process[row, CANDIDATES]), candidate_us
                     )
                 if reset_us > end_us:
                     break
@@ -260,27 +263,27 @@ def fire(
                 time_us, place = candidate_us, until
                 level = p0 + until * (p1 + until * (p2 + until * p3))
                 current = interval.current_0 * math.exp(change * (time_us - interval.start_us) / length)
-                number = int(traits[row, CANDIDATES])
-                _, pick, chance, side = uniforms(rules.seed, pixel, CANDIDATE, number)
-                hot = pick < traits[row, HOT_SHARE]
-                fired = hot or chance < max(rules.shot_dark - rules.shot_slope * current, rules.shot_least)
-                sign = 1 if hot or side < traits[row, ON_SHARE] else -1
+                number = int(noise_process[row, CANDIDATES])
+                _, pick, chance, side = uniforms(params.seed, pixel, CANDIDATE, number)
+                hot = pick < noise_process[row, HOT_SHARE]
+                fired = hot or chance < max(params.shot_dark - params.shot_slope * current, params.shot_least)
+                sign = 1 if hot or side < noise_process[row, ON_SHARE] else -1
                 cause = HOT if hot else SHOT
-                traits[row, CANDIDATES] = number + 1
-                candidate_us = next_candidate(rules, traits[row, RATE], pixel, number + 1, candidate_us)
+                noise_process[row, CANDIDATES] = number + 1
+                candidate_us = next_candidate(params, noise_process[row, RATE], pixel, number + 1, candidate_us)
             else:
                 break
             w = place
             if fired:
                 body = body_0 if time_us < interval.middle_us else body_1
-                if count < room:
+                if count < capacity:
                     events[count, 0] = np.int64(math.floor(time_us + 0.5))
-                    events[count, 1] = word_of(label, sign, cause, body)
+                    events[count, 1] = word_of(address, sign, cause, body)
                 count += 1
-                reset_us = time_us + rules.refractory_us
-                reference = level if rules.refractory_us == 0.0 else np.nan
+                reset_us = time_us + params.refractory_us
+                reference = level if params.refractory_us == 0.0 else np.nan
                 state[row, RESETS] += 1.0
-                leak = next_leak(rules, state[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
+                leak = next_leak(params, state[row, MEAN_LEAK], pixel, int(state[row, RESETS]))
         if math.isnan(reference) and reset_us > interval.end_us and candidate_us > interval.end_us:
             break
         log_a, current_a, value_a = log_b, current_b, value_b

@@ -1,4 +1,4 @@
-"""From what an image says to the photocurrent that a pixel feels."""
+"""Photocurrent of a pixel, from the values of an image."""
 
 from typing import Literal
 
@@ -35,5 +35,5 @@ def photocurrent(image: np.ndarray, intensity: Intensity, dark: float) -> np.nda
 
 
 def dark_offset(intensity: Intensity, dark: float) -> float:
-    """What of the photocurrent is dark current."""
+    """Dark current, as a part of the photocurrent."""
     return 0.0 if intensity == "uint8" else WHITE * dark

@@ -1,4 +1,4 @@
-"""Raw events of a sensor into sorted columns."""
+"""Sorted columns of events from the raw events of a sensor."""
 
 import numpy as np
 

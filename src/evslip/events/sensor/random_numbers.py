@@ -10,9 +10,9 @@ import numpy as np
 
 from evslip.utils.jit import compiled
 
-TRAITS, LEAK, CANDIDATE, DEFECT, FRAME, PHOTO = range(6)
-"""What a draw is for: thresholds and leak map, leak jitter, the noise process, hot and dead pixels, v2e's frames,
-the photoreceptor's noise."""
+MISMATCH, LEAK, CANDIDATE, DEFECT, FRAME, PHOTO = range(6)
+"""Purposes of a draw: thresholds and leak map, leak jitter, the noise process, hot and dead pixels, v2e's frames, the
+photoreceptor's noise."""
 
 _MULTIPLY_0, _MULTIPLY_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _WEYL_0, _WEYL_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
@@ -53,7 +53,7 @@ def normal_maps(seed: int, count: int) -> np.ndarray:
     """Standard normal numbers of shape (3, count): for theta_on, theta_off and the leak map."""
     maps = np.empty((3, count))
     for pixel in range(count):
-        a, b, c, d = uniforms(seed, pixel, TRAITS, 0)
+        a, b, c, d = uniforms(seed, pixel, MISMATCH, 0)
         maps[0, pixel], maps[1, pixel] = normals(a, b)
         maps[2, pixel], _ = normals(c, d)
     return maps

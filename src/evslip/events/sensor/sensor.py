@@ -1,32 +1,32 @@
-"""What a camera asks of its pixels, whichever rules they follow."""
+"""Pixels as a camera asks for them, whichever rules they follow."""
 
 from typing import Protocol
 
 import numpy as np
 
-from evslip.events.sensor.frame_buffer import Film
-from evslip.events.sensor.threads import Exposure
+from evslip.events.sensor.frame_buffer import FrameBuffer
+from evslip.events.sensor.threads import Task
 
 
 class Sensor(Protocol):
-    theta_on: np.ndarray
-    """ON threshold of each pixel in ln units, float of shape (height, width)."""
-    theta_off: np.ndarray
-    """OFF threshold of each pixel."""
+    threshold_on: np.ndarray
+    """ON contrast threshold of each pixel in ln units, float of shape (height, width)."""
+    threshold_off: np.ndarray
+    """OFF contrast threshold of each pixel."""
 
     def begin(self, image: np.ndarray, time_us: float) -> None:
         """Settle on the first frame."""
         ...
 
-    def exposures(self, film: Film) -> list[Exposure]:
-        """Pieces of the work of taking the frames of a film, to be done in any order, also at the same time, but all of
-        them, and before the film or the sensor is touched again.
+    def tasks(self, buffer: FrameBuffer) -> list[Task]:
+        """Parts of the work on the frames of a buffer, to be done in any order, also at the same time, but all of them,
+        and before the buffer or the sensor is touched again.
 
-        Each returns events of shape (k, 2), int64: time in microseconds and word; those of a frame that are equally
-        late stay in the order of the pieces.
+        Each returns raw events of shape (k, 2), int64: time in microseconds and word; those of a frame that are equally
+        late stay in the order of the parts.
 
         In a word are polarity (bit 0), cause (1-7), body (8-15), column (16-31), row (32-47) and number of the frame
-        that ends the interval (48-62).
+        that ends the interval (48-62); without the first three it is an address.
         """
         ...
 

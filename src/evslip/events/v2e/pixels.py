@@ -4,13 +4,13 @@ Rules of v2e (Hu, Liu and Delbruck 2021; https://github.com/SensorsINI/v2e), fro
 
 1. Log intensity: lin-log of bytes, rounded to 1e-8; ln of linear input.
 2. Low-pass: lp += min(1, i01 dt 2 pi cutoff) (L - lp), one Euler step a frame, i01 = (I + 20) / 275.
-3. Leak: base -= dt leak map (1 - jitter N) theta_on, N normal and new in every pixel and frame.
-4. Counts: floor(|lp - base| / theta).
+3. Leak: base -= dt leak map (1 - jitter N) on, with on the ON threshold, N normal and new in every pixel and frame.
+4. Counts: floor(|lp - base| / threshold).
 5. Times: with N the largest count in the frame, the k-th event of every pixel comes at t_prev + k dt / N.
 6. Refractory, only where it is longer than dt / N: an event is kept when more time than that has passed since the
-   pixel's last kept one. base moves by theta for every event kept.
-7. Shot noise: with u uniform and p = rate / 2 dt (1 - 0.75 i01), OFF when u < p theta / theta_off, ON when
-   u > 1 - p theta / theta_on, at the time of the frame; base = lp there.
+   pixel's last kept one. base moves by the threshold for every event kept.
+7. Shot noise: with u uniform, p = rate / 2 dt (1 - 0.75 i01) and T the nominal threshold, OFF when u < p T / off, ON
+   when u > 1 - p T / on, at the time of the frame; base = lp there.
 
 State is float32 without low-pass and float64 with it, seconds are float32, as in v2e: this decides counts. Unlike v2e,
 times leave in microseconds from float64, seconds count from the first frame, noise comes from counters, and seed 0 is a
@@ -23,16 +23,16 @@ the comparator sees.
 
 import math
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evslip.events.presets import PixelModel
-from evslip.events.sensor.frame_buffer import Film
+from evslip.events.sensor.frame_buffer import FrameBuffer
+from evslip.events.sensor.mismatch import leak_map, thresholds
 from evslip.events.sensor.optics import FULL, KNEE, WHITE, Intensity, decode_srgb, linear_to_log
 from evslip.events.sensor.random_numbers import FRAME, normal_maps, normals, uniforms
-from evslip.events.sensor.threads import Exposure
-from evslip.events.sensor.traits import leak_map, thresholds
+from evslip.events.sensor.threads import Task
 from evslip.events.stream import SHOT
 from evslip.events.v2e.surround import GAIN, adapt, diffuse, steps_of
 from evslip.utils.jit import compiled
@@ -60,12 +60,29 @@ def low_pass(log: np.ndarray, i01: np.ndarray, corner: np.floating, lowpass: np.
                 lowpass[y, x] = log[y, x]
 
 
+class Thresholds(NamedTuple):
+    """Contrast thresholds of the pixels in ln units, float32 of shape (height, width)."""
+
+    on: np.ndarray
+    off: np.ndarray
+    on_share: np.ndarray
+    """Nominal ON threshold as a multiple of the pixel's."""
+    off_share: np.ndarray
+
+
+class EventTimes(NamedTuple):
+    """Times of the k-th event of every pixel in a frame."""
+
+    seconds: np.ndarray
+    """float32, counted from the first frame, as in v2e."""
+    microseconds: np.ndarray
+
+
 @compiled(error_model="numpy")
 def count_events(
     signal: np.ndarray,
     base: np.ndarray,
-    on: np.ndarray,
-    off: np.ndarray,
+    thresholds: Thresholds,
     leak: np.ndarray,
     dt: np.floating,
     jitter: float,
@@ -77,6 +94,7 @@ def count_events(
 
     counts, int32 of (height, width), gets the signed counts. Returns the largest.
     """
+    on, off = thresholds.on, thresholds.off
     height, width = signal.shape
     most = 0
     for y in range(height):
@@ -101,25 +119,25 @@ def count_events(
 @compiled(error_model="numpy")
 def emit_events(
     counts: np.ndarray,
-    most: int,
-    stamps: np.ndarray,
-    times_us: np.ndarray,
+    times: EventTimes,
     signal: np.ndarray,
     base: np.ndarray,
-    on: np.ndarray,
-    off: np.ndarray,
+    thresholds: Thresholds,
     last_s: np.ndarray,
     refractory_s: np.floating,
-    refractory: bool,
     shot: np.ndarray,
-    on_share: np.ndarray,
-    off_share: np.ndarray,
     seed: int,
     frame: int,
     masks: np.ndarray,
-    label: int,
+    address: int,
 ) -> np.ndarray:
-    """Rules 6 and 7 for one frame; shot: p of every pixel, or empty. Returns events as `Sensor.expose`."""
+    """Rules 6 and 7 for one frame. Returns raw events, see `Sensor.tasks`.
+
+    last_s: time of each pixel's last event, or empty where rule 6 does not apply; shot: p of every pixel, or empty;
+    address: of the frame.
+    """
+    seconds, times_us = times.seconds, times.microseconds
+    on, off, on_share, off_share = thresholds.on, thresholds.off, thresholds.on_share, thresholds.off_share
     height, width = counts.shape
     total = 0
     for y in range(height):
@@ -127,20 +145,20 @@ def emit_events(
             total += abs(counts[y, x]) + (1 if shot.size > 0 else 0)
     events = np.empty((total, 2), np.int64)
     filled = 0
-    half = most // 2
+    half = len(seconds) // 2
     for y in range(height):
         for x in range(width):
             count = counts[y, x]
-            word = label | (x << 16) | (y << 32)
+            word = address | (x << 16) | (y << 32)
             body_0, body_1 = 255, 255
             if len(masks) > 0:
                 body_0, body_1 = int(masks[0, y, x]), int(masks[1, y, x])
             kept = 0
             for k in range(abs(count)):
-                if refractory:
-                    if not stamps[k] - last_s[y, x] > refractory_s:
+                if last_s.size > 0:
+                    if not seconds[k] - last_s[y, x] > refractory_s:
                         continue
-                    last_s[y, x] = stamps[k]
+                    last_s[y, x] = seconds[k]
                 kept += 1
                 body = body_0 if k + 1 <= half else body_1
                 events[filled, 0] = np.int64(math.floor(times_us[k] + 0.5))
@@ -162,7 +180,7 @@ def emit_events(
 
 
 class V2EPixels:
-    """A `Sensor`."""
+    """Pixels by v2e's rules, a `Sensor`."""
 
     def __init__(self, model: PixelModel, shape: tuple[int, int], seed: int, intensity: Intensity):
         self._seed: Any = np.uint64(seed)
@@ -170,10 +188,11 @@ class V2EPixels:
         self._intensity: Intensity = intensity
         self._float = np.float64 if model.cutoff_hz > 0 else np.float32
         maps = normal_maps(self._seed, shape[0] * shape[1]).reshape(3, *shape)
-        self.theta_on, self.theta_off = (theta.astype(np.float32) for theta in thresholds(model, maps[:2]))
+        on, off = (threshold.astype(np.float32) for threshold in thresholds(model, maps[:2]))
+        self.threshold_on, self.threshold_off = on, off
         self._leak = (model.leak_rate_hz * leak_map(model, maps[2])).astype(np.float32)
         nominal = [t if isinstance(t, float) else model.theta for t in (model.theta_on, model.theta_off)]
-        self._on_share, self._off_share = nominal[0] / self.theta_on, nominal[1] / self.theta_off
+        self._thresholds = Thresholds(on, off, nominal[0] / on, nominal[1] / off)
         self._lowpass, self._base, self._surround, self._high = np.zeros((4, *shape), self._float)
         tau_us = model.adaptive_us
         if not isinstance(tau_us, np.ndarray):
@@ -191,14 +210,15 @@ class V2EPixels:
         self._last_s[...] = -1e-6 * self._model.refractory_us
         self._clock[:] = time_us, 0
 
-    def exposures(self, film: Film) -> list[Exposure]:
-        return [partial(self._expose, film)]
+    def tasks(self, buffer: FrameBuffer) -> list[Task]:
+        return [partial(self._process, buffer)]
 
-    def _expose(self, film: Film) -> np.ndarray:
-        times_us, masks = film.times_us, film.masks.reshape(len(film.masks), *film.shape)
+    def _process(self, buffer: FrameBuffer) -> np.ndarray:
+        _, _, times_us, bodies, _ = buffer.frames
+        masks = bodies.reshape(len(bodies), *buffer.shape)
         parts = [
             self._frame(image, times_us[i], times_us[i + 1], masks[i : i + 2], i << 48)
-            for i, image in enumerate(film.pictures)
+            for i, image in enumerate(buffer.images)
         ]
         return np.concatenate(parts)
 
@@ -214,13 +234,13 @@ class V2EPixels:
         return {name: getattr(self, f"_{name}") for name in names}
 
     def _signal(self) -> np.ndarray:
-        """What the comparator sees."""
+        """Input of the comparator."""
         if not self._adapts and not self._model.surround_pixels:
             return self._lowpass
         center = GAIN * self._high if self._adapts else self._lowpass
         return center - self._surround if self._model.surround_pixels else center
 
-    def _frame(self, image: np.ndarray, start_us: float, end_us: float, masks: np.ndarray, label: int) -> np.ndarray:
+    def _frame(self, image: np.ndarray, start_us: float, end_us: float, masks: np.ndarray, address: int) -> np.ndarray:
         model, (first_us, frame) = self._model, self._clock
         self._clock[1] += 1
         start_s, end_s = 1e-6 * (start_us - first_us), 1e-6 * (end_us - first_us)
@@ -236,8 +256,7 @@ class V2EPixels:
         most = count_events(
             signal,
             self._base,
-            self.theta_on,
-            self.theta_off,
+            self._thresholds,
             self._leak,
             np.float32(dt),
             model.leak_jitter,
@@ -246,26 +265,22 @@ class V2EPixels:
             self._counts,
         )
         steps = max(most, 1)
+        times_us = start_us + (end_us - start_us) / steps * np.arange(1, steps + 1)
         shot = 0.5 * model.shot_rate_hz * dt
+        refractory_s = 1e-6 * model.refractory_us
         return emit_events(
             self._counts,
-            most,
-            _stamps(start_s + dt / steps, end_s, steps),
-            start_us + (end_us - start_us) / steps * np.arange(1, steps + 1),
+            EventTimes(_stamps(start_s + dt / steps, end_s, steps), times_us),
             signal,
             self._base,
-            self.theta_on,
-            self.theta_off,
-            self._last_s,
-            np.float32(1e-6 * model.refractory_us),
-            1e-6 * model.refractory_us > dt / steps,
+            self._thresholds,
+            self._last_s if refractory_s > dt / steps else self._last_s[:0],
+            np.float32(refractory_s),
             shot * (1.0 - 0.75 * i01) if shot else np.empty((0, 0), self._float),
-            self._on_share,
-            self._off_share,
             self._seed,
             int(frame),
             masks,
-            label,
+            address,
         )
 
     def _seen(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

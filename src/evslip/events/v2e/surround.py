@@ -1,4 +1,4 @@
-"""Two pixels that v2e offers besides the plain one; both change what the comparator sees, `signal`.
+"""Two optional pixels of v2e; both change the input of the comparator, `signal`.
 
 Centre-surround (v2e's CSDVS: Delbruck, Li, Graca, McReynolds, Utility and feasibility of a center surround event
 camera, ICIP 2022): signal = lp - h, with h the voltage of a resistive grid that every pixel drives,

@@ -1,4 +1,4 @@
-"""What each pixel is, drawn from the model's parameters and the seed."""
+"""Mismatch of the pixels, drawn from the model's parameters and the seed; and the numbers that all share."""
 
 import math
 from typing import Any
@@ -6,23 +6,23 @@ from typing import Any
 import numpy as np
 
 from evslip.events.pixels import pixel
-from evslip.events.pixels.pixel import Rules
+from evslip.events.pixels.pixel import Parameters
 from evslip.events.presets import PixelModel
 from evslip.events.sensor.optics import FULL, KNEE, Intensity, dark_offset
 from evslip.events.sensor.random_numbers import DEFECT, normal_maps, uniform_maps
 
-LEAST_THETA = 0.01
+LEAST_THRESHOLD = 0.01
 
 
 def thresholds(model: PixelModel, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """theta_on and theta_off of shape (height, width), from standard normal maps of shape (2, height, width)."""
+    """ON and OFF contrast thresholds, from standard normal maps of shape (2, height, width)."""
     maps = []
     for value, normal in zip((model.theta_on, model.theta_off), normals, strict=True):
         if isinstance(value, np.ndarray):
             maps.append(value)
         else:
             mean = model.theta if value is None else value
-            maps.append(np.maximum(mean + model.sigma * normal, LEAST_THETA))
+            maps.append(np.maximum(mean + model.sigma * normal, LEAST_THRESHOLD))
     return maps[0], maps[1]
 
 
@@ -31,8 +31,8 @@ def leak_map(model: PixelModel, normals: np.ndarray) -> np.ndarray:
     return 10.0 ** (model.leak_spread * normals) if model.leak_map is None else model.leak_map
 
 
-def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """What never changes of the pixels' state, float64 of shape (height, width, STATE), and of their traits."""
+def draw_pixels(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Constants in the pixels' state, float64 of shape (height, width, STATE), and in their noise process."""
     count = shape[0] * shape[1]
     key: Any = np.uint64(seed)
     normals = normal_maps(key, count).reshape(3, *shape)
@@ -52,24 +52,24 @@ def draw_traits(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[n
         (on_rate, off_rate), leak_rate, hot_rate = model.noise_map, np.zeros(shape), np.zeros(shape)
     shot_rate = on_rate + off_rate
     alive = defects[1] >= model.dead_share
-    state, traits = np.zeros((*shape, pixel.STATE)), np.zeros((*shape, pixel.TRAITS))
+    state, noise = np.zeros((*shape, pixel.STATE)), np.zeros((*shape, pixel.NOISE_PROCESS))
     state[..., pixel.ON] = np.where(alive, on, np.inf)
     state[..., pixel.OFF] = np.where(alive, off, np.inf)
     state[..., pixel.MEAN_LEAK] = np.where(alive, 1e-6 * leak_rate * on, 0.0)
-    traits[..., pixel.RATE] = np.where(alive, 1e-6 * (shot_rate + hot_rate), 0.0)
-    np.divide(hot_rate, shot_rate + hot_rate, where=shot_rate + hot_rate > 0, out=traits[..., pixel.HOT_SHARE])
-    np.divide(on_rate, shot_rate, where=shot_rate > 0, out=traits[..., pixel.ON_SHARE])
-    traits[..., pixel.PHASE] = phase
-    return state, traits
+    noise[..., pixel.RATE] = np.where(alive, 1e-6 * (shot_rate + hot_rate), 0.0)
+    np.divide(hot_rate, shot_rate + hot_rate, where=shot_rate + hot_rate > 0, out=noise[..., pixel.HOT_SHARE])
+    np.divide(on_rate, shot_rate, where=shot_rate > 0, out=noise[..., pixel.ON_SHARE])
+    noise[..., pixel.PHASE] = phase
+    return state, noise
 
 
-def make_rules(model: PixelModel, intensity: Intensity, seed: int) -> Rules:
-    """The shared numbers, for photocurrents in 1/255 of white that include the dark current."""
+def shared_parameters(model: PixelModel, intensity: Intensity, seed: int) -> Parameters:
+    """Numbers that all pixels share, for photocurrents in 1/255 of white that include the dark current."""
     dark = dark_offset(intensity, model.dark)
     key: Any = np.uint64(seed)
     measured = model.noise_map is not None
     corner = 1e-6 * 2.0 * np.pi * model.cutoff_hz
-    return Rules(
+    return Parameters(
         seed=key,
         lowpass=model.cutoff_hz > 0,
         base=corner * (KNEE - dark) / FULL,
@@ -79,7 +79,7 @@ def make_rules(model: PixelModel, intensity: Intensity, seed: int) -> Rules:
         shot_dark=1.0 if measured else 1.0 - 0.75 * (KNEE - dark) / FULL,
         shot_slope=0.0 if measured else 0.75 / FULL,
         shot_least=0.25,
-        noise=model.photoreceptor_noise,
+        photoreceptor_noise=model.photoreceptor_noise,
         # At most a quarter of the time constant at white, and a power of two, so that grid times are exact.
         noise_step_us=2.0 ** math.floor(math.log2(0.25 / corner)) if corner > 0 else 1.0,
     )

@@ -1,4 +1,4 @@
-"""What comes in from outside, checked before any pixel changes."""
+"""Checks of a frame from outside, before any pixel changes."""
 
 from typing import Any
 

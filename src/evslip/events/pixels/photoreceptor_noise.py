@@ -1,45 +1,45 @@
-"""The photoreceptor's noise of a tile of pixels: drawn on a time grid, linear in between."""
+"""Photoreceptor noise of a tile of pixels: drawn on a time grid, linear in between."""
 
 import math
 
 import numpy as np
 
-from evslip.events.pixels.pixel import Rules, next_noise
+from evslip.events.pixels.pixel import Parameters, next_noise
 from evslip.utils.jit import compiled
 
 
 @compiled(error_model="numpy")
-def narrow_by_noise(fence: np.ndarray, noise: np.ndarray, sign: float, out: np.ndarray) -> None:
-    """Fences for lp where the noise, of shape (2, n), comes on top of it; sign: 1 for ON, -1 for OFF."""
+def narrow_by_noise(bound: np.ndarray, noise: np.ndarray, sign: float, out: np.ndarray) -> None:
+    """Bounds of lp where the noise, of shape (2, n), comes on top of it; sign: 1 for ON, -1 for OFF."""
     for i in range(len(out)):
-        out[i] = fence[i] - np.float32(sign * max(sign * noise[0, i], sign * noise[1, i]))
+        out[i] = bound[i] - np.float32(sign * max(sign * noise[0, i], sign * noise[1, i]))
 
 
 @compiled(error_model="numpy")
-def _noise_at(memory: np.ndarray, first: int, time_us: float, step_us: float, out: np.ndarray) -> None:
-    """The photoreceptor's noise of a tile at a time between the grid points that its memory holds."""
+def _noise_at(grid: np.ndarray, first: int, time_us: float, step_us: float, out: np.ndarray) -> None:
+    """Noise of a tile at a time between two points of its time grid."""
     share = time_us / step_us - math.floor(time_us / step_us)
     for i in range(len(out)):
-        a, b = memory[0, first + i], memory[1, first + i]
+        a, b = grid[0, first + i], grid[1, first + i]
         out[i] = a + share * (b - a)
 
 
 @compiled(error_model="numpy")
 def cut_by_noise(
-    memory: np.ndarray,
+    grid: np.ndarray,
     first: int,
     start_us: float,
     end_us: float,
     current_0: np.ndarray,
     current_1: np.ndarray,
-    rules: Rules,
+    params: Parameters,
     noise: np.ndarray,
 ) -> float:
     """End an interval of a tile where the photoreceptor's noise is drawn anew, if that comes first.
 
     Moves current_1 to the new end and fills noise, of shape (2, n), at both ends. Returns the new end.
     """
-    step_us = rules.noise_step_us
+    step_us = params.noise_step_us
     point = int(np.floor(start_us / step_us)) + 1
     cut_us = min(point * step_us, end_us)
     share = (cut_us - start_us) / (end_us - start_us)
@@ -47,12 +47,12 @@ def cut_by_noise(
         for i in range(len(current_1)):
             log_0, log_1 = math.log(current_0[i]), math.log(current_1[i])
             current_1[i] = np.float32(math.exp(log_0 + (log_1 - log_0) * share))
-    _noise_at(memory, first, start_us, step_us, noise[0])
+    _noise_at(grid, first, start_us, step_us, noise[0])
     if cut_us < point * step_us:
-        _noise_at(memory, first, cut_us, step_us, noise[1])
+        _noise_at(grid, first, cut_us, step_us, noise[1])
         return cut_us
     for i in range(len(current_1)):
         pixel = first + i
-        noise[1, i] = memory[0, pixel] = memory[1, pixel]
-        memory[1, pixel] = next_noise(rules, noise[1, i], current_1[i], pixel, point + 1)
+        noise[1, i] = grid[0, pixel] = grid[1, pixel]
+        grid[1, pixel] = next_noise(params, noise[1, i], current_1[i], pixel, point + 1)
     return cut_us
