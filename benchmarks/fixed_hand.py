@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from evslip.config.params import Params
 from evslip.physics import scene_model
 from evslip.physics.grip import grip_point_m
-from evslip.physics.robot import fixed_hand
+from evslip.physics.robot import HAND, add_finger_servos, hand
 from evslip.scene.motions.steps import step
 
 CLOSED_S, LOADED_S, END_S = 0.35, 0.75, 1.25
@@ -51,7 +51,10 @@ def hang(params: Params, pads: dict[str, float] | None = None) -> Hang:
 def _model(params: Params) -> mujoco.MjModel:
     obj, point = params.object, grip_point_m(params)
     tcp = (obj.x_m + float(point[0]), obj.y_m, obj.height_m / 2 + float(point[1]))
-    model = scene_model.assemble(fixed_hand(params.grip.force_n, tcp), params)
+    robot = hand()
+    robot.body(HAND).pos += tcp
+    add_finger_servos(robot, params.grip.force_n)
+    model = scene_model.assemble(robot, params)
     surface = model.geom(scene_model.SURFACE)
     surface.contype[:], surface.conaffinity[:] = 0, 0  # let it fall
     return model

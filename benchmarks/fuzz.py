@@ -25,7 +25,7 @@ from evslip.data.reading import read_recording
 from evslip.events.stream import Events
 from evslip.utils.errors import EvslipError
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 from foreign_files import aedat2, bag  # pyright: ignore[reportMissingImports]
 from sample_records import random_events, simulated  # pyright: ignore[reportMissingImports]
 

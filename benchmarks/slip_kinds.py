@@ -4,19 +4,23 @@ python benchmarks/slip_kinds.py [--preset complex] [--count 16] [--kinds tilt dr
 """
 
 import argparse
+import sys
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 
 import evslip
 from evslip.config.loading import parse_override
 from evslip.config.sections.slip import SLIP_KINDS
-from evslip.draws.slip_kinds import shows
 from evslip.physics.truth import Truth
 from evslip.utils.errors import EvslipError
 from evslip.utils.seeds import SPLITS
 from evslip.windows.cutting import label_of, movements
 from evslip.windows.window_set import HOLD, SLIP, WindowSettings
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
+from named_slips import shows  # pyright: ignore[reportMissingImports]
 
 
 def main() -> None:

@@ -3,11 +3,12 @@ import pytest
 
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
-from evslip.rendering.camera import MOUNTS, hand_camera
+from evslip.rendering.camera import hand_camera
+from evslip.scene.mounts import MOUNTS
 from evslip.utils.errors import ConfigError
 
 
-@pytest.fixture(params=MOUNTS)
+@pytest.fixture(params=["side", "front"])
 def params(request):
     return draw(load_config("simple", {"camera.mount": request.param}), 0)
 
@@ -79,6 +80,7 @@ def test_a_roll_clockwise_turns_the_image_anticlockwise():
 
 def test_jitter_is_drawn_for_each_sample():
     config = load_config("complex", {"camera.x_m": {"min": -0.002, "max": 0.002}, "camera.mount": ["side", "front"]})
-    shifts = [hand_camera(draw(config, k)).position - MOUNTS[draw(config, k).camera.mount] for k in range(20)]
+    drawn = [draw(config, index) for index in range(20)]
+    shifts = [hand_camera(params).position - MOUNTS[params.camera.mount].position_m for params in drawn]
     assert np.abs(shifts).max() <= 0.002
     assert len({round(shift[0], 9) for shift in shifts}) == 20

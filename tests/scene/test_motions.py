@@ -36,7 +36,7 @@ def path_of(params: Params, step_s: float = 0.001) -> tuple[np.ndarray, np.ndarr
     return t_s, *servo_plan.tool_path(params, t_s)
 
 
-def planned(params: Params) -> servo_plan.Plan:
+def planned(params: Params) -> servo_plan.ServoPlan:
     return servo_plan.plan(params, scene_model.build(params))
 
 

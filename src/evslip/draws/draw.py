@@ -6,7 +6,7 @@ from evslip.config.config import Config
 from evslip.config.distributions import Range
 from evslip.config.params import Params
 from evslip.config.sample import SampleSpec
-from evslip.draws import grid, slip_kinds, stratification
+from evslip.draws import grid, provoked_slips, stratification
 from evslip.draws.draw_plan import make_plan
 from evslip.physics.onset import onset_mass
 from evslip.scene.shapes.dimensions import settle
@@ -26,7 +26,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
         raise ConfigError(f"index: {index} is out of range, expected 0 or more")
     if split == "test" and config.test_share == 0:
         raise ConfigError("test_share: is 0, so the configuration has no test split")
-    prepared = slip_kinds.prepare(config, index, split)
+    prepared = provoked_slips.prepare(config, index, split)
     plan = make_plan(prepared)
     rngs = {key: generator(config.seed, split, index, f"draw {key}") for key in plan.varied()}
     values, places = dict(plan.fixed), iter(grid.places(index, plan.grid_sizes(split)))
@@ -45,10 +45,12 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
             except ConfigError as error:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
+    if tree["motion"]["kind"] != "waypoints":
+        tree["motion"]["waypoints"] = None  # of other kinds in the same list
     params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
     params = params.model_copy(update={"object": settle(params.object)})
     try:
-        params = slip_kinds.weigh(params, by_default=config.slip.multiple is None)
+        params = provoked_slips.weigh(params, by_default=config.slip.multiple is None)
         return stratification.weigh(config, params)
     except PlanRejected:  # pads that miss the object carry no mass; planning the motion says so
         return params

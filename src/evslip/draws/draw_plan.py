@@ -11,7 +11,7 @@ from evslip.scene.textures import library
 from evslip.utils.errors import ConfigError
 
 
-class Plan(NamedTuple):
+class DrawPlan(NamedTuple):
     """Patterns replaced by the names they match, choices divided between the splits."""
 
     fixed: dict[str, Any]
@@ -33,14 +33,14 @@ class Plan(NamedTuple):
         return tuple(len(share) for dimension, share in rows if not dimension.is_pool)
 
 
-def make_plan(config: Config) -> Plan:
+def make_plan(config: Config) -> DrawPlan:
     """The plan of a configuration. Folders of images are listed here, once. Raises ConfigError."""
     hashable: Any = config  # as a frozen model is, which type checkers do not know
     return _make_plan(hashable)
 
 
 @lru_cache(maxsize=64)  # one for each kind of slip and its variants
-def _make_plan(config: Config) -> Plan:
+def _make_plan(config: Config) -> DrawPlan:
     given = leaves(config)
     values = {key: _textures(key, value) if key.endswith(f".{TEXTURE}") else value for key, value in given.items()}
     groups = [
@@ -56,7 +56,7 @@ def _make_plan(config: Config) -> Plan:
             dimensions[keys] = Dimension(keys, rows, is_pool=value != given[key])
     choices = tuple(dimensions.values())
     entries = {key: column for d in choices for key, column in zip(d.keys, zip(*d.rows, strict=True), strict=True)}
-    return Plan(
+    return DrawPlan(
         fixed={key: value for key, value in values.items() if key not in entries},
         dimensions=choices,
         shares=divide(choices, config.seed, config.test_share),

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from evslip.config.config import Config
-from evslip.draws import slip_kinds
+from evslip.draws import provoked_slips
 from evslip.draws.draw import draw
 from evslip.draws.draw_plan import make_plan
 from evslip.draws.splits import TEXTURE, domain, is_divided
@@ -54,8 +54,8 @@ def separate(config: Config, counts: Mapping[str, int]) -> Separation:
 
 
 def _drawn_keys(config: Config, index: int, split: str) -> list[str]:
-    keys = make_plan(slip_kinds.prepare(config, index, split)).varied()
-    is_weighed = config.slip_fraction is not None or config.slip.kind != slip_kinds.NATURAL
+    keys = make_plan(provoked_slips.prepare(config, index, split)).varied()
+    is_weighed = config.slip_fraction is not None or config.slip.kind != provoked_slips.NATURAL
     keys += ["object.mass_kg"] if is_weighed and "object.mass_kg" not in keys else []
     return keys + (["slip.kind"] if isinstance(config.slip.kind, tuple) else [])
 

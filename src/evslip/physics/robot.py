@@ -1,6 +1,7 @@
 """The Franka Panda of the package example-robot-data: inertias, limits and meshes from its URDF."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -10,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from evslip.config.sections.robot import RobotKind
 from evslip.physics.grip import TCP_M
 from evslip.utils.errors import MissingExtraError
 
@@ -109,21 +111,14 @@ def panda(grip_force_n: float) -> Any:
     for name, servo in zip(ARM_JOINTS, ARM_SERVOS, strict=True):
         spec.joint(name).armature = ARM_ARMATURE
         _add_servo(spec, name, servo)
-    _add_finger_servos(spec, grip_force_n)
-    return spec
-
-
-def fixed_hand(grip_force_n: float, tcp_m: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Any:
-    """A mujoco.MjSpec of the hand alone, pointing down, its tool centre fixed at `tcp_m`; fingers as of `panda`."""
-    spec = _hand(tcp_m)
-    _add_finger_servos(spec, grip_force_n)
+    add_finger_servos(spec, grip_force_n)
     return spec
 
 
 def cartesian_hand(grip_force_n: float) -> Any:
     """A mujoco.MjSpec of the hand on three slides and a hinge: an ideal robot. Its joints are the tool centre's x, y, z
     and the tilt about the closing axis."""
-    spec = _hand((0.0, 0.0, 0.0))
+    spec = hand()
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     axes = np.diag([1, -1, -1])[[0, 1, 2, 1]]  # in the frame of the hand, which points down
     for name, kind, axis, inertia in zip(
@@ -132,14 +127,14 @@ def cartesian_hand(grip_force_n: float) -> Any:
         spec.body(HAND).add_joint(name=name, type=kind, axis=axis, pos=TCP_M, armature=inertia)
         rate = CARTESIAN_RATE_RAD_S
         _add_servo(spec, name, Servo(inertia * rate**2, 2 * inertia * rate, np.inf))
-    _add_finger_servos(spec, grip_force_n)
+    add_finger_servos(spec, grip_force_n)
     return spec
 
 
-def _hand(tcp_m: tuple[float, float, float]) -> Any:
+def hand() -> Any:
+    """A mujoco.MjSpec of the hand alone, pointing down, its tool centre at the origin, without servos."""
     spec = _weightless(HAND)
-    x, y, z = tcp_m
-    spec.body(HAND).pos, spec.body(HAND).quat = [x, y, z + TCP_M[2]], [0, 1, 0, 0]
+    spec.body(HAND).pos, spec.body(HAND).quat = TCP_M, [0, 1, 0, 0]
     return spec
 
 
@@ -150,7 +145,8 @@ def _weightless(base: str) -> Any:
     return spec
 
 
-def _add_finger_servos(spec: Any, grip_force_n: float) -> None:
+def add_finger_servos(spec: Any, grip_force_n: float) -> None:
+    """Let each finger push with at most `grip_force_n`."""
     for name in FINGER_JOINTS:
         joint = spec.joint(name)
         joint.damping[0] = FINGER_JOINT_DAMPING
@@ -171,5 +167,5 @@ def _add_servo(spec: Any, joint: str, servo: Servo) -> None:
     actuator.ctrllimited = 0
 
 
-ROBOTS = {"panda": panda, "cartesian": cartesian_hand}
+ROBOTS: dict[RobotKind, Callable[[float], Any]] = {"panda": panda, "cartesian": cartesian_hand}
 """Makers of what moves the hand, by the name in robot.kind; each takes the grip force in newtons."""

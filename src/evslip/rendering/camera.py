@@ -9,10 +9,9 @@ from scipy.spatial.transform import Rotation
 from evslip.config.params import Params
 from evslip.physics.grip import TCP_M
 from evslip.rendering.distortion import NO_DISTORTION, Distortion
+from evslip.scene.mounts import MOUNTS
 from evslip.utils.errors import ConfigError
 
-MOUNTS = {"side": (0.0, 0.27, 0.13), "front": (0.27, 0.0, 0.13)}
-"""Position in the hand frame in metres. Both look straight across the hand's z axis, with the hand's -z up."""
 NEAREST_M = 0.05
 """A custom camera closer to the hand's axis has no view of the grasp."""
 
@@ -95,15 +94,14 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     settings = params.camera
     width, height = size or (settings.width, settings.height)
     shift = np.array([settings.x_m, settings.y_m, settings.z_m])
-    if settings.mount == "custom":
-        position, backward = shift, shift - TCP_M
-        if np.hypot(*shift[:2]) < NEAREST_M:
-            raise ConfigError(
-                f"camera.x_m {shift[0]:g}, camera.y_m {shift[1]:g}: a custom camera must be at least {NEAREST_M:g} m "
-                "away from the hand's axis"
-            )
-    else:
-        position, backward = MOUNTS[settings.mount] + shift, np.array([*MOUNTS[settings.mount][:2], 0.0])
+    mount = MOUNTS[settings.mount]
+    position = mount.position_m + shift
+    if mount.looks_at_tool and np.hypot(*position[:2]) < NEAREST_M:
+        raise ConfigError(
+            f"camera.x_m {shift[0]:g}, camera.y_m {shift[1]:g}: a {settings.mount} camera must be at least "
+            f"{NEAREST_M:g} m away from the hand's axis"
+        )
+    backward = position - TCP_M if mount.looks_at_tool else np.array([*mount.position_m[:2], 0.0])
     turn = Rotation.from_euler("YXZ", [-settings.yaw_deg, settings.pitch_deg, -settings.roll_deg], degrees=True)
     focal_px = 0.5 * width / math.tan(math.radians(settings.fov_deg) / 2)
     distortion = Distortion(settings.k1, settings.k2, settings.p1, settings.p2)

@@ -5,12 +5,13 @@ from typing import Annotated, Generic, Literal
 from pydantic import Strict
 
 from evslip.config.section import N, OneOf, S, Section, Within, usual
+from evslip.scene.mounts import MOUNTS
 
 
 class CameraSpec(Section, Generic[N, S]):
     """The event camera, fixed to the hand."""
 
-    mount: Annotated[S, OneOf(("side", "front", "custom"))] = usual("side")
+    mount: Annotated[S, OneOf(tuple(MOUNTS))] = usual("side")
     """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m,
     y_m, z_m, looks at the tool centre."""
     x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)

@@ -5,7 +5,9 @@ from typing import Annotated, Generic, Literal
 import numpy as np
 from pydantic import ConfigDict, RootModel, Strict, model_validator
 
-from evslip.config.section import N, S, Section, Within, usual, wrong
+from evslip.config.distributions import choices
+from evslip.config.section import N, OneOf, S, Section, Within, usual, wrong
+from evslip.scene.motions import KINDS
 
 
 class Waypoint(Section):
@@ -40,7 +42,7 @@ class Waypoints(RootModel[tuple[Waypoint, ...]]):
 class MotionSpec(Section, Generic[N, S]):
     """What the hand does: approach, grasp, lift, the motion of its kind, place, release."""
 
-    kind: Literal["pick_and_place", "hold", "shake", "rotate", "waypoints"] = "pick_and_place"
+    kind: Annotated[S, OneOf(tuple(KINDS))] = usual("pick_and_place")
     """Between lift and placement: tilt while moving to the goal and back upright, hold still, shake along an axis, turn
     to either side, or visit way-points."""
     duration_s: Annotated[N, Within(3.0, 60.0)]
@@ -76,9 +78,9 @@ class MotionSpec(Section, Generic[N, S]):
 
     @model_validator(mode="after")
     def _check_waypoints(self) -> "MotionSpec[N, S]":
-        if (self.kind == "waypoints") != bool(self.waypoints and self.waypoints.root):
-            expected = (
-                "needs motion.kind = 'waypoints'" if self.waypoints else "is missing, motion.kind 'waypoints' needs it"
-            )
-            raise wrong("waypoints", expected)
+        is_given = bool(self.waypoints and self.waypoints.root)
+        if is_given and "waypoints" not in choices(self.kind):
+            raise wrong("waypoints", "needs motion.kind = 'waypoints'")
+        if not is_given and "waypoints" in choices(self.kind):
+            raise wrong("waypoints", "is missing, motion.kind 'waypoints' needs it")
         return self

@@ -6,11 +6,14 @@ from pydantic import Strict
 
 from evslip.config.section import N, S, Section, Within
 
+RendererName = Literal["raycast", "pathtrace"]
+"""`rendering.RENDERERS` says what each is."""
+
 
 class RenderSpec(Section, Generic[N, S]):
     """How and when frames are drawn."""
 
-    renderer: Literal["raycast", "pathtrace"] = "raycast"
+    renderer: RendererName = "raycast"
     """Raycast: fast. Pathtrace: photorealistic and slow, needs the extra [photo]; its frames depend a little on whether
     the machine has LLVM or a GPU."""
     device: Literal["cpu"] = "cpu"

@@ -4,10 +4,13 @@ from typing import Literal
 
 from evslip.config.section import Section
 
+RobotKind = Literal["panda", "cartesian"]
+"""`physics.robot.ROBOTS` has the model of each, `physics.motion.servo_plan.FOLLOW` how it follows a path."""
+
 
 class RobotSpec(Section):
     """What moves the hand."""
 
-    kind: Literal["panda", "cartesian"] = "panda"
+    kind: RobotKind = "panda"
     """The Panda's arm, with its reach, limits and inertia, or a cartesian hand: an ideal one that follows the motion
     exactly and has no reach."""

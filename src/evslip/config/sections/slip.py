@@ -1,15 +1,14 @@
 """Slip on purpose: which kind, and how much heavier than what the grip carries the object is."""
 
-from typing import Annotated, Generic, Literal, get_args
+from typing import Annotated, Generic
 
 from pydantic import model_validator
 
 from evslip.config.section import N, OneOf, S, Section, Within, usual, wrong
 
 NATURAL, NO_SLIP = "natural", "hold"
-SlipKind = Literal["natural", "hold", "rotation", "translation", "lift", "tilt", "placement", "creep", "drop"]
+SLIP_KINDS = (NATURAL, NO_SLIP, "rotation", "translation", "lift", "tilt", "placement", "creep", "drop")
 """`draws.provoked_slips.RECIPES` says how each is brought about."""
-SLIP_KINDS: tuple[SlipKind, ...] = get_args(SlipKind)
 
 
 class SlipSpec(Section, Generic[N, S]):

@@ -1,5 +1,6 @@
 """The way of the tool centre and of the fingers, and the plan of the robot that follows it."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import mujoco
@@ -7,6 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from evslip.config.params import Params
+from evslip.config.sections.robot import RobotKind
 from evslip.physics.grip import open_travel_m, planned_grasp, tcp_offset_m
 from evslip.physics.motion import clearance
 from evslip.physics.motion.inverse_kinematics import joint_path
@@ -36,7 +38,7 @@ LONGEST_S = 1000.0
 """At 1 kHz the physics then takes about 1 GB."""
 
 
-class Plan(NamedTuple):
+class ServoPlan(NamedTuple):
     """Servo commands, one row a time step."""
 
     joints: np.ndarray
@@ -76,7 +78,7 @@ def finger_travel(params: Params, t_s: np.ndarray) -> np.ndarray:
     return opened + (closed - opened) * grasp
 
 
-def plan(params: Params, model: mujoco.MjModel) -> Plan:
+def plan(params: Params, model: mujoco.MjModel) -> ServoPlan:
     """Commands for the whole motion. Raises PlanRejected where the robot cannot go, cannot go so fast, or would run
     something into the table or the hand, and for a motion that lasts too long."""
     clearance.check_grip(params)
@@ -90,10 +92,9 @@ def plan(params: Params, model: mujoco.MjModel) -> Plan:
     coarse_s = np.linspace(0, duration, round(duration * RATE_HZ) + 1)
     clearance.check_object(params, coarse_s, *tool_path(params, coarse_s))
     t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S
-    follow = {"panda": _with_arm, "cartesian": _with_slides}[params.robot.kind]
-    joints, command = follow(params, model, coarse_s, t_s)
+    joints, command = FOLLOW[params.robot.kind](params, model, coarse_s, t_s)
     fingers = finger_travel(params, t_s)[:, None].repeat(2, axis=1)
-    return Plan(joints, np.hstack([command, fingers]))
+    return ServoPlan(joints, np.hstack([command, fingers]))
 
 
 def _with_arm(
@@ -117,6 +118,10 @@ def _with_slides(
     speed = (after - before) / (2 * TIMESTEP_S)
     acceleration = (before - 2 * now + after) / TIMESTEP_S**2
     return before, now + 2 / CARTESIAN_RATE_RAD_S * speed + acceleration / CARTESIAN_RATE_RAD_S**2
+
+
+FOLLOW: dict[RobotKind, Callable[..., tuple[np.ndarray, np.ndarray]]] = {"panda": _with_arm, "cartesian": _with_slides}
+"""Joints and commands of each robot that follows the path."""
 
 
 def _check_speed(t_s: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> None:

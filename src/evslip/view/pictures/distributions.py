@@ -12,6 +12,7 @@ import numpy as np
 from evslip.config.config import Config
 from evslip.config.params import Params
 from evslip.config.sample import leaves
+from evslip.config.sections.motion import Waypoints
 from evslip.draws.draw import draw
 from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.physics.onset import onset_mass
@@ -62,8 +63,8 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
 
 def value_of(params: Params, key: str) -> Any:
     """What a sample has under a key "section.name"."""
-    section, name = key.split(".")
-    return getattr(getattr(params, section), name)
+    value = leaves(params)[key]
+    return f"way-points: {len(value.root)}" if isinstance(value, Waypoints) else value
 
 
 def grouping(names: Collection[str]) -> Callable[[str], str]:
@@ -81,8 +82,8 @@ def _histogram(axis: Any, key: str, column: Mapping[str, Sequence[Any]]) -> None
     for split, values in numbers.items():
         weights = np.full(len(values), 1 / max(1, len(column[split])))
         axis.hist(
-            factor * values, BINS, (low, high), weights=weights, color=COLORS[split], histtype="step", linewidth=1.6,
-            fill=split == "train", alpha=0.6 if split == "train" else 1.0,
+            factor * values, BINS, range=(low, high), weights=weights, color=COLORS[split], linewidth=1.6,
+            histtype="step", fill=split == "train", alpha=0.6 if split == "train" else 1.0,
             label=f"{split}: {len(column[split])} samples",
         )  # fmt: skip
     axis.set_xlabel(unit, fontsize=8)

@@ -6,11 +6,12 @@ import pytest
 import evslip
 from evslip.config.params import Params
 from evslip.config.sections.slip import SLIP_KINDS
-from evslip.draws.slip_kinds import RECIPES, shows
+from evslip.draws.provoked_slips import RECIPES
 from evslip.physics.motion.servo_plan import tool_path
 from evslip.physics.onset import onset_mass
 from evslip.physics.truth import Truth
 from evslip.utils.errors import ConfigError
+from named_slips import shows
 
 MADE = SLIP_KINDS[1:]
 

@@ -4,18 +4,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from evslip.config.config import Config
-from evslip.config.distributions import Range, extremes
+from evslip.config.distributions import Range, choices, extremes
 from evslip.config.params import Params
 from evslip.config.sections.slip import NATURAL
 from evslip.draws import stratification
 from evslip.physics.motion.phases import hanging_phases
 from evslip.physics.onset import onset_mass
-from evslip.physics.truth import Truth
 from evslip.scene.motions import KINDS as MOTIONS
 from evslip.utils.errors import ConfigError
 from evslip.utils.seeds import generator
 
-Interval = tuple[float, float]
+Bounds = tuple[float, float]
 UPRIGHT = ("pick_and_place", "hold")
 EITHER_SIDE = ((-0.8, -0.4), (0.4, 0.8))
 NEARLY_CENTRAL = ((-0.1, 0.1),)
@@ -25,20 +24,18 @@ NEARLY_CENTRAL = ((-0.1, 0.1),)
 class Recipe:
     """What makes an object slip in one way."""
 
-    multiple: Interval
+    multiple: Bounds
     """Mass as a multiple of the onset mass over `phases`."""
     phases: tuple[str, ...] = ()
     """Phases in which it shall slip; none: any in which it hangs."""
     earlier: tuple[str, ...] = ()
     """Phases in which it shall not slip before: there the mass is at most EARLIER of their onset mass."""
-    settings: dict[str, tuple[Interval, ...]] = field(default_factory=dict)
+    settings: dict[str, tuple[Bounds, ...]] = field(default_factory=dict)
     """Ranges in which keys of the configuration have to lie."""
     motions: tuple[str, ...] = tuple(MOTIONS)
     """Kinds of motion that it works with."""
 
 
-CREEP_DEG_S = 1.0 / 0.16
-"""Faster would be slip in a window by the paper's rule."""
 EARLIER = 0.95
 """The first tenth of a degree comes at 0.97 of the onset mass."""
 RECIPES: dict[str, Recipe] = {
@@ -121,6 +118,10 @@ def prepare(config: Config, index: int, split: str) -> Config:
     changes: dict[str, Any] = {"slip.kind": kind}
     if config.slip.multiple is None:
         changes["slip.multiple"] = _distribution(recipe.multiple)
+    motions = choices(config.motion.kind)
+    fitting = tuple(name for name in motions if name in recipe.motions)
+    if fitting and fitting != motions:
+        changes["motion.kind"] = _one(fitting, config, index, split, "slip motion.kind")
     for key, intervals in recipe.settings.items():
         section, name = key.split(".")
         if not _inside(getattr(getattr(config, section), name), intervals):
@@ -155,15 +156,15 @@ def _one(choices: Any, config: Config, index: int, split: str, stage: str) -> An
     return choices[int(generator(config.seed, split, index, stage).integers(len(choices)))]
 
 
-def _inside(value: Any, intervals: tuple[Interval, ...]) -> bool:
-    parts = value if isinstance(value, tuple) else (value,)
+def _inside(value: Any, intervals: tuple[Bounds, ...]) -> bool:
     return value is not None and all(
-        any(low <= extremes(part)[0] and extremes(part)[1] <= high for low, high in intervals) for part in parts
+        any(low <= extremes(part)[0] and extremes(part)[1] <= high for low, high in intervals)
+        for part in choices(value)
     )
 
 
-def _distribution(interval: Interval) -> Range | float:
-    low, high = interval
+def _distribution(bounds: Bounds) -> Range | float:
+    low, high = bounds
     return low if low == high else Range(min=low, max=high)
 
 
@@ -174,20 +175,3 @@ def _with(config: Config, changes: dict[str, Any]) -> Config:
         sections.setdefault(section, {})[name] = value
     updated = {section: getattr(config, section).model_copy(update=values) for section, values in sections.items()}
     return config.model_copy(update=updated)
-
-
-def shows(kind: str, truth: Truth) -> bool:
-    """Whether a sample does what the name of a kind says."""
-    slips = truth.episodes
-    if kind in (NATURAL, "hold"):
-        return kind == NATURAL or not slips
-    if not slips:
-        return False
-    if kind in ("rotation", "translation"):
-        return all(slip.kind == kind for slip in slips)
-    if kind == "drop":
-        return slips[-1].kind == "drop"
-    if kind == "creep":
-        slow = truth.angular_speed_deg_s[truth.held & truth.during("tilt", "back")] < CREEP_DEG_S
-        return slips[-1].kind != "drop" and bool(slow.all())
-    return slips[0].phase in RECIPES[kind].phases

@@ -1,0 +1,38 @@
+"""Names that the parameters may hold are those of the registers in the rooms above."""
+
+from typing import get_args
+
+import pytest
+
+from evslip.config.loading import load_config
+from evslip.config.sections.render import RendererName
+from evslip.config.sections.robot import RobotKind
+from evslip.config.sections.slip import NATURAL, SLIP_KINDS
+from evslip.draws.provoked_slips import RECIPES
+from evslip.physics.motion.servo_plan import FOLLOW
+from evslip.physics.robot import ROBOTS
+from evslip.rendering import RENDERERS
+from evslip.utils.errors import ConfigError
+
+
+def test_every_name_has_what_it_stands_for():
+    assert set(RENDERERS) == set(get_args(RendererName))
+    assert set(ROBOTS) == set(FOLLOW) == set(get_args(RobotKind))
+    assert {NATURAL, *RECIPES} == set(SLIP_KINDS)
+
+
+@pytest.mark.parametrize(
+    ("key", "good"),
+    [
+        ("motion.kind", "pick_and_place, hold, shake, rotate, waypoints"),
+        ("camera.mount", "side, front, custom"),
+        ("sensor.preset", "davis346, dvxplorer, prophesee-like, clean, noisy"),
+        ("object.shape", "cuboid, cylinder, mesh"),
+        ("slip.kind", "natural, hold, rotation"),
+    ],
+)
+def test_a_bad_name_lists_the_good_ones(key, good):
+    for value in ("sid", ["sid"]):
+        with pytest.raises(ConfigError, match=f"^simple: {key}: 'sid' is unknown; expected one of {good}") as caught:
+            load_config("simple", {key: value})
+        assert "\n" not in str(caught.value)
