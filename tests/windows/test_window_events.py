@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.learn.networks import Geometry
+from evslip.learn.networks.network import Geometry
 from evslip.learn.training.augment import Augmentation, flipped, merged, shifted, shot_noise
 from evslip.learn.training.settings import TrainSettings
 from evslip.windows.window_events import WindowEvents, pack, unpack

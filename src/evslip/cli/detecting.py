@@ -6,8 +6,11 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from evslip.cli.options import Align, Split
+from evslip.learn.networks import NETWORKS
 from evslip.utils.console import console, print_table, progress_bar
 from evslip.utils.errors import ConfigError
+
+NETWORK = f"Name of a network: {', '.join(NETWORKS)}; of one that an installed package offers; or module:Class."
 
 
 def windows(
@@ -84,7 +87,7 @@ def train(
     windows: Positional[Path],
     out: Positional[Path],
     *,
-    model: str = "cnn3d_bn",
+    model: Annotated[str, arg(help=NETWORK)] = "cnn3d_bn",
     epochs: int | None = None,
     batch: int | None = None,
     lr: float | None = None,
@@ -111,7 +114,6 @@ def train(
     Args:
         windows: HDF5 file made by `evslip windows`.
         out: Folder for the model.
-        model: Name of a network: mlp, snn, cnn3d, cnn3d_bn, voxelnet, countnet, evgru, event_rate, rate_map, flow.
         epochs: Most passes over the windows; training stops earlier when validation stops improving. What is not given
             here and in the next seven options is what suits the network.
         batch: Windows a step.
@@ -155,6 +157,7 @@ def evaluate(
     hop_s: float = 0.02,
     resamples: int = 1000,
     align: Align | None = None,
+    network: str | None = None,
 ) -> None:
     """Examine detectors on data that they have not been trained on, and compare them.
 
@@ -171,17 +174,21 @@ def evaluate(
         resamples: Resamples of the trajectories that the confidence intervals come from.
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
             or from its corner. Without it such data are refused.
+        network: Class of the models' network, module:Class, where it is of another package that does not offer it.
     """
     from evslip.learn.checkpoint import load_model
     from evslip.learn.evaluation.assessment import assess
     from evslip.learn.evaluation.comparison import compare
     from evslip.learn.evaluation.test_data import open_exam
+    from evslip.learn.networks import register
     from evslip.learn.shipped import is_shipped
     from evslip.view.evaluation.evaluation import alarm_table, comparison_table, short_names, write_evaluation
 
     *models, data = models_and_data
     if not models:
         raise ConfigError(f"evaluate: {data} alone is named; expected one or more models, then the data")
+    if network is not None:
+        register(network)
     for model in models:
         load_model(model)  # a wrong name shows now, not after the models before it
     exam = open_exam(data, split)
@@ -266,6 +273,7 @@ def detect(
     out: Path | None = None,
     hop_s: float = 0.02,
     align: Align | None = None,
+    network: str | None = None,
 ) -> None:
     """Run a detector over a recording: slip probability over time as CSV and PNG, beside the labels if it has any.
 
@@ -277,9 +285,11 @@ def detect(
         hop_s: Time between two answers.
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
             or from its corner (for a file that does not state the sensor's size). Without it such data are refused.
+        network: Class of the model's network, module:Class, where it is of another package that does not offer it.
     """
     from evslip.data.reading import read_recording
     from evslip.learn import detect as run
+    from evslip.learn.networks import register
     from evslip.view.pictures.detection import write_csv, write_png
 
     given = [*([] if model is None else [model]), *model_and_recording]
@@ -288,6 +298,8 @@ def detect(
         raise ConfigError(
             f"detect: {told} given; expected a model and a recording, such as: detect --model default REC"
         )
+    if network is not None:
+        register(network)
     which, recording = given
     record = read_recording(recording)
     detection = run(which, record.events, record.size, align=align, hop_s=hop_s)

@@ -10,11 +10,11 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 
 from evslip.learn.documents import Format, read_document
-from evslip.learn.networks import build_model
+from evslip.learn.networks import stored_class
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.shipped import model_folder
 from evslip.utils import atomic
-from evslip.utils.errors import DataError, EvslipError
+from evslip.utils.errors import ConfigError, DataError, EvslipError
 from evslip.windows.window_set import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
@@ -58,7 +58,7 @@ def load_model(folder: str | Path) -> tuple[Network, Description]:
     folder = model_folder(folder)
     description = read_description(folder)
     path = folder / WEIGHTS
-    network = build_model(description.model, description.geometry)
+    network = stored_class(description.model)(description.geometry)
     try:
         network.load_state_dict(load(path.read_bytes()))
     except FileNotFoundError:
@@ -76,12 +76,16 @@ def read_description(folder: Path) -> Description:
     path = folder / DESCRIPTION
     plain = read_document(path, FORMAT)
     try:
+        network = stored_class(str(plain.get("model")))
+    except ConfigError as error:
+        raise DataError(f"{path}: {error}") from None
+    try:
         windows = plain["windows"]
         known = stored_settings(windows)
         model, threshold = str(plain["model"]), float(plain["threshold"])
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold {threshold:g}, expected 0 to 1")
-        build_model(model, geometry_of(WindowSettings(**known)))
+        network(geometry_of(WindowSettings(**known)))
         return Description(model, threshold, WindowSettings(**known), dict(plain["training"]))
     except (KeyError, TypeError, ValueError, RuntimeError, EvslipError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:160]}") from None

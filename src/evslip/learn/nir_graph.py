@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from evslip.learn.layers import srm
-from evslip.learn.networks import Geometry, Network
+from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.snn import BINS, SNN
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError

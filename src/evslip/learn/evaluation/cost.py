@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from evslip.learn.evaluation.evaluate import BATCH, answer
-from evslip.learn.networks import Network
+from evslip.learn.networks.network import Network
 from evslip.windows.window_set import WindowEvents
 
 WARM_UP = 3

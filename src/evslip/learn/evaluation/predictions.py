@@ -9,7 +9,7 @@ from evslip.data.record import Record
 from evslip.events.frame import OBJECT
 from evslip.events.stream import Events
 from evslip.learn.evaluation.evaluate import BATCH, answer, probabilities
-from evslip.learn.networks import Network
+from evslip.learn.networks.network import Network
 from evslip.utils.errors import DataError
 from evslip.windows.alignment import Align, require_sensor
 from evslip.windows.conditions import Circumstances, circumstances
