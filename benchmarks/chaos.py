@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import evslip
-from evslip.data import building, layout, split_plan
+from evslip.data import building, layout, requested
 from evslip.generation.generate import Job, make_sample
 
 CHEAP = Path(__file__).with_name("cheap.toml")
@@ -115,7 +115,7 @@ def shuffled(root: Path, reference: Path, count: int) -> str:
     text = (reference / layout.CONFIG).read_text()
     versions = json.dumps(evslip.open_dataset(reference)[0].provenance)
     building.create(root, text)
-    split_plan.ask(root, "train", count)
+    requested.request(root, "train", count)
     for index in random.sample(range(count), count):
         make_sample(Job(str(root), text, "train", index, versions))
     return tree_hash(root)
@@ -212,7 +212,7 @@ def verify_speed(root: Path, reference: Path, options: argparse.Namespace) -> Ou
     sample = evslip.open_dataset(reference)[0]
     size = 7_000_000
     building.create(root, config)
-    split_plan.ask(root, "train", 1)
+    requested.request(root, "train", 1)
     from dataclasses import replace
 
     for index in range(VERIFIED_BYTES // size):

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from evslip.codecs import format_of, known_suffixes, raw_source, read_events, write_events
-from evslip.data import record
-from evslip.data.reading import read_recording
+from evslip.data import record_file
+from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
 from evslip.utils.errors import EvslipError
 
@@ -55,7 +55,7 @@ def whole_files(folder: Path) -> list[Path]:
     names = [f"a{suffix}" for suffix in known_suffixes(writing=True) if suffix != ".hdf5"]
     for name in (*names, "a.evt2.raw"):
         write_events(folder / name, events, (40, 30))
-    record.write(folder / "record.h5", simulated())
+    record_file.write(folder / "record.h5", simulated())
     (folder / "a.aedat").write_bytes(aedat2(events, (346, 260)))
     bag(folder / "a.bag", events, (40, 30), [np.zeros((30, 40), np.uint8)])
     return sorted(folder.iterdir())

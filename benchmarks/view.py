@@ -23,7 +23,7 @@ from playwright.sync_api import Page, sync_playwright
 
 import evslip
 from evslip.config.loading import dump_config, load_config
-from evslip.data import building, record
+from evslip.data import building, record_file
 from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.physics.truth import measure
@@ -47,7 +47,7 @@ def real_sample() -> Record:
 def make_list(root: Path, first: Record, count: int) -> None:
     """A data set of `count` samples; all but the first have hardly an event."""
     building.create(root, dump_config(CONFIG))
-    building.add(root, first, record.encode(first))
+    building.add(root, first, record_file.encode(first))
     few = Events(*(column[:: max(1, first.events.count // 100)] for column in first.events[:4]))
     for index in range(1, count):
         params = evslip.draw(CONFIG, index)
@@ -56,7 +56,7 @@ def make_list(root: Path, first: Record, count: int) -> None:
         sample = dataclasses.replace(
             first, name=f"train/{index:07d}", index=index, params=params, trajectory=trajectory, events=few
         )
-        building.add(root, sample, record.encode(sample))
+        building.add(root, sample, record_file.encode(sample))
 
 
 @contextmanager

@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 import evslip
-from evslip.data.reading import read_recording
 from evslip.data.record import Record
+from evslip.data.record_file import read_recording
 from evslip.events.frame import OBJECT
 from evslip.physics.motion.phases import phase_times
 from evslip.rendering import render_color

@@ -11,7 +11,7 @@ from PIL import Image
 
 from evslip.cli import main
 from evslip.cli.pixels import GROUPS, PixelOptions, parameters_of
-from evslip.data.reading import read_recording
+from evslip.data.record_file import read_recording
 from evslip.events import EventCamera, save_noise_map
 from evslip.events.presets import PARAMETERS
 

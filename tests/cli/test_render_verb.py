@@ -9,7 +9,7 @@ from PIL import Image
 
 from evslip.cli import main
 from evslip.config.loading import load_config
-from evslip.data import record as records
+from evslip.data import record_file
 from evslip.data.record import Record
 from evslip.draws.draw import draw
 from evslip.events.stream import empty_events
@@ -31,8 +31,8 @@ def stored(tmp_path_factory):
         params=params, trajectory=traj, truth=measure(traj),
     )  # fmt: skip
     path = tmp_path_factory.mktemp("records") / "0000000.h5"
-    records.write(path, record)
-    return path, records.read(path)
+    record_file.write(path, record)
+    return path, record_file.read(path)
 
 
 def run(monkeypatch, *words):
@@ -111,7 +111,7 @@ def test_wrong_requests_take_one_line(stored, tmp_path, monkeypatch, capsys, wor
 
 def test_a_record_without_poses_is_named(tmp_path, monkeypatch, capsys):
     recording = Record(kind="recording", name="clip", size=(48, 36), events=empty_events())
-    records.write(tmp_path / "clip.h5", recording)
+    record_file.write(tmp_path / "clip.h5", recording)
     with pytest.raises(SystemExit) as stopped:
         run(monkeypatch, "render", tmp_path / "clip.h5", "--out", tmp_path / "out")
     assert stopped.value.code == 2 and "a recording has no poses" in capsys.readouterr().err

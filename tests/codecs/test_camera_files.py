@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip.codecs import read_events, write_events
-from evslip.data.reading import read_recording
+from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from sample_records import assert_equal, random_events

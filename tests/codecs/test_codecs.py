@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from evslip import codecs
 from evslip.codecs import read_events, write_events
-from evslip.data import record
-from evslip.data.reading import read_recording
+from evslip.data import record_file
+from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
 from evslip.exchange.importing import import_recording
 from evslip.utils.errors import DataError
@@ -132,7 +132,7 @@ def test_files_of_dsec_are_read(tmp_path: Path, events: Events):
 
 def test_a_record_can_be_read_as_events_and_as_itself(tmp_path: Path):
     sample = simulated()
-    record.write(tmp_path / "a.h5", sample)
+    record_file.write(tmp_path / "a.h5", sample)
     assert_equal(read_events(tmp_path / "a.h5"), sample.events)
     assert_equal(read_recording(tmp_path / "a.h5"), sample)
 
@@ -151,7 +151,7 @@ def test_a_real_recording_agrees_with_independent_readers(tmp_path: Path):
     path = shared("real", "dvxplorer.aedat4")
     recording = import_recording(path, tmp_path / "out.h5")
     events = recording.events
-    assert_equal(record.read(tmp_path / "out.h5"), recording)
+    assert_equal(record_file.read(tmp_path / "out.h5"), recording)
     events = read_events(path)
     np.testing.assert_array_equal(recording.events.t_us, events.t_us - events.t_us[0])
     # As dv-processing 2.0.4 and aedat 2.3.0 give them.

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from evslip.codecs import source, write_events
 from evslip.codecs.facts import Facts, facts_of
-from evslip.data import record
+from evslip.data import record_file
 from evslip.data.record import about
 from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.stream import CAUSES, Events
@@ -74,7 +74,7 @@ def test_errors_are_counted_not_refused(tmp_path: Path):
 
 def test_labels_and_what_a_record_knows_are_told(tmp_path: Path):
     sample = simulated()
-    record.write(tmp_path / "a.h5", sample)
+    record_file.write(tmp_path / "a.h5", sample)
     facts = facts_of(tmp_path / "a.h5")
     events = sample.events
     assert facts.causes == {name: int((events.cause == i).sum()) for i, name in enumerate(CAUSES)}

@@ -11,7 +11,7 @@ import pytest
 from evslip import codecs
 from evslip.codecs import formats, read_events, write_events
 from evslip.codecs.writers import writing
-from evslip.data.reading import read_recording
+from evslip.data.record_file import read_recording
 from evslip.exchange.translation import translate
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events

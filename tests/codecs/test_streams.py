@@ -13,7 +13,7 @@ from evslip.codecs.inivation import aedat4
 from evslip.codecs.inivation.flatbuffer import Vector, buffer
 from evslip.codecs.ros import bag as rosbag
 from evslip.codecs.writers import writing
-from evslip.data.reading import read_recording
+from evslip.data.record_file import read_recording
 from evslip.events.stream import Events, concatenate
 from evslip.exchange.translation import Part, translate
 from evslip.utils.errors import DataError

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from evslip.config.loading import dump_config, load_config
-from evslip.data import building, dataset, journal, layout, split_plan
+from evslip.data import building, dataset, journal, layout, requested
 from evslip.data.dataset import open_dataset
-from evslip.data.record import Record, encode
+from evslip.data.record import Record
+from evslip.data.record_file import encode
 from evslip.events.stream import empty_events
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, StorageError
@@ -39,8 +40,8 @@ def root(tmp_path: Path) -> Path:
     """A data set of five samples for training, one of them rejected, and two for test; six and two were asked for."""
     root = tmp_path / "data"
     building.create(root, TOML)
-    split_plan.ask(root, "train", 6)
-    split_plan.ask(root, "test", 2)
+    requested.request(root, "train", 6)
+    requested.request(root, "test", 2)
     for index in (3, 0, 1, 4):
         add(root, simulated(index))
     add(root, rejected(2))
@@ -99,7 +100,7 @@ def test_without_a_plan_what_is_done_was_requested(root: Path):
 
 
 def test_a_smaller_plan_changes_nothing(root: Path):
-    split_plan.ask(root, "train", 1)
+    requested.request(root, "train", 1)
     assert open_dataset(root).status()["requested"] == 8
 
 
@@ -316,8 +317,8 @@ import sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from sample_records import simulated
-from evslip.data import building, dataset, layout, split_plan
-from evslip.data.record import encode
+from evslip.data import building, dataset, layout, requested
+from evslip.data.record_file import encode
 root = Path(sys.argv[1])
 print("ready", flush=True)
 for index in range(10_000):
@@ -330,7 +331,7 @@ for index in range(10_000):
 def test_killed_at_any_moment_nothing_is_corrupt(tmp_path: Path):
     root = tmp_path / "data"
     building.create(root, TOML)
-    split_plan.ask(root, "train", 1)
+    requested.request(root, "train", 1)
     script = WRITER.format(tests=str(Path(__file__).parents[1] / "helpers"))
     rng = np.random.default_rng(0)
     for _ in range(5):
@@ -467,7 +468,7 @@ def test_a_failed_append_does_not_glue_two_lines(tmp_path: Path, monkeypatch: py
 def test_generating_again_removes_what_a_killed_rewriter_of_a_finished_sample_left(tmp_path: Path):
     root = tmp_path / "data"
     building.create(root, TOML)
-    split_plan.ask(root, "train", 5)
+    requested.request(root, "train", 5)
     add(root, simulated(3))
     left = layout.sample_path(root, "train", 3).with_name(".0000003.h5.0123abcd.tmp")
     other = layout.sample_path(root, "train", 4).with_name(".0000004.h5.0123abcd.tmp")

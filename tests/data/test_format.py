@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip.data import record
+from evslip.data import record_file
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval
 from evslip.data.poses import Poses
@@ -58,7 +58,7 @@ def contents(path: Path) -> tuple[dict[str, h5py.Dataset], set[str]]:
 @pytest.mark.parametrize("sample", [simulated(), recording()], ids=["simulated", "recording"])
 def test_the_page_names_what_is_written(tmp_path: Path, sample: Record):
     datasets, attributes = documented()
-    record.write(tmp_path / "a.h5", sample)
+    record_file.write(tmp_path / "a.h5", sample)
     found, attrs = contents(tmp_path / "a.h5")
     assert attrs <= attributes
     assert {"format", "version", "kind", "name", "width", "height"} <= attrs
@@ -78,6 +78,6 @@ def test_the_page_names_nothing_else(tmp_path: Path):
     datasets, _ = documented()
     written = set()
     for i, sample in enumerate((simulated(), recording())):
-        record.write(tmp_path / f"{i}.h5", sample)
+        record_file.write(tmp_path / f"{i}.h5", sample)
         written |= contents(tmp_path / f"{i}.h5")[0].keys()
     assert written == datasets.keys()

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from evslip.data import record
-from evslip.data.record import Record
+from evslip.data import record_file
+from evslip.data.record import Record, provenance
 from evslip.draws.draw import draw
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import DataError
@@ -55,30 +55,30 @@ def records(draw_from: st.DrawFn) -> Record:
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(records())
 def test_what_is_read_is_what_was_written(tmp_path: Path, sample: Record):
-    record.write(tmp_path / "a.h5", sample)
-    assert_equal(record.read(tmp_path / "a.h5"), sample)
+    record_file.write(tmp_path / "a.h5", sample)
+    assert_equal(record_file.read(tmp_path / "a.h5"), sample)
 
 
 def test_equal_records_have_equal_bytes_whenever_they_are_written():
-    first = record.encode(simulated())
+    first = record_file.encode(simulated())
     time.sleep(1.1)  # HDF5 counts time in seconds
-    assert record.encode(simulated()) == first
-    assert record.encode(simulated(1)) != first
+    assert record_file.encode(simulated()) == first
+    assert record_file.encode(simulated(1)) != first
 
 
 def test_read_and_encoded_again_the_bytes_are_the_same(tmp_path: Path):
-    record.write(tmp_path / "a.h5", simulated())
-    assert record.encode(record.read(tmp_path / "a.h5")) == (tmp_path / "a.h5").read_bytes()
+    record_file.write(tmp_path / "a.h5", simulated())
+    assert record_file.encode(record_file.read(tmp_path / "a.h5")) == (tmp_path / "a.h5").read_bytes()
 
 
 def test_events_can_be_left_on_disk(tmp_path: Path):
-    record.write(tmp_path / "a.h5", simulated())
-    assert record.read(tmp_path / "a.h5", events=False).events.count == 0
+    record_file.write(tmp_path / "a.h5", simulated())
+    assert record_file.read(tmp_path / "a.h5", events=False).events.count == 0
 
 
 def test_the_layout_is_that_of_dsec(tmp_path: Path):
     sample = simulated(events=5000)
-    record.write(tmp_path / "a.h5", sample)
+    record_file.write(tmp_path / "a.h5", sample)
     with h5py.File(tmp_path / "a.h5") as file:
         t = file["events/t"][()].astype(np.int64)
         np.testing.assert_array_equal(t + file["t_offset"][()], sample.events.t_us)
@@ -109,7 +109,7 @@ def test_an_event_costs_at_most_three_and_a_half_bytes(tmp_path: Path):
         np.zeros(n, np.uint8),
     )
     sample = dataclasses.replace(simulated(), events=events)
-    assert len(record.encode(sample)) / n <= 3.5
+    assert len(record_file.encode(sample)) / n <= 3.5
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_an_event_costs_at_most_three_and_a_half_bytes(tmp_path: Path):
 def test_parts_that_contradict_one_another_are_refused(change, message: str):
     sample = simulated()
     with pytest.raises(DataError, match=message) as caught:
-        record.encode(dataclasses.replace(sample, **change(sample)))
+        record_file.encode(dataclasses.replace(sample, **change(sample)))
     assert "\n" not in str(caught.value)
 
 
@@ -162,22 +162,22 @@ def test_parts_that_contradict_one_another_are_refused(change, message: str):
 )
 def test_files_that_were_tampered_with_are_refused(tmp_path: Path, edit, message: str):
     path = tmp_path / "a.h5"
-    record.write(path, simulated())
+    record_file.write(path, simulated())
     with h5py.File(path, "r+") as file:
         edit(file)
     with pytest.raises(DataError, match=message) as caught:
-        record.read(path)
+        record_file.read(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_records_from_before_episodes_and_pad_friction_are_read(tmp_path: Path):
     path = tmp_path / "a.h5"
-    record.write(path, simulated())
+    record_file.write(path, simulated())
     with h5py.File(path, "r+") as file:
         for name in ("truth/episodes", "truth/phase", "trajectory/pad_friction", "trajectory/pad_utilisation"):
             del file[name]
-    old, new = record.read(path), simulated()
+    old, new = record_file.read(path), simulated()
     assert old.truth is not None and old.trajectory is not None and new.truth is not None
     assert old.truth.episodes == () and old.truth.phase is None and old.trajectory.pad_friction is None
     assert_equal(old.truth.rotation, new.truth.rotation)
@@ -185,27 +185,27 @@ def test_records_from_before_episodes_and_pad_friction_are_read(tmp_path: Path):
 
 def test_a_claim_of_endless_data_is_refused_before_memory_is_taken(tmp_path: Path):
     path = tmp_path / "a.h5"
-    record.write(path, simulated())
+    record_file.write(path, simulated())
     with h5py.File(path, "r+") as file:
         for name in ("x", "y", "t", "p", "body", "cause"):
             del file["events"][name]
             file["events"].create_dataset(name, shape=(2**40,), dtype=np.uint8, chunks=(2**16,))
     with pytest.raises(DataError, match="claims"):
-        record.read(path)
+        record_file.read(path)
 
 
 def test_every_truncation_is_refused(tmp_path: Path):
-    data = record.encode(simulated(events=20))
+    data = record_file.encode(simulated(events=20))
     path = tmp_path / "a.h5"
     for length in [*range(200), *range(200, len(data), 97), *range(len(data) - 50, len(data))]:
         path.write_bytes(data[:length])
         with pytest.raises(DataError):
-            record.read(path)
+            record_file.read(path)
 
 
 def test_mutated_files_are_refused_or_their_arrays_are_unharmed(tmp_path: Path):
     sample = simulated(events=50)
-    data = record.encode(sample)
+    data = record_file.encode(sample)
     rng = np.random.default_rng(0)
     path = tmp_path / "a.h5"
     for _ in range(300):
@@ -214,7 +214,7 @@ def test_mutated_files_are_refused_or_their_arrays_are_unharmed(tmp_path: Path):
         mutated[where] ^= rng.integers(1, 256, len(where)).astype(np.uint8)
         path.write_bytes(mutated.tobytes())
         try:
-            read = record.read(path)
+            read = record_file.read(path)
         except DataError as error:
             assert "\n" not in str(error)
         else:
@@ -227,24 +227,24 @@ def test_mutated_files_are_refused_or_their_arrays_are_unharmed(tmp_path: Path):
 def test_what_is_not_hdf5_is_refused(tmp_path: Path, content: bytes):
     (tmp_path / "a.h5").write_bytes(content)
     with pytest.raises(DataError, match=r"empty|not an HDF5 file"):
-        record.read(tmp_path / "a.h5")
+        record_file.read(tmp_path / "a.h5")
 
 
 def test_what_is_no_file_is_refused(tmp_path: Path):
     with pytest.raises(DataError, match="no such file"):
-        record.read(tmp_path / "a.h5")
+        record_file.read(tmp_path / "a.h5")
     with pytest.raises(DataError, match="is a folder"):
-        record.read(tmp_path)
+        record_file.read(tmp_path)
 
 
 def test_a_contradiction_leaves_no_file(tmp_path: Path):
     with pytest.raises(DataError):
-        record.write(tmp_path / "a.h5", dataclasses.replace(simulated(), size=(1, 1)))
+        record_file.write(tmp_path / "a.h5", dataclasses.replace(simulated(), size=(1, 1)))
     assert not any(tmp_path.iterdir())
 
 
 def test_provenance_names_versions():
-    versions = record.provenance("h5py")
+    versions = provenance("h5py")
     assert set(versions) == {"evslip", "numpy", "hdf5", "h5py"}
     assert versions["h5py"] == h5py.__version__
 
@@ -252,11 +252,11 @@ def test_provenance_names_versions():
 def test_the_offset_of_the_times_is_guarded_too(tmp_path: Path):
     sample = simulated()
     sample = dataclasses.replace(sample, events=sample.events._replace(t_us=sample.events.t_us - 2**40))
-    whole = record.encode(sample)
+    whole = record_file.encode(sample)
     place = whole.index((-(2**40) + int(simulated().events.t_us[0])).to_bytes(8, "little", signed=True))
     for byte in range(8):
         damaged = bytearray(whole)
         damaged[place + byte] ^= 1
         (tmp_path / "a.h5").write_bytes(bytes(damaged))
         with pytest.raises(DataError):
-            record.read(tmp_path / "a.h5")
+            record_file.read(tmp_path / "a.h5")

@@ -12,7 +12,7 @@ from PIL import Image
 
 from evslip.codecs.clips import rife
 from evslip.codecs.settings import read_settings
-from evslip.data.reading import read_recording
+from evslip.data.record_file import read_recording
 from evslip.events import EventCamera, Events
 from evslip.exchange.conversion import Conversion, convert, open_conversion
 from evslip.utils.errors import DataError, EvslipError, MissingExtraError

@@ -9,10 +9,11 @@ import scipy.io
 from PIL import Image
 
 from evslip.codecs import write_events
-from evslip.data import record
+from evslip.data import record_file
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval, read_intervals
 from evslip.data.poses import Poses
+from evslip.data.record import Record
 from evslip.data.recordings import Recordings, open_samples
 from evslip.events.stream import Events
 from evslip.exchange.importing import Importing, import_recording, import_vt_snn, is_vt_snn
@@ -87,7 +88,7 @@ def test_a_recording_becomes_a_record_like_others(tmp_path: Path, labels: Path):
         "sensor": "DAVIS346",
         "mount": "side",
     }
-    assert_equal(record.read(tmp_path / "out" / "real.h5"), made)
+    assert_equal(record_file.read(tmp_path / "out" / "real.h5"), made)
     again = import_recording(tmp_path / "out" / "real.h5", tmp_path / "again.h5")
     assert_equal(again, made)
 
@@ -95,7 +96,7 @@ def test_a_recording_becomes_a_record_like_others(tmp_path: Path, labels: Path):
 def test_frames_and_labels_are_kept_in_the_file(tmp_path: Path):
     rng = np.random.default_rng(0)
     for images in (rng.integers(0, 256, (3, 30, 40), np.uint8), rng.integers(0, 256, (3, 30, 40, 3), np.uint8)):
-        sample = record.Record(
+        sample = Record(
             kind="recording",
             name="a",
             size=(40, 30),
@@ -104,12 +105,12 @@ def test_frames_and_labels_are_kept_in_the_file(tmp_path: Path):
             footage=Footage(np.array([-3, 0, 9]), images),
             notes={"mount": "side"},
         )
-        record.write(tmp_path / "a.h5", sample)
-        assert_equal(record.read(tmp_path / "a.h5"), sample)
-        assert record.read(tmp_path / "a.h5", events=False).intervals == sample.intervals
+        record_file.write(tmp_path / "a.h5", sample)
+        assert_equal(record_file.read(tmp_path / "a.h5"), sample)
+        assert record_file.read(tmp_path / "a.h5", events=False).intervals == sample.intervals
     with pytest.raises(DataError, match="frames/images"):
-        record.encode(
-            record.Record(kind="recording", name="a", size=(41, 30), events=sample.events, footage=sample.footage)
+        record_file.encode(
+            Record(kind="recording", name="a", size=(41, 30), events=sample.events, footage=sample.footage)
         )
 
 
@@ -155,7 +156,7 @@ def test_labels_beyond_the_recording_are_refused(tmp_path: Path, labels: Path):
 
 
 def test_a_simulated_record_is_not_labelled_by_hand(tmp_path: Path, labels: Path):
-    record.write(tmp_path / "a.h5", simulated())
+    record_file.write(tmp_path / "a.h5", simulated())
     with pytest.raises(DataError, match="simulated record; only recordings"):
         import_recording(tmp_path / "a.h5", tmp_path / "b.h5", Importing(labels=labels))
 
@@ -208,7 +209,7 @@ def test_times_of_the_papers_mat_files_are_seconds(tmp_path: Path):
     folder.mkdir()
     scipy.io.savemat(folder / "stable_01_td.mat", {"td_data": table})
     (made,) = import_vt_snn(tmp_path, tmp_path / "out")
-    sample = record.read(made)
+    sample = record_file.read(made)
     assert sample.events.t_us.tolist() == [0, 123, 100_000]
     assert sample.intervals == (Interval(0, 150_000, "hold"),)
 
@@ -268,7 +269,7 @@ def test_a_simulators_folder_becomes_a_record(tmp_path: Path, paper: bool):
     angle = np.interp(made.truth.t_us / 1e6, [0, 0.5, 1], [0, 0, 8])
     np.testing.assert_allclose(made.truth.theta_deg, angle, atol=0.03)
     assert 480_000 < (made.truth.onset_us or 0) < 540_000
-    assert_equal(record.read(tmp_path / "a.h5"), made)
+    assert_equal(record_file.read(tmp_path / "a.h5"), made)
     windows = windows_of([made], WindowSettings(balance=False))
     # 8 deg in 0.5 s are 2.56 deg in 0.16 s; the window that sees only a part of that is in the middle.
     assert windows.label.tolist() in ([HOLD] * 3 + [SLIP] * 3, [HOLD] * 3 + [SLIP] * 2)

@@ -12,7 +12,7 @@ import pytest
 
 from evslip.codecs import read_events, write_events
 from evslip.config.loading import dump_config
-from evslip.data import building, layout, record, split_plan
+from evslip.data import building, layout, record_file, requested
 from evslip.exchange.importing import Importing, import_recording
 from evslip.exchange.publishing import Publication, publish
 from evslip.exchange.publishing.table import COLUMNS
@@ -27,10 +27,10 @@ def made(tmp_path: Path) -> Path:
     root = tmp_path / "made"
     building.create(root, dump_config(CONFIG))
     for split, count in COUNTS.items():
-        split_plan.ask(root, split, count)
+        requested.request(root, split, count)
         for index in range(count):
             sample = simulated(index, split)
-            building.add(root, sample, record.encode(sample))
+            building.add(root, sample, record_file.encode(sample))
     return root
 
 
@@ -53,7 +53,7 @@ def test_records_and_their_table_are_published(made: Path, tmp_path: Path):
             sample = simulated(index, split)
             data = (tmp_path / "out" / values["file"]).read_bytes()
             assert hashlib.sha256(data).hexdigest() == values["sha256"]
-            assert_equal(record.read(tmp_path / "out" / values["file"]), sample)
+            assert_equal(record_file.read(tmp_path / "out" / values["file"]), sample)
             assert (values["events"], values["name"], values["bytes"]) == (200, sample.name, len(data))
             assert values["label"] == ("slip" if index % 3 == 0 else "hold")
             assert values["onset_s"] == (0.001 if index % 3 == 0 else None)

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from evslip import codecs
 from evslip.codecs import read_events, write_events
-from evslip.data import record
-from evslip.data.reading import read_recording
+from evslip.data import record_file
+from evslip.data.record_file import read_recording
 from evslip.exchange.translation import Part, select, translate
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events, simulated
@@ -50,7 +50,7 @@ def test_a_part_is_what_a_loop_would_keep(seed: int, x: int, y: int, data: st.Da
 
 
 def test_what_is_lost_is_said(tmp_path: Path):
-    record.write(tmp_path / "a.h5", simulated())
+    record_file.write(tmp_path / "a.h5", simulated())
     sample = "all of the sample but its events"
     assert translate(tmp_path / "a.h5", tmp_path / "a.npz").lost == (sample,)
     assert translate(tmp_path / "a.h5", tmp_path / "a.csv").lost == ("the labels", "the sensor's size", sample)

@@ -13,7 +13,7 @@ import torch
 import evslip
 from evslip.cli import detecting
 from evslip.config.loading import config_from_text
-from evslip.data import record
+from evslip.data import record_file
 from evslip.draws.draw import draw
 from evslip.generation.generate import make_record
 from evslip.learn import Detector, build_model, detect, load_model, shipped
@@ -38,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
     path, sample = tmp_path / "rec.h5", slip_record("a", turning(500, 1500, 12.0))
-    path.write_bytes(record.encode(replace(sample, kind="recording", split=None)))
+    path.write_bytes(record_file.encode(replace(sample, kind="recording", split=None)))
     return path
 
 

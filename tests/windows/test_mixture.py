@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip.data.record import write
+from evslip.data.record_file import write
 from evslip.data.recordings import open_samples
 from evslip.data.samples import Samples
 from evslip.utils.errors import ConfigError, DataError

@@ -247,7 +247,7 @@ def report(
         pictures: Of a data set: most samples to draw in the gallery, which lists all.
         out: Page to write; default: report.html in the folder.
     """
-    from evslip.data.reading import read_recording
+    from evslip.data.record_file import read_recording
     from evslip.data.recordings import open_samples
     from evslip.view.report.report import is_model_or_evaluation, write_model_report, write_report
 
@@ -287,7 +287,7 @@ def detect(
             or from its corner (for a file that does not state the sensor's size). Without it such data are refused.
         network: Class of the model's network, module:Class, where it is of another package that does not offer it.
     """
-    from evslip.data.reading import read_recording
+    from evslip.data.record_file import read_recording
     from evslip.learn import detect as run
     from evslip.learn.networks import register
     from evslip.view.pictures.detection import write_csv, write_png

@@ -44,13 +44,13 @@ def render(
         phase: Draw this phase only, such as tilt; default: all that is recorded.
         outputs: Any of depth,normal,motion, separated by commas: as .npz beside the pictures.
     """
-    from evslip.data import record as records
+    from evslip.data import record_file
     from evslip.view.pictures.replay import check_target, instants, redrawn, replay
 
     names = tuple(name for name in outputs.split(",") if name)
     check_target(out, names, camera)
     shape = _size(size)
-    stored = records.read(record, events=False)
+    stored = record_file.read(record, events=False)
     stored = redrawn(stored, renderer=renderer, spp=spp, key_motion_px=key_motion)
     times_us = instants(stored, every_ms=every, times_s=times, phase=phase)
     if stored.params is not None and stored.params.render.renderer == "pathtrace":

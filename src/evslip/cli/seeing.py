@@ -81,7 +81,7 @@ def video(
         start_s: First time; default: the beginning of what is recorded.
         end_s: Last time; default: its end.
     """
-    from evslip.data.reading import read_recording
+    from evslip.data.record_file import read_recording
     from evslip.utils.errors import ConfigError
     from evslip.view.pictures.slip_video import Film, FilmSettings
     from evslip.view.pictures.video import check_video

@@ -120,7 +120,7 @@ def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
         recording: File of events; several minutes long, since rare events need time.
         out: File to write, .npz: for `evslip events --noise-map`, or the camera's parameter noise_map.
     """
-    from evslip.data.reading import read_recording
+    from evslip.data.record_file import read_recording
     from evslip.events.noise_map import check_noise_suffix, measure_noise, save_noise_map, unrest
 
     check_noise_suffix(out)
@@ -243,8 +243,8 @@ def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) ->
     from json import dumps
 
     from evslip.codecs.facts import facts_of
-    from evslip.data.reading import is_record
-    from evslip.data.record import about, read
+    from evslip.data.record import about
+    from evslip.data.record_file import is_record, read
 
     if not 0 <= gap_ms < 1e12:
         raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")

@@ -8,8 +8,8 @@ from evslip.config.config import Config
 from evslip.config.loading import config_from_text
 from evslip.data.journal import Entry, read_journals
 from evslip.data.layout import CONFIG, JOURNAL, sample_path
+from evslip.data.requested import requested_count
 from evslip.data.samples import Listing, Samples
-from evslip.data.split_plan import planned
 from evslip.data.verification import find_problems
 from evslip.utils.errors import DataError
 from evslip.utils.seeds import SPLITS
@@ -52,7 +52,7 @@ class Dataset(Samples):
         return [listed.label or "hold" for listed in self.listing]
 
     def status(self) -> dict[str, int]:
-        wanted = {split: planned(self.root, split) for split in self.splits}
+        wanted = {split: requested_count(self.root, split) for split in self.splits}
         within = sum(entry["index"] < wanted[entry["split"]] for entry in self.entries)
         missing = sum(wanted.values()) - within
         labels = self.labels()

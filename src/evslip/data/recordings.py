@@ -6,7 +6,7 @@ from pathlib import Path
 from evslip.codecs.formats import HDF5
 from evslip.data.dataset import open_dataset
 from evslip.data.layout import CONFIG
-from evslip.data.reading import is_record
+from evslip.data.record_file import is_record
 from evslip.data.samples import Listing, Samples
 from evslip.utils.errors import DataError
 

@@ -5,7 +5,7 @@ from collections.abc import Container, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from evslip.data import record
+from evslip.data import record_file
 from evslip.data.journal import Entry
 from evslip.data.record import Record
 from evslip.utils.errors import ConfigError
@@ -59,7 +59,7 @@ class Samples(ABC):
 
     def read(self, position: int, events: bool = True) -> Record:
         """One record; events=False is quicker and leaves its stream empty. Raises DataError, IndexError."""
-        return record.read(self.listing[position].path, events)
+        return record_file.read(self.listing[position].path, events)
 
     def positions(self, names: Container[str]) -> list[int]:
         """Where the records of some names are."""

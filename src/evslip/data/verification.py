@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from evslip.data import split_plan
+from evslip.data import requested
 from evslip.data.journal import read_journals
 from evslip.data.layout import JOURNAL, SAMPLES, is_temporary, sample_path, sha256_of
 from evslip.utils.seeds import SPLITS
@@ -13,7 +13,7 @@ def find_problems(root: Path, splits: tuple[str, ...], progress: Callable[[int, 
     """As `dataset.Dataset.verify`, of some splits."""
     entries, problems = read_journals(root / JOURNAL)
     begun = {split for split, _ in entries}
-    lines = [line for split in splits for line in split_plan.problems(root, split, split in begun)]
+    lines = [line for split in splits for line in requested.problems(root, split, split in begun)]
     problems += dict.fromkeys(lines)
     expected = {sample_path(root, *key): wanted for key, wanted in entries.items() if key[0] in splits}
     samples = root / SAMPLES

@@ -9,11 +9,11 @@ import numpy as np
 from evslip.codecs import open_events
 from evslip.codecs.formats import HDF5, format_of, known_suffixes
 from evslip.codecs.source import extent_of
-from evslip.data import record as records
+from evslip.data import record_file
 from evslip.data.footage import Footage, footage_of
 from evslip.data.intervals import Interval, Label, read_intervals
-from evslip.data.reading import is_record, read_recording
-from evslip.data.record import Record
+from evslip.data.record import Record, provenance
+from evslip.data.record_file import is_record, read_recording
 from evslip.events.stream import Events, concatenate
 from evslip.exchange.pose_files import even, read_poses, truth_of
 from evslip.exchange.translation import Flip, Part, Selection
@@ -74,7 +74,7 @@ def import_recording(source: str | Path, out: str | Path, how: Importing | None 
     if out.suffix.lower() not in HDF5.suffixes:
         raise DataError(f"{out}: a record is an HDF5 file; its name must end in .h5 or .hdf5")
     made = simulated_elsewhere(source, how) if source.is_dir() else recorded(source, how)
-    records.write(out, made)
+    record_file.write(out, made)
     return made
 
 
@@ -164,7 +164,7 @@ def simulated_elsewhere(folder: Path, how: Importing) -> Record:
         truth=truth_of(poses, hangs, how.centre_m),
         footage=_turned(footage, selection, 0) if how.frames else None,
         notes={name: text for name, text in notes.items() if text},
-        provenance=records.provenance(),
+        provenance=provenance(),
     )
     return labelled(made, how.labels)
 
@@ -196,7 +196,7 @@ def import_vt_snn(
             interval = Interval(0, max(round(length_s * 1e6), last_us + 1), label)
             made = replace(made, intervals=(interval,))
         written.append(out / f"{file.stem}.h5")
-        records.write(written[-1], made)
+        record_file.write(written[-1], made)
     return written
 
 

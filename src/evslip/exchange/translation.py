@@ -9,7 +9,7 @@ import numpy as np
 from evslip.codecs import format_of, open_events
 from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
-from evslip.data.reading import is_record
+from evslip.data.record_file import is_record
 from evslip.events.stream import Events
 from evslip.utils.errors import ConfigError, DataError
 

@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 from evslip.config.config import Config
 from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.config.params import Params
-from evslip.data import building, dataset, split_plan
-from evslip.data.record import Record, encode, provenance
+from evslip.data import building, dataset, requested
+from evslip.data.record import Record, provenance
+from evslip.data.record_file import encode
 from evslip.draws.draw import draw
 from evslip.events.frame import Frame
 from evslip.events.stream import empty_events
@@ -187,7 +188,7 @@ def generate(
     root, text, told = Path(out).absolute(), dump_config(config), progress or Progress()
     indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
     building.create(root, text)
-    split_plan.ask(root, split, count)
+    requested.request(root, split, count)
     finished = dataset.finished(root, split, indices)
     versions = json.dumps(_versions())
     jobs = [Job(str(root), text, split, i, versions) for i in indices if (split, i) not in finished]

@@ -7,8 +7,9 @@ import pytest
 from starlette.testclient import TestClient
 
 from evslip.config.loading import dump_config
-from evslip.data import building, dataset, layout, record
+from evslip.data import building, dataset, layout, record_file
 from evslip.data.footage import Footage
+from evslip.data.record import Record
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.explorer.app import MOST_EVENTS, STATIC, Explorer, make_app
@@ -30,7 +31,7 @@ def samples(tmp_path: Path) -> Path:
     for split, count in (("train", 3), ("test", 2)):
         for index in range(count):
             sample = simulated(index, split, steps=60)
-            building.add(root, sample, record.encode(sample))
+            building.add(root, sample, record_file.encode(sample))
     return root
 
 
@@ -42,11 +43,9 @@ def client(samples: Path) -> TestClient:
 @pytest.fixture
 def labeller(tmp_path: Path) -> TestClient:
     path = tmp_path / "still.h5"
-    record.write(
+    record_file.write(
         path,
-        record.Record(
-            kind="recording", name="still", size=(40, 30), events=random_events(np.random.default_rng(0), 50)
-        ),
+        Record(kind="recording", name="still", size=(40, 30), events=random_events(np.random.default_rng(0), 50)),
     )
     app = make_app(Explorer(open_recording(path), labels=Labels(tmp_path / "still-labels.csv")), [HOST])
     return TestClient(app, base_url=f"http://{HOST}")
@@ -91,7 +90,7 @@ def test_a_damaged_record_says_so_in_the_list(client: TestClient, samples: Path)
 def test_a_frame_arrives_as_it_is():
     images = np.random.default_rng(0).integers(0, 256, (2, 3, 4, 3), np.uint8)
     footage = Footage(np.array([0, 1000]), images)
-    shown = Sample(record.Record(kind="recording", name="r", size=(4, 3), events=empty_events(), footage=footage))
+    shown = Sample(Record(kind="recording", name="r", size=(4, 3), events=empty_events(), footage=footage))
     np.testing.assert_array_equal(shown.pixels(0), np.dstack([images[0], np.full((3, 4), 255, np.uint8)]))
 
 
@@ -119,7 +118,7 @@ def test_events_without_labels_are_of_an_unknown_body():
 
 def test_a_span_of_hours_is_cut():
     hours = Events(np.array([0, 10**10]), np.zeros(2, np.uint16), np.zeros(2, np.uint16), np.ones(2, bool))
-    sample = Sample(record.Record(kind="recording", name="r", size=(4, 3), events=hours))
+    sample = Sample(Record(kind="recording", name="r", size=(4, 3), events=hours))
     packed, count = sample.packed(0, 2**40, 10)
     assert (len(packed), count) == (1, 1)
     assert int(packed["t_us"].max()) < LONGEST_US

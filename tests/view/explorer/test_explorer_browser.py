@@ -14,8 +14,9 @@ from playwright import sync_api
 
 import evslip
 from evslip.config.loading import dump_config
-from evslip.data import building, dataset, record
+from evslip.data import building, dataset, record_file
 from evslip.data.intervals import Interval, read_intervals
+from evslip.data.record import Record
 from evslip.physics.truth import measure
 from evslip.view.explorer.app import Explorer, make_app
 from evslip.view.explorer.labels import Labels
@@ -78,7 +79,7 @@ def samples(tmp_path: Path) -> Path:
     building.create(root, dump_config(CONFIG))
     for index in range(4):
         sample = simulated(index, "train", steps=100)
-        building.add(root, sample, record.encode(sample))
+        building.add(root, sample, record_file.encode(sample))
     return root
 
 
@@ -86,7 +87,7 @@ def samples(tmp_path: Path) -> Path:
 def recording(tmp_path: Path) -> Path:
     path = tmp_path / "r.h5"
     events = random_events(np.random.default_rng(0), 500, labelled=False)
-    record.write(path, record.Record(kind="recording", name="r", size=(40, 30), events=events))
+    record_file.write(path, Record(kind="recording", name="r", size=(40, 30), events=events))
     return path
 
 
@@ -124,7 +125,7 @@ def moving(tmp_path: Path) -> Path:
     root = tmp_path / "moving"
     building.create(root, dump_config(CONFIG))
     sample = dataclasses.replace(simulated(0), params=params, trajectory=trajectory, truth=truth, events=events)
-    building.add(root, sample, record.encode(sample))
+    building.add(root, sample, record_file.encode(sample))
     return root
 
 

@@ -7,7 +7,7 @@ from PIL import Image
 
 import evslip
 from evslip.config.loading import dump_config
-from evslip.data import building, record
+from evslip.data import building, record_file
 from evslip.data.dataset import open_dataset
 from evslip.physics.truth import measure
 from evslip.utils.errors import DataError
@@ -29,7 +29,7 @@ def test_every_window_has_its_pictures(tmp_path: Path):
     root = tmp_path / "data"
     building.create(root, dump_config(CONFIG))
     sample = dataclasses.replace(simulated(0), params=params, trajectory=trajectory, truth=truth, events=events)
-    building.add(root, sample, record.encode(sample))
+    building.add(root, sample, record_file.encode(sample))
     samples = open_dataset(root)
     settings = WindowSettings(
         hop_s=1.5, balance=False, left=0, top=0, width=40, height=30, sensor_width=40, sensor_height=30

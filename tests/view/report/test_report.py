@@ -14,7 +14,7 @@ from PIL import Image
 from evslip.config.loading import dump_config, load_config
 from evslip.data import building
 from evslip.data.dataset import Dataset, open_dataset
-from evslip.data.record import encode
+from evslip.data.record_file import encode
 from evslip.events.stream import Events, empty_events
 from evslip.learn.scores.metrics import Metrics
 from evslip.physics.trajectory import Trajectory

@@ -14,7 +14,8 @@ from evslip.cli import detecting, main
 from evslip.config.loading import dump_config
 from evslip.data import building
 from evslip.data.dataset import Dataset, open_dataset
-from evslip.data.record import Record, encode
+from evslip.data.record import Record
+from evslip.data.record_file import encode
 from evslip.events.stream import SIGNAL, Events
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.evaluation.assessment import plain

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from evslip.data import record
+from evslip.data import record_file
 from evslip.data.samples import Samples
 from evslip.utils.errors import DataError
 
@@ -54,7 +54,7 @@ def row(item: Item, file: str) -> tuple[dict[str, Any], bytes]:
     digest = hashlib.sha256(data).hexdigest()
     if item.sha256 is not None and digest != item.sha256:
         raise DataError(f"{item.path}: damaged, its sha256 is not the one it was written with; see `evslip verify`")
-    sample = record.read(item.path)
+    sample = record_file.read(item.path)
     onset_us, t_us, params = sample.onset_us, sample.events.t_us, sample.params
     values = {
         "file": file,

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from evslip.data import record as records
+from evslip.data import record_file
 from evslip.data.dataset import Dataset, open_dataset
 from evslip.data.layout import CONFIG
 from evslip.data.record import Record
@@ -34,14 +34,14 @@ class Exam:
         if self.dataset is not None:
             yield from self.dataset
         for path in self.paths:
-            yield records.read(path)
+            yield record_file.read(path)
 
     def named(self, names: Collection[str]) -> Iterator[Record]:
         """The records of some names; of a data set, no other one is read."""
         if self.dataset is not None:
             yield from (self.dataset.read(position) for position in self.dataset.positions(names))
         for path in self.paths:
-            record = records.read(path)
+            record = record_file.read(path)
             if record.name in names:
                 yield record
 

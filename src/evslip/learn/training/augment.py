@@ -86,7 +86,7 @@ def _kept(events: WindowEvents, which: np.ndarray) -> WindowEvents:
 
 
 def _noise(path: str, windows: WindowSettings) -> Events:
-    from evslip.data.reading import read_recording
+    from evslip.data.record_file import read_recording
 
     record = read_recording(path)
     noise = crop(record.events, laid_on(windows, record.size))

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from evslip.codecs import format_of, raw_source
-from evslip.data import record
-from evslip.data.reading import is_record, read_recording
+from evslip.data import record_file
 from evslip.data.record import Record
+from evslip.data.record_file import is_record, read_recording
 from evslip.data.recordings import open_samples
 from evslip.data.samples import Samples
 from evslip.utils.errors import DataError
@@ -44,7 +44,7 @@ class Shelf:
     def read(self, position: int, events: bool = True) -> Record:
         """The record of an item; events=False leaves a sample's stream on disk. Raises DataError, IndexError."""
         item = self.items[position]
-        return record.read(item.path, events) if item.split else read_recording(item.path)
+        return record_file.read(item.path, events) if item.split else read_recording(item.path)
 
     def facts(self, first: int, count: int) -> Iterator[dict[str, Any]]:
         """What the files of some items say beyond the list: see `facts_of`, and what makes them doubtful. A file that

@@ -10,20 +10,20 @@ from evslip.utils import atomic
 from evslip.utils.errors import StorageError
 
 
-def ask(root: Path, split: str, count: int) -> None:
+def request(root: Path, split: str, count: int) -> None:
     """Note that a split shall have at least `count` samples. Raises StorageError."""
     path = plan_path(root, split)
-    if count > planned(root, split):
+    if count > requested_count(root, split):
         try:
             atomic.write_bytes(path, _encoded(count, sha256_of(root / CONFIG)))
         except StorageError:
-            # As in `building.add`: another's sweep may have taken our temporary file; then its plan is in place.
-            if count > planned(root, split):
+            # As in `building.add`: another's sweep may have taken our temporary file; then its request is in place.
+            if count > requested_count(root, split):
                 raise
     sweep(path)
 
 
-def planned(root: Path, split: str) -> int:
+def requested_count(root: Path, split: str) -> int:
     """How many samples a split was asked for; 0 without a plan that can be read."""
     count = _read(root, split).get("count")
     return count if isinstance(count, int) else 0

@@ -1,0 +1,208 @@
+"""The record's file: HDF5 in a layout that `docs/reference/record.md` defines, written once."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from evslip.codecs import read_whole
+from evslip.codecs.arrays.dsec import get_events, put_events
+from evslip.codecs.formats import HDF5, format_of
+from evslip.config.params import Params
+from evslip.data.footage import Footage
+from evslip.data.intervals import LABELS, Interval
+from evslip.data.poses import Poses
+from evslip.data.record import Record, provenance
+from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, check_record
+from evslip.events.stream import empty_events
+from evslip.physics.episodes import KINDS, Episode
+from evslip.physics.motion.phases import PHASE_NAMES
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import Truth
+from evslip.utils import atomic, hdf5
+from evslip.utils.errors import DataError
+
+FORMAT, VERSION = "evslip", 1
+_EPISODE = "start_us, end_us, kind (of rotation, translation, mixed, drop), phase, rotation_deg, translation_mm"
+
+
+def encode(record: Record) -> bytes:
+    """The record's file; equal records give equal bytes. Raises DataError if its parts contradict one another."""
+    check_record(record, record.name)
+    return hdf5.image(lambda file: _fill(file, record))
+
+
+def write(path: Path, record: Record) -> None:
+    """Write a record's file, whole or not at all. Raises DataError, StorageError."""
+    atomic.write_bytes(path, encode(record))
+
+
+def read(path: str | Path, events: bool = True) -> Record:
+    """Read and check a record. With events=False the stream is left on disk and the record's is empty.
+
+    Raises DataError if the file is truncated, damaged, from a newer version, or not a record.
+    """
+    with hdf5.opened(path) as file:
+        record = _record(file, events)
+    check_record(record, path)
+    return record
+
+
+def read_recording(path: str | Path) -> Record:
+    """A record of evslip as it is; any other file of events as a record of kind "recording". Raises DataError."""
+    path = Path(path)
+    if is_record(path):
+        return read(path)
+    events, size = read_whole(path)
+    return Record(kind="recording", name=path.stem, size=size, events=events, provenance=provenance())
+
+
+def is_record(path: str | Path) -> bool:
+    """Whether a file is a record of evslip. Raises DataError for what cannot be opened, or by a suffix of no format."""
+    if format_of(path) != HDF5:
+        return False
+    with hdf5.opened(path) as file:
+        return file.attrs.get("format") == FORMAT
+
+
+def _fill(file: h5py.File, record: Record) -> None:
+    file.attrs.update({"format": FORMAT, "version": VERSION, "kind": record.kind, "name": record.name})
+    file.attrs["width"], file.attrs["height"] = record.size
+    rejection_kind, rejection = record.rejection or (None, None)
+    attributes = {
+        "stats": json.dumps(record.stats, sort_keys=True),
+        "provenance": json.dumps(record.provenance, sort_keys=True),
+        "split": record.split,
+        "index": record.index,
+        "params": None if record.params is None else record.params.model_dump_json(),
+        "rejection_kind": rejection_kind,
+        "rejection": rejection,
+    }
+    file.attrs.update({name: value for name, value in attributes.items() if value is not None})
+    put_events(file, record.events)
+    if record.notes:
+        file.attrs["notes"] = json.dumps(record.notes, sort_keys=True)
+    if record.intervals:
+        rows = [(interval.start_us, interval.end_us, LABELS.index(interval.label)) for interval in record.intervals]
+        hdf5.put(file, "labels", np.array(rows, np.int64))
+        file["labels"].attrs["columns"] = f"start_us, end_us, label (of {', '.join(LABELS)})"
+    for name, values in {"footage": record.footage, "poses": record.poses}.items():
+        if values is not None:
+            _fill_group(file.create_group(name), values, values._fields)
+    if record.trajectory is not None:
+        pads = (name for name in PADS if getattr(record.trajectory, name) is not None)
+        _fill_group(file.create_group("trajectory"), record.trajectory, ("t_us", *TRAJECTORY, *pads))
+    if record.truth is not None:
+        _fill_truth(file.create_group("truth"), record.truth)
+
+
+def _fill_truth(group: h5py.Group, truth: Truth) -> None:
+    _fill_group(group, truth, ("t_us", *TRUTH))
+    group.attrs["span_us"] = np.array(truth.span_us, np.int64)
+    if truth.onset_us is not None:
+        group.attrs["onset_us"] = truth.onset_us
+    if truth.phase is not None:
+        hdf5.put(group, "phase", truth.phase)
+        hdf5.put(group, "episodes", _episode_rows(truth.episodes))
+        group.attrs["phases"], group["episodes"].attrs["columns"] = ", ".join(PHASE_NAMES), _EPISODE
+
+
+def _fill_group(group: h5py.Group, values: NamedTuple, names: Iterable[str]) -> None:
+    for name in names:
+        array = getattr(values, name)
+        hdf5.put(group, name, array.astype(np.uint8) if array.dtype == bool else array)
+
+
+def _episode_rows(episodes: tuple[Episode, ...]) -> np.ndarray:
+    rows = [(e.start_us, e.end_us, KINDS.index(e.kind), PHASE_NAMES.index(e.phase), *e[4:]) for e in episodes]
+    return np.array(rows, np.float64).reshape(-1, len(Episode._fields))
+
+
+def _record(file: h5py.File, events: bool) -> Record:
+    if file.attrs.get("format") != FORMAT:
+        raise DataError(f"{file.filename}: an HDF5 file, but not a record of evslip (no attribute format = {FORMAT!r})")
+    version = hdf5.attribute(file, "version", int)
+    if version != VERSION:
+        raise DataError(f"{file.filename}: version {version} of the format; this evslip reads version {VERSION}")
+    params = Params.from_json(hdf5.attribute(file, "params", str)) if "params" in file.attrs else None
+    rejection = None
+    if "rejection_kind" in file.attrs:
+        rejection = hdf5.attribute(file, "rejection_kind", str), hdf5.attribute(file, "rejection", str)
+    trajectory = _trajectory(file["trajectory"], params) if "trajectory" in file else None
+    return Record(
+        kind=hdf5.attribute(file, "kind", str),
+        name=hdf5.attribute(file, "name", str),
+        size=(hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int)),
+        events=get_events(file) if events else empty_events(),
+        split=hdf5.attribute(file, "split", str) if "split" in file.attrs else None,
+        index=hdf5.attribute(file, "index", int) if "index" in file.attrs else None,
+        params=params,
+        trajectory=trajectory,
+        truth=_truth(file["truth"], trajectory) if "truth" in file else None,
+        rejection=rejection,
+        stats=_table(file, "stats"),
+        provenance=_table(file, "provenance"),
+        intervals=_intervals(file) if "labels" in file else (),
+        footage=_footage(file["footage"]) if events and "footage" in file else None,
+        poses=Poses(*_columns(file["poses"], POSES).values()) if "poses" in file else None,
+        notes=_table(file, "notes") if "notes" in file.attrs else {},
+    )
+
+
+def _intervals(file: h5py.File) -> tuple[Interval, ...]:
+    rows = hdf5.get(file, "labels", "i", (None, 3)).tolist()
+    if any(not 0 <= label < len(LABELS) for _, _, label in rows):
+        raise DataError(f"{file.filename}: labels: expected 0 to {len(LABELS) - 1} in the third column")
+    return tuple(Interval(start, end, LABELS[label]) for start, end, label in rows)
+
+
+def _footage(group: Any) -> Footage:
+    shape = (None,) * len(group["images"].shape)
+    return Footage(hdf5.get(group, "t_us", "i", (None,)), hdf5.get(group, "images", "u", shape))
+
+
+def _trajectory(group: Any, params: Params | None) -> Trajectory:
+    if params is None:
+        raise DataError(f"{group.file.filename}: has a trajectory but no parameters")
+    pads = {name: shape for name, shape in PADS.items() if name in group}
+    return Trajectory(params, **_columns(group, TRAJECTORY | pads))
+
+
+def _truth(group: Any, trajectory: Trajectory | None) -> Truth:
+    columns = _columns(group, TRUTH)
+    start, end = (int(t) for t in group.attrs["span_us"])
+    onset = hdf5.attribute(group, "onset_us", int) if "onset_us" in group.attrs else None
+    truth = Truth(**columns | {"held": columns["held"] > 0}, span_us=(start, end), onset_us=onset)
+    if trajectory is not None:
+        truth = truth._replace(**{name: getattr(trajectory, name) for name in ("pad_force_n", *PADS)})
+    if "phase" not in group:
+        return truth
+    phase = hdf5.get(group, "phase", "u", truth.t_us.shape)
+    if phase.max(initial=0) >= len(PHASE_NAMES):
+        raise DataError(f"{group.file.filename}: truth/phase: {phase.max()} is none of {', '.join(PHASE_NAMES)}")
+    return truth._replace(phase=phase, episodes=_episodes(group))
+
+
+def _columns(group: Any, shapes: dict[str, tuple[int, ...]]) -> dict[str, Any]:
+    """The times of a group, and its arrays of a row a time, by name."""
+    t_us = hdf5.get(group, "t_us", "i", (None,))
+    kinds = {name: "u" if name == "held" else "f" for name in shapes}
+    return {"t_us": t_us} | {name: hdf5.get(group, name, kinds[name], (len(t_us), *shapes[name])) for name in shapes}
+
+
+def _episodes(group: Any) -> tuple[Episode, ...]:
+    rows = hdf5.get(group, "episodes", "f", (None, len(Episode._fields)))
+    return tuple(
+        Episode(int(start), int(end), KINDS[int(kind)], PHASE_NAMES[int(phase)], turned, slid)
+        for start, end, kind, phase, turned, slid in rows.tolist()
+    )
+
+
+def _table(file: h5py.File, name: str) -> dict[str, Any]:
+    table = json.loads(hdf5.attribute(file, name, str))
+    if not isinstance(table, dict):
+        raise DataError(f"{file.filename}: attribute {name}: expected a JSON object")
+    return table
