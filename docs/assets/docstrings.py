@@ -9,12 +9,20 @@ _ITEM = re.compile(r"(?P<name>[\w*`.]+(?:, [\w*`.]+)*): (?P<about>\S.*)")
 
 
 class Lists(griffe.Extension):
-    """Makes lists of the arguments and fields that plain docstrings name."""
+    """Makes lists of the arguments and fields that plain docstrings name, and leaves out what has none."""
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Rewrite the docstring of one object."""
         if obj.docstring is not None:
             obj.docstring.value = as_lists(obj.docstring.value)
+
+    def on_class_members(self, *, cls: griffe.Class, **_: Any) -> None:
+        """Leave out what a constructor keeps without a word on it."""
+        for name, member in list(cls.members.items()):
+            if not isinstance(member, griffe.Attribute) or member.docstring is not None or member.value is None:
+                continue
+            if member.labels == {"instance-attribute"}:
+                cls.del_member(name)
 
 
 def as_lists(text: str) -> str:
