@@ -12,7 +12,7 @@ import numpy as np
 from fixed_hand import hang
 from physics import CUBOID, OFFSETS_MM, STIFF, bisected, gripped, hanging_onset_kg, params_of, weighing
 
-from evslip.physics.grip import contact_points
+from evslip.physics.grip import LEFT, grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.onset import pad_surface
 
@@ -37,7 +37,7 @@ def _limit_surface(axes) -> None:
     angles = np.linspace(0, np.pi / 2, 181)
     for depth_mm, style in ((12, "-"), (-4, "--")):
         params = params_of(0, 0, "panda", CUBOID | gripped(depth_mm, 0, 1, 1))
-        points = contact_points(params)
+        points = grasp(params).pads[LEFT].contacts
         centre = points.mean(axis=0)
         surfaces = {"even pressure": pad_surface(params), "six points": LimitSurface.of(points, np.ones(len(points)))}
         for (name, surface), color in zip(surfaces.items(), (PREDICTED, SIMULATED), strict=True):

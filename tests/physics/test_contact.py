@@ -7,11 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import evslip
+from evslip.config.section import Within
+from evslip.config.sections.grip import GripSpec
 from evslip.generation.generate import check_reach
 from evslip.physics.contact import FINE_CELLS, PAD_HALF_M, PAD_STIFFNESS_PA_M
-from evslip.physics.grip import LEFT, RIGHT, contact_elements, contact_patch, grasp, open_travel_m, planned_grasp
+from evslip.physics.grip import LEFT, RIGHT, contact_elements, grasp, open_travel_m, planned_grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.utils.errors import PlanRejected
+from pads import contact_patch
 
 
 def params_with(**values):
@@ -200,3 +203,8 @@ def test_the_hand_closes_around_the_middle_of_what_it_grips(tmp_path):
     assert np.abs(trajectory.object_pose[held, 1][0] - params.object.y_m) < 2e-4
     assert trajectory.finger_gap_m[held] == pytest.approx(np.full(held.sum(), 0.04), abs=2.5e-3)
     assert trajectory.pad_force_n[held] == pytest.approx(np.ones((held.sum(), 2)), abs=0.05)
+
+
+def test_the_highest_grip_leaves_a_millimetre_of_the_pads_on_the_object():
+    limits = next(limit for limit in GripSpec.model_fields["depth_m"].metadata if isinstance(limit, Within))
+    assert limits.low == pytest.approx(0.001 - PAD_HALF_M)

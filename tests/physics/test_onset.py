@@ -9,11 +9,12 @@ from scipy.integrate import dblquad
 import evslip
 from evslip.config.params import Params
 from evslip.draws.draw import draw
-from evslip.physics.grip import PAD_HALF_M, contact_elements, contact_patch, contact_points
+from evslip.physics.grip import LEFT, PAD_HALF_M, contact_elements, grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.onset import load_per_kg, onset_mass, pad_surface
 from evslip.physics.scene_model import GRAVITY_M_S2
 from evslip.utils.errors import ConfigError
+from pads import contact_patch
 
 AT_REST = {"motion.lift_m": 0.0, "motion.move_y_m": 0.0, "motion.tilt_deg": 0.0, "motion.duration_s": 60.0}
 CENTRAL = {"object.width_m": 0.05, "object.height_m": 0.1, "grip.offset": 0.0, "grip.depth_m": 0.02}
@@ -57,7 +58,7 @@ def test_one_point_carries_force_in_every_direction_and_torque_only_by_its_lever
 def test_the_models_points_carry_what_the_even_pressure_does():
     for overrides in ({}, {"grip.depth_m": -0.006}, {"grip.offset": 0.8, "object.width_m": 0.03}):
         params = with_values(**overrides)
-        points = contact_points(params)
+        points = grasp(params).pads[LEFT].contacts
         model = LimitSurface.of(points, np.ones(len(points)))
         directions = np.random.default_rng(0).normal(size=(500, 3)) * [1, 1, 0.006]
         ratio = model.utilisation(directions) / pad_surface(params).utilisation(directions)

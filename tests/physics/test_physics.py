@@ -17,6 +17,7 @@ from evslip.physics.simulation import simulate
 from evslip.physics.truth import measure
 from evslip.scene.motions.steps import minimum_jerk
 from evslip.utils.errors import ConfigError, GraspFailed
+from pads import contact_patch
 
 
 def params_with(index: int = 0, preset: str = "demo", **overrides) -> Params:
@@ -117,13 +118,13 @@ def test_draws_and_trajectories_do_not_depend_on_processes_or_order():
 
 def test_the_contact_patch_is_the_part_of_the_pad_on_the_object():
     inside = with_values(grip__offset=0.0, grip__depth_m=0.02)
-    assert grip.contact_patch(inside) == pytest.approx((-0.0085, 0.0085, -0.0085, 0.0085))
+    assert contact_patch(inside) == pytest.approx((-0.0085, 0.0085, -0.0085, 0.0085))
     above = with_values(grip__offset=0.0, grip__depth_m=-0.0045)
-    assert grip.contact_patch(above)[3] == pytest.approx(-0.0045)
+    assert contact_patch(above)[3] == pytest.approx(-0.0045)
     edge = with_values(object__width_m=0.03, grip__offset=1.0, grip__depth_m=0.02)
-    assert grip.contact_patch(edge)[1] == pytest.approx(0.015 - 0.9 * 0.015)
-    x0, x1, z0, z1 = grip.contact_patch(edge)
-    points = grip.contact_points(edge)
+    assert contact_patch(edge)[1] == pytest.approx(0.015 - 0.9 * 0.015)
+    x0, x1, z0, z1 = contact_patch(edge)
+    points = grip.grasp(edge).pads[grip.LEFT].contacts
     assert points.mean(axis=0) == pytest.approx([(x0 + x1) / 2, (z0 + z1) / 2])
 
 

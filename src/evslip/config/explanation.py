@@ -1,4 +1,4 @@
-"""What is wrong with values from outside, in words."""
+"""Explanation, in words, of what is wrong with values from outside."""
 
 from difflib import get_close_matches
 from typing import Any, get_args

@@ -1,4 +1,4 @@
-"""How the parameters of a sample are drawn from a configuration."""
+"""Draws of the parameters of a sample from a configuration."""
 
 import math
 

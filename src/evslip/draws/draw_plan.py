@@ -1,4 +1,4 @@
-"""What a configuration can become, worked out once for all its draws."""
+"""Plan of a configuration's draws, worked out once for all of them."""
 
 from functools import lru_cache
 from typing import Any, NamedTuple

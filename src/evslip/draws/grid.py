@@ -1,4 +1,4 @@
-"""In which order a grid's combinations come: each once, and any few in a row a mixture of all values."""
+"""Order of a grid's combinations: each once, and any few in a row a mixture of all values."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 def places(index: int, sizes: Sequence[int]) -> list[int]:
-    """Which entry of each list, of the given lengths, combination `index` has. All combinations come once before the
+    """Place in each list, of the given lengths that combination `index` has. All combinations come once before the
     first comes again; index 0 has every list's first entry."""
     remaining = index * _stride(tuple(sizes))
     found = []

@@ -22,7 +22,7 @@ NEARLY_CENTRAL = ((-0.1, 0.1),)
 
 @dataclass(frozen=True)
 class Recipe:
-    """What makes an object slip in one way."""
+    """Recipe for one kind of slip."""
 
     multiple: Bounds
     """Mass as a multiple of the onset mass over `phases`."""

@@ -12,12 +12,12 @@ from evslip.draws.splits import TEXTURE, domain, is_divided
 
 
 class Separation(NamedTuple):
-    """What was drawn, by domain: a key, or "texture" for all textures of a scene."""
+    """Values that were drawn, by domain: a key, or "texture" for all textures of a scene."""
 
     values: dict[str, dict[str, set[Any]]]
     """Domain -> split -> every value that was drawn."""
     kinds: dict[str, dict[str, set[str]]]
-    """The same of names that both splits have, such as kinds of slip."""
+    """Names that both splits have, such as kinds of slip."""
 
     def shared(self) -> dict[str, set[Any]]:
         """Domain -> values that occur in both splits; nothing if all is well."""

@@ -1,4 +1,4 @@
-"""Which choices are for training and which for testing, so that no value occurs in both."""
+"""Splits: which choices are for training and which for testing, so that no value occurs in both."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
@@ -41,7 +41,7 @@ def domain(key: str) -> str:
 
 
 def divide(dimensions: Sequence[Dimension], seed: int, test_share: float) -> dict[str, tuple[tuple[int, ...], ...]]:
-    """Of each dimension the rows that each split draws from; with test_share = 0 all are for training.
+    """Rows of each dimension that each split draws from; with test_share = 0 all are for training.
 
     Rows that have a constant in common, in whatever dimension, go to the same side. Of each set of domains that rows
     link, at least one and about `test_share` of the linked groups are held out. Raises ConfigError where a split would

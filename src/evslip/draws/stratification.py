@@ -40,7 +40,7 @@ def kinds(config: Config, index: int, split: str) -> str | tuple[str, ...]:
 
 
 def weigh(config: Config, params: Params) -> Params:
-    """Of a natural sample: the parameters with a mass that surely slips or surely holds, as slip_fraction wants it.
+    """Parameters of a natural sample with a mass that surely slips or surely holds, as slip_fraction wants it.
 
     The range that the configuration gives is cut at its guaranteed end, 1.25 or 0.85 of the sample's own onset mass,
     and the mass keeps its relative place in it. Where nothing is left of the range, it reaches 30 % beyond the

@@ -67,7 +67,7 @@ class Job:
 
 
 class Summary(NamedTuple):
-    """What a run of `generate` did."""
+    """Outcome of a run of `generate`."""
 
     made: list[Made]
     skipped: int

@@ -9,7 +9,7 @@ from evslip.scene.shapes.shape import Shape
 from evslip.utils.errors import PlanRejected
 
 PAD_HALF_M = 0.0085
-"""Half side of the Panda's square finger pad."""
+"""Half side of the Panda's square finger pad. The least grip.depth_m follows from it: config.sections.grip."""
 ELEMENTS = 12
 """Elements along a side of a flat patch for sums over it: Gauss points, they give an onset within 0.2 %."""
 CONTACTS = np.array([(longer, shorter) for longer in (-0.7, 0.0, 0.7) for shorter in (-0.565, 0.565)])
@@ -17,7 +17,7 @@ CONTACTS = np.array([(longer, shorter) for longer in (-0.7, 0.0, 0.7) for shorte
 slip and sides up to 8 : 1 their limit surface is within 0.96-1.04 of that of even pressure over the rectangle."""
 PAD_STIFFNESS_PA_M = 1e9
 """Pressure by depth of indentation. An assumption: 2 mm of silicone rubber of Young's modulus 2 MPa."""
-CELLS = 34
+CELLS = round(2 * PAD_HALF_M / 0.0005)
 """Lines of sight along each side of the pad, half a millimetre apart: they find the patch, ..."""
 FINE_CELLS = 24
 """... and these along each side of its bounding rectangle give, in two steps, its pressure."""
@@ -70,7 +70,7 @@ def flat_patch(shape: Shape, side: int, point: tuple[float, float], force_n: flo
 
 
 def pressed_patch(shape: Shape, side: int, point: tuple[float, float], force_n: float, friction: float) -> Patch:
-    """What a flat pad with a thin compliant layer touches when it is pressed, unturned, on any shape with force_n.
+    """Patch that a flat pad with a thin compliant layer touches when pressed, unturned, on any shape with force_n.
 
     The layer is an elastic foundation: its pressure is proportional to its depth of indentation (Johnson, Contact
     Mechanics, 1985, section 4.3). Arguments as of flat_patch. Raises PlanRejected where the pad misses the object, or
@@ -158,10 +158,9 @@ def _slab(shape: Shape, side: int, top_m: float, touched: np.ndarray) -> np.ndar
     first, last = np.clip(((touched + half) / cell).astype(int), 0, SIDE_CELLS - 1)
     under = regions[first[0] : last[0] + 1, first[1] : last[1] + 1]
     columns, rows = np.nonzero(np.isin(regions, under[under > 0]))
-    found = np.array([[columns.min(initial=SIDE_CELLS), rows.min(initial=SIDE_CELLS)],
-                      [columns.max(initial=-1) + 1, rows.max(initial=-1) + 1]])  # fmt: skip
-    found = found * cell - half
-    return np.clip([np.minimum(found[0], touched[0]), np.maximum(found[1], touched[1])], -half, half)
+    low = np.array([places.min(initial=SIDE_CELLS) for places in (columns, rows)]) * cell - half
+    high = np.array([places.max(initial=-1) + 1 for places in (columns, rows)]) * cell - half
+    return np.clip([np.minimum(low, touched[0]), np.maximum(high, touched[1])], -half, half)
 
 
 def _missed(shape: Shape, point: tuple[float, float]) -> PlanRejected:

@@ -1,4 +1,4 @@
-"""When an object moves in the hand, and when it lies still again."""
+"""Slips of an object in the hand: when it moves, and when it lies still again."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ class Episode(NamedTuple):
     """Largest slide in the hand against the pose before the slip."""
 
 
-class Movement(NamedTuple):
+class SlipSpan(NamedTuple):
     """One slip as positions among the samples."""
 
     start: int
@@ -41,7 +41,7 @@ class Movement(NamedTuple):
     translation_m: float
 
 
-def movements_of(rotation: Rotation, position_m: np.ndarray, step_s: float) -> list[Movement]:
+def slips_of(rotation: Rotation, position_m: np.ndarray, step_s: float) -> list[SlipSpan]:
     """The slips of an object that is held for n samples, `step_s` apart: orientations (n) and positions (n, 3) in the
     hand."""
     n = len(position_m)
@@ -55,7 +55,7 @@ def movements_of(rotation: Rotation, position_m: np.ndarray, step_s: float) -> l
         if slipped.any():
             before = (turned < ONSET_DEG) & (moved < ONSET_M)
             start = int(np.flatnonzero(before[: slipped.argmax()])[-1]) + 1
-            found.append(Movement(part.start + start, part.stop - 1, float(turned.max()), float(moved.max())))
+            found.append(SlipSpan(part.start + start, part.stop - 1, float(turned.max()), float(moved.max())))
     return found
 
 

@@ -1,4 +1,4 @@
-"""Where and how the pads press on the object."""
+"""Place of the pads on the object, and how they press on it."""
 
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ TCP_M = np.array([0.0, 0.0, 0.1034])
 LEFT, RIGHT = range(2)
 """Pads. At the start the left one is on the object's side y < 0, the right one on y > 0."""
 OPEN_BY_M = 0.006
-"""How much farther than the object each finger opens, ..."""
+"""Way that each finger opens beyond the object, ..."""
 WIDEST_M = 0.039
 """... at most to here."""
 
@@ -63,19 +63,6 @@ def grasp(params: Params) -> Grasp:
     x, z = grip_point_m(params)
     spec: Any = params.object
     return _grasp(spec, (float(x), float(z)), params.grip.force_n, params.grip.friction)
-
-
-def contact_patch(params: Params) -> tuple[float, float, float, float]:
-    """Rectangle (x0, x1, z0, z1) in metres around what the pads touch, about the tool centre; x along the width, z
-    up."""
-    points = np.concatenate([pad.corners for pad in grasp(params).pads])
-    (x0, z0), (x1, z1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return x0, x1, z0, z1
-
-
-def contact_points(params: Params, pad: int = LEFT) -> np.ndarray:
-    """Where the model's pad touches the object, (x, z) about the tool centre in metres, of shape (6, 2)."""
-    return grasp(params).pads[pad].contacts
 
 
 def contact_elements(params: Params) -> tuple[np.ndarray, np.ndarray]:

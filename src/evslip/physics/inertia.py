@@ -1,4 +1,4 @@
-"""How the object's mass is distributed."""
+"""Distribution of the object's mass."""
 
 import numpy as np
 

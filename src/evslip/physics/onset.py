@@ -1,4 +1,4 @@
-"""When a grasp must slip: Coulomb friction of the clipped pads against the load of the planned motion."""
+"""Onset of slip: Coulomb friction of the clipped pads against the load of the planned motion."""
 
 from collections.abc import Collection
 
@@ -46,8 +46,8 @@ def pad_surface(params: Params) -> LimitSurface:
 
 
 def load_per_kg(params: Params, t_s: np.ndarray) -> np.ndarray:
-    """What friction must supply per kilogram of the object that moves as the hand is planned to: wrenches (fx, fz, ty)
-    about the tool centre in the hand's plane, in newtons and newton metres; times of shape (n,), result (n, 3)."""
+    """Load on friction per kilogram of the object that moves as the hand is planned to: wrenches (fx, fz, ty) about the
+    tool centre in the hand's plane, in newtons and newton metres; times of shape (n,), result (n, 3)."""
     com_x, com_z = centre_of_mass_m(params) - grip_point_m(params)
 
     def centre(times: np.ndarray) -> np.ndarray:

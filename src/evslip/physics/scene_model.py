@@ -35,8 +35,10 @@ FINGER_Z_M = 0.0584
 SURFACE_FRICTION = 0.15
 """Low, so that an object gripped off its centre slides when the fingers close instead of tipping."""
 GRAVITY_M_S2 = 9.81
+IN_PAIRS = {"mass": 0, "contype": 0, "conaffinity": 0}
+"""A geom that weighs nothing and touches only what it is paired with."""
 FORCE, PLACE, NORMAL, TANGENT = (1 << bit for bit in (1, 4, 5, 6))
-"""What a contact sensor can report."""
+"""Bits that ask a contact sensor for them."""
 FORCE_BITS, TORQUE_BITS = 10, 20
 """Friction is kept to 1 mN, its torque to 1 micronewton metre."""
 
@@ -86,15 +88,13 @@ def _add_object(spec: Any, params: Params) -> None:
     body.explicitinertial = True
     body.mass, body.ipos = obj.mass_kg, shape.centre_of_mass_m()
     body.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
-    body.add_geom(
-        name=OBJECT, **_footing(spec, shape), mass=0,
-        contype=2, conaffinity=1, condim=3, friction=[params.grip.friction, 0.005, 1e-4], solref=[0.01, 1],
-    )  # fmt: skip
-    spec.worldbody.add_geom(
-        name=SURFACE, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[3, 3, 0.1],
-        contype=1, conaffinity=2, condim=3, friction=[SURFACE_FRICTION, 0.005, 1e-4],
-        priority=1,  # otherwise the larger friction of the two would count
-    )  # fmt: skip
+    friction = [params.grip.friction, 0.005, 1e-4]
+    touches = {"contype": 2, "conaffinity": 1, "condim": 3, "friction": friction, "solref": [0.01, 1]}
+    body.add_geom(name=OBJECT, mass=0, **_footing(spec, shape), **touches)
+    # With priority, as otherwise the larger friction of the two would count.
+    friction = [SURFACE_FRICTION, 0.005, 1e-4]
+    touches = {"contype": 1, "conaffinity": 2, "condim": 3, "friction": friction, "priority": 1}
+    spec.worldbody.add_geom(name=SURFACE, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[3, 3, 0.1], **touches)
 
 
 def _footing(spec: Any, shape: Shape) -> dict[str, Any]:
@@ -114,10 +114,9 @@ def _add_pads(spec: Any, params: Params) -> None:
         face = _face(spec, finger, side, pad)
         for i, (x, z_up) in enumerate(pad.contacts):
             name = f"{finger}_pad{i}"
-            spec.body(finger).add_geom(
-                name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PAD_RADIUS_M, 0, 0], mass=0,
-                pos=[x, side * (PAD_RADIUS_M - PAD_GIVE_M), TCP_M[2] - FINGER_Z_M - z_up], contype=0, conaffinity=0,
-            )  # fmt: skip
+            place = [x, side * (PAD_RADIUS_M - PAD_GIVE_M), TCP_M[2] - FINGER_Z_M - z_up]
+            sphere = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [PAD_RADIUS_M, 0, 0], **IN_PAIRS}
+            spec.body(finger).add_geom(name=name, pos=place, **sphere)
             spec.add_pair(geomname1=name, geomname2=face, condim=3, friction=[friction, friction, 0.0065, 1e-4, 1e-4])
 
 
@@ -125,10 +124,9 @@ def _face(spec: Any, finger: str, side: int, pad: Patch) -> str:
     """The geom that a pad touches: the object itself, or a thin box that is put where it presses on it."""
     if pad.slab is not None:
         (x, z), (half_x, half_z) = pad.slab.mean(axis=0), np.diff(pad.slab, axis=0)[0] / 2
-        spec.body(OBJECT).add_geom(
-            name=_face_name(finger, pad), type=mujoco.mjtGeom.mjGEOM_BOX, size=[half_x, SLAB_M / 2, half_z], mass=0,
-            pos=[x, -side * (pad.face_m - SLAB_M / 2), z], contype=0, conaffinity=0,
-        )  # fmt: skip
+        place = [x, -side * (pad.face_m - SLAB_M / 2), z]
+        box = {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": [half_x, SLAB_M / 2, half_z], **IN_PAIRS}
+        spec.body(OBJECT).add_geom(name=_face_name(finger, pad), pos=place, **box)
     return _face_name(finger, pad)
 
 
@@ -166,12 +164,10 @@ def _add_sensors(spec: Any, params: Params) -> None:
 
 
 def _add_force_sensor(spec: Any, geom: str, other: str, reduce: int, data: int = FORCE) -> None:
-    """What `data` says of one contact (reduce=1), forces in its frame, or of all contacts in the world frame (3)."""
+    """Sensor of one contact (reduce=1), forces in its frame, or of all contacts in the world frame (3)."""
     kind = mujoco.mjtObj.mjOBJ_GEOM
-    spec.add_sensor(
-        type=mujoco.mjtSensor.mjSENS_CONTACT, objtype=kind, objname=geom, reftype=kind, refname=other,
-        intprm=[data, reduce, 1],
-    )  # fmt: skip
+    between = {"objtype": kind, "objname": geom, "reftype": kind, "refname": other}
+    spec.add_sensor(type=mujoco.mjtSensor.mjSENS_CONTACT, intprm=[data, reduce, 1], **between)
 
 
 def split_sensors(data: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -1,4 +1,4 @@
-"""What the physics hands on: poses, joints and forces at 1 kHz."""
+"""Result of the physics: poses, joints and forces at 1 kHz."""
 
 from typing import NamedTuple
 

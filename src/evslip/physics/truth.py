@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
-from evslip.physics.episodes import SLIP_DEG, SLIP_M, Episode, movements_of
+from evslip.physics.episodes import SLIP_DEG, SLIP_M, Episode, slips_of
 from evslip.physics.grip import TCP_M
 from evslip.physics.motion.phases import PHASE_NAMES, phase_times
 from evslip.physics.trajectory import Trajectory
@@ -27,7 +27,7 @@ SPEED_S = 0.01
 
 
 class Truth(NamedTuple):
-    """What the object did in the hand, at the trajectory's times."""
+    """Movement of the object in the hand, at the trajectory's times."""
 
     t_us: np.ndarray
     """Times in microseconds, int64 of shape (n,)."""
@@ -41,12 +41,12 @@ class Truth(NamedTuple):
     held: np.ndarray
     """Whether the object hangs in the closed grip, free of the surface; bool of shape (n,)."""
     span_us: tuple[int, int]
-    """From the closed grip to the command to open: the time that is recorded."""
+    """Span from the closed grip to the command to open: the time that is recorded."""
     onset_us: int | None
-    """When the first slip begins: the first 0.1 deg or 0.1 mm of a movement in the grip that reaches 1 deg or 2 mm.
+    """Begin of the first slip: the first 0.1 deg or 0.1 mm of a movement in the grip that reaches 1 deg or 2 mm.
     None, if the object holds."""
     episodes: tuple[Episode, ...] = ()
-    """Every slip, in order."""
+    """Slips, in order."""
     phase: np.ndarray | None = None
     """Phase of the task at each sample, as its position in PHASE_NAMES; uint8 of shape (n,)."""
     pad_force_n: np.ndarray | None = None
@@ -74,20 +74,20 @@ class Truth(NamedTuple):
 
     @property
     def angular_speed_deg_s(self) -> np.ndarray:
-        """How fast the object turns in the hand, about any axis; of shape (n,)."""
+        """Speed at which the object turns in the hand, about any axis; of shape (n,)."""
         before, after, seconds = self._neighbours()
         first, second = (Rotation.from_quat(self.rotation[k], scalar_first=True) for k in (before, after))
         return np.degrees((first.inv() * second).magnitude()) / seconds
 
     @property
     def linear_speed_mm_s(self) -> np.ndarray:
-        """How fast the gripped point slides in the hand; of shape (n,)."""
+        """Speed at which the gripped point slides in the hand; of shape (n,)."""
         before, after, seconds = self._neighbours()
         way = self.position_m[after].astype(np.float64) - self.position_m[before]
         return 1e3 * np.linalg.norm(way, axis=1) / seconds
 
     def during(self, *phases: str) -> np.ndarray:
-        """Which samples lie in the named phases; bool of shape (n,). None do where the phase is not known."""
+        """Samples that lie in the named phases; bool of shape (n,). None do where the phase is not known."""
         if self.phase is None:
             return np.zeros(len(self.t_us), bool)
         return np.isin(self.phase, [PHASE_NAMES.index(name) for name in phases])
@@ -162,7 +162,7 @@ def find_episodes(
     first, last = int(inside[0]), int(inside[-1]) + 1
     step_s = int(t_us[1] - t_us[0]) / 1e6
     found = []
-    for slip in movements_of(rotation[first:last], position_m[first:last], step_s):
+    for slip in slips_of(rotation[first:last], position_m[first:last], step_s):
         reached = slip.rotation_deg >= SLIP_DEG, slip.translation_m >= SLIP_M
         kind = "mixed" if all(reached) else "rotation" if reached[0] else "translation"
         if lost and first + slip.end == last - 1:
@@ -190,7 +190,7 @@ def _recorded(trajectory: Trajectory) -> tuple[int, int]:
 
 
 def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, int, bool]:
-    """From the last touch of the surface while lifting to the first while placing, or to the loss of the grip, and
+    """Span from the last touch of the surface while lifting to the first while placing, or to the loss of the grip, and
     whether it is that."""
     step_us = int(trajectory.t_us[1] - trajectory.t_us[0])
     empty = np.any(trajectory.pad_force_n[closed:opening] <= 0, axis=1)

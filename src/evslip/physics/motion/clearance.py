@@ -1,16 +1,17 @@
-"""Whether a planned motion keeps object, fingers, hand and arm out of the table and of one another."""
+"""Clearance: whether a planned motion keeps object, fingers, hand and arm out of the table and of one another."""
 
 import mujoco
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.physics.contact import PAD_HALF_M
 from evslip.physics.grip import TCP_M, check_opening, tcp_offset_m
 from evslip.physics.motion.phases import phase_bounds_s
 from evslip.physics.robot import ARM_JOINTS, HAND, collision_hull
 from evslip.utils.errors import PlanRejected
 
-TIP_BELOW_TCP_M = 0.0095
-"""How far the finger tips reach below the tool centre."""
+TIP_BELOW_TCP_M = round(PAD_HALF_M + 0.001, 9)
+"""Way from the tool centre down to the finger tips, a millimetre beyond the pads."""
 TOUCH_M = 0.001
 """The object may be planned this deep into the table: it is set down, not dropped."""
 _MOVING = {f"panda_link{k}": f"link{k}" for k in range(2, 8)} | {HAND: "hand"}

@@ -5,9 +5,11 @@ from evslip.scene.motions import KINDS
 from evslip.scene.motions.steps import lift_s, lower_s, scale
 
 PHASE_NAMES = (
-    "approach", "initial", "lift", "tilt", "back", "hold", "shake", "rotate", "move", "placement", "release",
-)  # fmt: skip
-"""Every phase that a motion can have; records hold positions in this list, so it only ever grows at its end."""
+    *("approach", "initial", "lift"),
+    *("tilt", "back", "hold", "shake", "rotate", "move"),
+    *("placement", "release"),
+)
+"""Phases that a motion can have; records hold positions in this list, so it only ever grows at its end."""
 APPROACH_S, INITIAL_S, PAUSE_S, RELEASE_S = 0.5, 0.45, 0.2, 0.8
 """Nominal lengths; the pause is the rest after lifting and after lowering."""
 

@@ -1,4 +1,4 @@
-"""What motions are made of: smooth steps, and times that scale with the whole."""
+"""Parts of motions: smooth steps, and times that scale with the whole."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What every shape can say about itself."""
+"""Shape of an object: its body, its surface, its mass."""
 
 from abc import ABC, abstractmethod
 from typing import Any, NamedTuple
@@ -50,7 +50,7 @@ class Shape(ABC):
 
     @abstractmethod
     def surface(self) -> Surface:
-        """What it looks like."""
+        """Triangles that it looks like."""
 
     @abstractmethod
     def filling(self) -> Filling:
@@ -58,7 +58,7 @@ class Shape(ABC):
 
     @abstractmethod
     def footing(self) -> Footing:
-        """What stands on the table."""
+        """Body that stands on the table."""
 
     @abstractmethod
     def outline(self) -> np.ndarray:

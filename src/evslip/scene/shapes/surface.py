@@ -1,4 +1,4 @@
-"""What an object looks like: triangles with texture coordinates and normals."""
+"""Surface of an object: triangles with texture coordinates and normals."""
 
 from typing import NamedTuple
 

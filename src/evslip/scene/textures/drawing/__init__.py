@@ -1,1 +1,1 @@
-"""What patterns are drawn with: a canvas, noise that tiles, letters, print."""
+"""Tools that patterns are drawn with: a canvas, noise that tiles, letters, print."""

@@ -1,4 +1,4 @@
-"""What is printed on packages, labels and pages, apart from single words."""
+"""Print on packages, labels and pages, apart from single words."""
 
 import numpy as np
 
