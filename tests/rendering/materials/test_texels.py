@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from evslip.rendering.materials.texels import SQUARE, TRIANGLE, bake, sample_along, sample_around, squared
-from evslip.rendering.scratch import MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, SLOT, TEX, U, V
+from evslip.rendering.slots import MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, SCRATCH, SLOT, TEX, U, V
 
 AROUND = {"square": SQUARE, "triangle": TRIANGLE}
 

@@ -16,8 +16,8 @@ from evslip.rendering.outputs import FIRST_LINK, PixelRays
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.arm import cast_links
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.scratch import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 from evslip.rendering.shadows.casters import ARM_PART, cast, receive, shade, spread
+from evslip.rendering.slots import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 from evslip.rendering.timing.schedule import image_motion
 from made_up import still
 

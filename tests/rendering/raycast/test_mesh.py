@@ -16,9 +16,9 @@ from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast import body
 from evslip.rendering.raycast.mesh import Mesh, repetition_ratio
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.scratch import HIDDEN, ROOM, SCRATCH, SLOT, U, V, W
 from evslip.rendering.shadows.box_shadow import change_frame
 from evslip.rendering.shadows.mesh_shadow import hide_behind, outline_of, shade_behind
+from evslip.rendering.slots import HIDDEN, ROOM, SCRATCH, SLOT, U, V, W
 from evslip.scene.shapes import surface_of
 from made_up import still, turning
 

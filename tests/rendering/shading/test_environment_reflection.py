@@ -5,8 +5,8 @@ import pytest
 
 from evslip.rendering.geometry.plane import PLANE, describe
 from evslip.rendering.materials.paint import REFLECTANCE, WIDTH, gloss_of
-from evslip.rendering.scratch import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, SCRATCH, U, V
 from evslip.rendering.shading.environment_reflection import TERMS, fit_reflection, glint, mirror
+from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, SCRATCH, U, V
 
 ANGLES = np.radians([5.0, 30.0, 60.0, 75.0, 85.0])
 

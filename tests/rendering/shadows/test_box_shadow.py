@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.scratch import HIDDEN, ROOM, SCRATCH, SLOT, U, V, W
 from evslip.rendering.shading.lamplight import risen
 from evslip.rendering.shadows.box_shadow import (
     BOX,
@@ -18,6 +17,7 @@ from evslip.rendering.shadows.box_shadow import (
     pixel_steps,
 )
 from evslip.rendering.shadows.casters import around
+from evslip.rendering.slots import HIDDEN, ROOM, SCRATCH, SLOT, U, V, W
 
 
 def rotation(rng: np.random.Generator) -> np.ndarray:

@@ -11,9 +11,9 @@ from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.scratch import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
 from evslip.rendering.shadows.occlusion import DARK, PITCH, between, block, open_run, surface_nodes
+from evslip.rendering.slots import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
 from made_up import still
 
 

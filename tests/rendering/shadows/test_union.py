@@ -8,8 +8,8 @@ import pytest
 from brute_force import cuboid, seen_share
 from evslip.rendering.geometry.hand import shadow_boxes
 from evslip.rendering.raycast.renderer import NO_OUTLINE, PARTS
-from evslip.rendering.scratch import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 from evslip.rendering.shadows.casters import cast, receive, shade, spread
+from evslip.rendering.slots import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 
 DOWN = np.diag([1.0, -1.0, -1.0])
 NOTHING = np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))

@@ -4,7 +4,8 @@ A face is a bit of a number: bit 2 a + side for the face across axis a, with sid
 """
 
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import SLOT, clamped, kernel, slot
+from evslip.rendering.scratch import clamped, kernel, slot
+from evslip.rendering.slots import SLOT
 
 
 @kernel

@@ -2,16 +2,16 @@
 
 import math
 
-from evslip.rendering.scratch import (
+from evslip.rendering.scratch import HALF, ONE, ZERO, f32, kernel
+from evslip.rendering.shading.lamplight import highlight, matt
+from evslip.rendering.slots import (
     GLOSS,
     GROUND,
-    HALF,
     LIT,
     MAJOR_U,
     MAJOR_V,
     MINOR_U,
     MINOR_V,
-    ONE,
     OPEN,
     RAY_X,
     RAY_Y,
@@ -19,14 +19,10 @@ from evslip.rendering.scratch import (
     ROOM,
     SEEN,
     TEX,
-    ZERO,
     U,
     V,
     W,
-    f32,
-    kernel,
-)  # fmt: skip
-from evslip.rendering.shading.lamplight import highlight, matt
+)
 
 PLANE = 15
 """Floats that describe a plane to the passes; see `describe`."""

@@ -11,28 +11,23 @@ import math
 import numpy as np
 
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import (
+from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
+from evslip.rendering.slots import (
     FADED,
     FRAC_X,
     FRAC_Y,
-    HALF,
     HELD,
     MAJOR_U,
     MAJOR_V,
     MINOR_U,
     MINOR_V,
-    ONE,
     TEX,
     TEXELS,
     WEIGHT,
     WHERE,
-    ZERO,
     U,
     V,
-    f32,
-    formula,
-    kernel,
-)  # fmt: skip
+)
 
 FOUR, THIRD = f32(4), f32(1 / 3)
 TINY, PER_TEXEL = f32(1e-20), f32(1 / 65535)

@@ -11,17 +11,9 @@ from evslip.rendering.materials.paint import WIDTH
 from evslip.rendering.materials.texels import TRIANGLE, sample_along, sample_around, unfold
 from evslip.rendering.scratch import (
     BLOCK,
-    GROUND,
     HALF,
     LEAST_ROOM,
     ONE,
-    OPEN,
-    PART,
-    RAY_X,
-    RAY_Y,
-    RESULT,
-    ROOM,
-    SLOT,
     TILE_H,
     TILE_W,
     ZERO,
@@ -35,6 +27,7 @@ from evslip.rendering.shading.environment_reflection import glint, mirror
 from evslip.rendering.shading.sphere import draw_lamp, glow, meet_sphere, unroll
 from evslip.rendering.shadows.casters import NO_PART, aim, receive, shade, spread
 from evslip.rendering.shadows.occlusion import PITCH, between, open_run, surface_nodes
+from evslip.rendering.slots import GROUND, OPEN, PART, RAY_X, RAY_Y, RESULT, ROOM, SLOT
 from evslip.utils.refcount import without_refcount
 
 ENDLESS = f32(1e30)

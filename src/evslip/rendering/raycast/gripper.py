@@ -4,33 +4,18 @@ import math
 
 import numpy as np
 
-from evslip.rendering import scratch as slots
+from evslip.rendering import slots
 from evslip.rendering.geometry.simd_minmax import larger, smaller
 from evslip.rendering.raycast import layers
 from evslip.rendering.raycast.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, VIEW_X, VIEW_Y, VIEW_Z, X, Y, Z
-from evslip.rendering.scratch import (
-    LIT,
-    ONE,
-    OPEN,
-    PART,
-    RESULT,
-    ROOM,
-    SCRATCH,
-    SEEN,
-    SLOT,
-    ZERO,
-    U,
-    V,
-    W,
-    f32,
-    kernel,
-)
+from evslip.rendering.scratch import ONE, ZERO, f32, kernel
 from evslip.rendering.shading.ambient import irradiance
 from evslip.rendering.shading.illumination import illuminate
 from evslip.rendering.shading.lamplight import highlight, matt
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
 from evslip.rendering.shadows.casters import shade
 from evslip.rendering.shadows.occlusion import block, faces_any
+from evslip.rendering.slots import LIT, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 from evslip.utils.refcount import without_refcount
 
 TOUCHING_M = 0.0015

@@ -7,26 +7,12 @@ import numpy as np
 
 from evslip.rendering.geometry.plane import PLANE, describe, light_plane, meet_face, polish, reflect
 from evslip.rendering.materials.texels import SQUARE, sample_around, unfold
-from evslip.rendering.scratch import (
-    HALF,
-    LEAST_ROOM,
-    PART,
-    RAY_X,
-    RAY_Y,
-    RESULT,
-    ROOM,
-    SLOT,
-    ZERO,
-    blocks,
-    f32,
-    formula,
-    kernel,
-    repeat_last,
-)
+from evslip.rendering.scratch import HALF, LEAST_ROOM, ZERO, blocks, f32, formula, kernel, repeat_last
 from evslip.rendering.shading.ambient import irradiance
 from evslip.rendering.shading.illumination import power_of
 from evslip.rendering.shadows.casters import OBJECT_PART, Reception, aim, receive, shade, spread
 from evslip.rendering.shadows.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
+from evslip.rendering.slots import PART, RAY_X, RAY_Y, RESULT, ROOM, SLOT
 from evslip.utils.refcount import without_refcount
 
 SHADOW_GAP_M = 1e-6

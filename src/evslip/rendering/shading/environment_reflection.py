@@ -8,22 +8,8 @@ import math
 
 import numpy as np
 
-from evslip.rendering.scratch import (
-    GLOSS,
-    GROUND,
-    LIT,
-    ONE,
-    OPEN,
-    RAY_X,
-    RAY_Y,
-    RESULT,
-    ZERO,
-    U,
-    V,
-    f32,
-    formula,
-    kernel,
-)  # fmt: skip
+from evslip.rendering.scratch import ONE, ZERO, f32, formula, kernel
+from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, U, V
 
 TERMS = 8
 """Of the polynomial in 1 - cosine."""

@@ -7,10 +7,15 @@ import numpy as np
 
 from evslip.rendering.geometry.simd_minmax import larger
 from evslip.rendering.materials.texels import SQUARE, sample_around
-from evslip.rendering.scratch import (
+from evslip.rendering.scratch import HALF, ONE, ZERO, f32, kernel
+from evslip.rendering.shading.ambient import irradiance
+from evslip.rendering.shading.illumination import illuminate
+from evslip.rendering.shading.lamplight import highlight, matt
+from evslip.rendering.shadows.casters import OBJECT_PART, shade
+from evslip.rendering.shadows.occlusion import block, faces_any
+from evslip.rendering.slots import (
     AMBIENT,
     GLOSS,
-    HALF,
     LIT,
     MAJOR_U,
     MAJOR_V,
@@ -19,7 +24,6 @@ from evslip.rendering.scratch import (
     NORMAL_X,
     NORMAL_Y,
     NORMAL_Z,
-    ONE,
     OPEN,
     PART,
     RESULT,
@@ -27,18 +31,10 @@ from evslip.rendering.scratch import (
     SEEN,
     SLOT,
     TEX,
-    ZERO,
     U,
     V,
     W,
-    f32,
-    kernel,
-)  # fmt: skip
-from evslip.rendering.shading.ambient import irradiance
-from evslip.rendering.shading.illumination import illuminate
-from evslip.rendering.shading.lamplight import highlight, matt
-from evslip.rendering.shadows.casters import OBJECT_PART, shade
-from evslip.rendering.shadows.occlusion import block, faces_any
+)
 
 COARSEST = 0.25
 """Longest side of a pixel's footprint, in repetitions of the texture: at a rim it would grow without end."""

@@ -3,27 +3,8 @@
 import math
 
 from evslip.rendering.materials.texels import floor32
-from evslip.rendering.scratch import (
-    GROUND,
-    HALF,
-    HELD,
-    MAJOR_U,
-    MAJOR_V,
-    MINOR_U,
-    MINOR_V,
-    ONE,
-    RAY_X,
-    RAY_Y,
-    RESULT,
-    TEX,
-    ZERO,
-    U,
-    V,
-    W,
-    f32,
-    formula,
-    kernel,
-)  # fmt: skip
+from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
+from evslip.rendering.slots import GROUND, HELD, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, RAY_X, RAY_Y, RESULT, TEX, U, V, W
 
 INVERSE_TURN = f32(0.15915494)
 

@@ -5,25 +5,8 @@ import math
 import numpy as np
 
 from evslip.rendering.geometry.simd_minmax import larger
-from evslip.rendering.scratch import (
-    HALF,
-    HIDDEN,
-    ONE,
-    PART,
-    ROOM,
-    SEEN,
-    SEEN_NOW,
-    SUM_HIDDEN,
-    SUM_OUTLINED,
-    TWO,
-    ZERO,
-    U,
-    V,
-    W,
-    f32,
-    formula,
-    kernel,
-)  # fmt: skip
+from evslip.rendering.scratch import HALF, ONE, TWO, ZERO, f32, formula, kernel
+from evslip.rendering.slots import HIDDEN, PART, ROOM, SEEN, SEEN_NOW, SUM_HIDDEN, SUM_OUTLINED, U, V, W
 
 TINY = f32(1e-12)
 BOX = 24

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import HALF, ONE, ZERO, U, V, W, f32, formula, kernel
+from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
 from evslip.rendering.shadows.box_shadow import (
     BOX,
     begin_group,
@@ -24,6 +24,7 @@ from evslip.rendering.shadows.box_shadow import (
 )
 from evslip.rendering.shadows.mesh_shadow import PIXEL_BLUR, shade_behind
 from evslip.rendering.shadows.union import EDGES, MOST, WIDE, edges_of, join, note, overlap
+from evslip.rendering.slots import U, V, W
 
 OBJECT_PART, ARM_PART, NO_PART = 3, 4, 255
 """Numbers of bodies after those of the gripper in `hand`; the last one has no caster."""

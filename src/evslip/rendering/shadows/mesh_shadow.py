@@ -12,26 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.geometry.facets import Facets
-from evslip.rendering.scratch import (
-    BLUR,
-    HALF,
-    HIDDEN,
-    LAMP_X,
-    LAMP_Y,
-    LAMP_Z,
-    ONE,
-    PER_DEPTH,
-    ROOM,
-    STRETCH,
-    ZERO,
-    U,
-    V,
-    W,
-    f32,
-    formula,
-    kernel,
-)  # fmt: skip
+from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
 from evslip.rendering.shadows.box_shadow import extent
+from evslip.rendering.slots import BLUR, HIDDEN, LAMP_X, LAMP_Y, LAMP_Z, PER_DEPTH, ROOM, STRETCH, U, V, W
 
 TINY = f32(1e-9)
 STEEP = f32(0.02)

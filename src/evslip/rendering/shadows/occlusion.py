@@ -10,26 +10,9 @@ import numpy as np
 
 from evslip.rendering.geometry.face_visibility import faces_seen, matters
 from evslip.rendering.geometry.simd_minmax import larger
-from evslip.rendering.scratch import (
-    HALF,
-    MORE,
-    NORMAL_X,
-    NORMAL_Y,
-    NORMAL_Z,
-    ONE,
-    OPEN,
-    SLOT,
-    ZERO,
-    U,
-    V,
-    W,
-    clamped,
-    f32,
-    formula,
-    kernel,
-    slot,
-)  # fmt: skip
+from evslip.rendering.scratch import HALF, ONE, ZERO, clamped, f32, formula, kernel, slot
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
+from evslip.rendering.slots import MORE, NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SLOT, U, V, W
 
 PITCH = 8
 """Pixels between the nodes at which the surface's occlusion is found; between them it is interpolated."""

@@ -9,32 +9,23 @@ import numpy as np
 
 from evslip.rendering.geometry.face_visibility import faces_seen, matters
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import (
-    BLOCK,
-    HALF,
+from evslip.rendering.scratch import BLOCK, HALF, ONE, TWO, ZERO, clamped, f32, formula, kernel, slot
+from evslip.rendering.shadows.mesh_shadow import STEEP, held
+from evslip.rendering.slots import (
     HIDDEN,
     LAMP_X,
     LAMP_Y,
     LAMP_Z,
     MORE,
-    ONE,
     ROOM,
     SEEN_NOW,
     SLOT,
     SUM_HIDDEN,
     SUM_OUTLINED,
-    TWO,
-    ZERO,
     U,
     V,
     W,
-    clamped,
-    f32,
-    formula,
-    kernel,
-    slot,
-)  # fmt: skip
-from evslip.rendering.shadows.mesh_shadow import STEEP, held
+)
 
 STRIPS = 8
 LEAST, SOFT = f32(3e-3), f32(0.04)
