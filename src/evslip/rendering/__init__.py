@@ -104,7 +104,7 @@ def pictures(
     renderer: str | None = None,
     color: bool = True,
 ) -> Iterator[np.ndarray]:
-    """As `render_color`, of several instants (sorted); with color=False grey, of shape (height, width)."""
+    """Pictures as of `render_color`, of several instants (sorted); with color=False grey, of shape (height, width)."""
     camera, span = view_camera(traj, view, size), recorded_span(traj)
     first, last = (int(traj.t_us[0]), int(traj.t_us[-1]))
     for t_us in times_us:

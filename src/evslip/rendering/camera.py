@@ -70,7 +70,7 @@ class Camera(NamedTuple):
         return self._replace(width=width, height=height, distortion=NO_DISTORTION)
 
     def stretch(self) -> float:
-        """How much longer than in `pinhole` a short way in the image may be, at least 1."""
+        """Factor by which a short way in the image may be longer than in `pinhole`, at least 1."""
         if self.distortion == NO_DISTORTION:
             return 1.0
         rays = self.rays()
@@ -111,7 +111,7 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
 
 
 SCENE_EYE, SCENE_AIM = (1.45, -1.25, 0.85), (0.25, -0.02, 0.3)
-"""Where the scene camera stands, and what it looks at: all of the robot and its workplace are in view."""
+"""Place of the scene camera, and of what it looks at: all of the robot and its workplace are in view."""
 SCENE_FOV_DEG = 32.0
 """Vertical field of view of the scene camera."""
 

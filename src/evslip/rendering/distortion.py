@@ -1,4 +1,4 @@
-"""How a lens bends the image: the model of Brown and Conrady, with OpenCV's names and signs."""
+"""Distortion of the image by a lens: the model of Brown and Conrady, with OpenCV's names and signs."""
 
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ class Distortion(NamedTuple):
     p2: float = 0.0
 
     def distort(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where the lens shows what a pinhole shows at x and y, arrays of one shape."""
+        """Places where the lens shows what a pinhole shows at x and y, arrays of one shape."""
         k1, k2, p1, p2 = self
         square = x * x + y * y
         radial = 1 + square * (k1 + k2 * square)
@@ -48,7 +48,7 @@ class Distortion(NamedTuple):
         return np.stack([np.stack([first, across], -1), np.stack([across, second], -1)], -2)
 
     def undistort(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What `distort` sends to x and y, by Newton's method. Raises ConfigError where the image folds before that."""
+        """Places that `distort` sends to x and y, by Newton's method. Raises ConfigError where the image folds."""
         u, v = np.array(x, float), np.array(y, float)
         with np.errstate(all="ignore"):
             for _ in range(STEPS):

@@ -50,7 +50,7 @@ class Lens:
 
 
 def bspline_taps(camera: Camera, pinhole: Camera) -> tuple[np.ndarray, np.ndarray]:
-    """Where each pixel of `camera` looks in the image of `pinhole`: the flat index of the first of 3 x 3 pixels, of
+    """Places of each pixel of `camera` in the image of `pinhole`: the flat index of the first of 3 x 3 pixels, of
     shape (height, width), and their weights by row and by column, float32 of shape (6, height, width).
 
     The weights are those of the quadratic B-spline. On a pixel's middle they are (SPREAD, 1 - 2 SPREAD, SPREAD), the

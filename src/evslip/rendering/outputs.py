@@ -1,4 +1,4 @@
-"""What each pixel sees besides light: depth, normal and motion, by one exact ray through its middle."""
+"""Depth, normal and motion of what each pixel sees, by one exact ray through its middle."""
 
 from collections.abc import Collection
 
@@ -57,7 +57,7 @@ class Outputs:
 
 
 class PixelRays:
-    """What the ray through the middle of each pixel meets, and where that is at another time."""
+    """Rays through the middles of pixels: what they meet, and where that is at another time."""
 
     def __init__(self, params: Params, camera: Camera):
         self._camera, self._radius_m = camera, params.background.radius_m
@@ -79,10 +79,8 @@ class PixelRays:
         links = poses.links
         if links is not None:
             parts, arm = hulls(), posed(links.places[index], links.turns[index])
-            self._meet(
-                ((arm.vertices - origin) @ turn)[arm.faces], arm.normals @ turn,
-                parts.link_of_face + FIRST_LINK, depth, normal, part,
-            )  # fmt: skip
+            corners = ((arm.vertices - origin) @ turn)[arm.faces]
+            self._meet(corners, arm.normals @ turn, parts.link_of_face + FIRST_LINK, depth, normal, part)
 
         rays = self._rays @ turn.T
         with np.errstate(divide="ignore"):
@@ -95,7 +93,7 @@ class PixelRays:
         return depth, normal, part
 
     def carried(self, depth: np.ndarray, part: np.ndarray, poses: ScenePoses, index: int, k: int) -> np.ndarray:
-        """Where the points that `cast` met at pose `index` are at pose k, in the camera's axes there; of shape (height,
+        """Places at pose k of the points that `cast` met at pose `index`, in the camera's axes there; of shape (height,
         width, 3)."""
         points = self._rays * depth[..., None]
         there, turn = poses.camera_position[k], poses.camera_rotation[k]
@@ -114,7 +112,7 @@ class PixelRays:
         return np.where((part <= RIGHT)[..., None], points + sign[..., None] * opening, moved)
 
     def _gripper(self, travel_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As `cast`, of the gripper alone, which stands still in the image while its opening stays the same."""
+        """Result of `cast` of the gripper alone, which stands still in the image while its opening stays the same."""
         if travel_m != self._travel_m:
             shape = self._rays.shape[:2]
             self._seen = np.full(shape, np.inf), np.zeros((*shape, 3)), np.full(shape, SKY, np.uint8)
@@ -124,15 +122,10 @@ class PixelRays:
             self._travel_m = travel_m
         return self._seen
 
-    def _meet(
-        self, corners: np.ndarray, normals: np.ndarray, parts: np.ndarray,
-        depth: np.ndarray, normal: np.ndarray, part: np.ndarray,
-    ) -> None:  # fmt: skip
-        camera = self._camera
-        meet(
-            self._rays, np.ascontiguousarray(corners), np.ascontiguousarray(normals), parts, camera.focal_px,
-            self._reach, depth, normal, part,
-        )  # fmt: skip
+    def _meet(self, corners: np.ndarray, normals: np.ndarray, parts: np.ndarray, *seen: np.ndarray) -> None:
+        """Put triangles into `seen`: depth, normal and part."""
+        corners, normals = np.ascontiguousarray(corners), np.ascontiguousarray(normals)
+        meet(self._rays, corners, normals, parts, self._camera.focal_px, self._reach, *seen)
 
 
 @compiled(error_model="numpy")

@@ -49,7 +49,7 @@ class ScenePoses:
         body = interpolate(traj.t_us, traj.object_pose, at_us)
         turn = matrices(hand[:, 3:])
         self.hand_position, self.hand_rotation = hand[:, :3], turn
-        """Of shapes (m, 3) and (m, 3, 3)."""
+        """Arrays of shapes (m, 3) and (m, 3, 3)."""
         if camera.is_mounted:
             self.camera_position = hand[:, :3] + turn @ camera.position
             rotation = turn @ camera.rotation

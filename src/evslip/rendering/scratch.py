@@ -43,7 +43,7 @@ formula = compiled(**_OPTIONS, forceinline=True)
 f32 = np.float32
 ZERO, HALF, ONE, TWO = f32(0), f32(0.5), f32(1), f32(2)
 LEAST_ROOM = f32(1e-3)
-"""Of ROOM, so that nothing is divided by zero."""
+"""Least value of ROOM, so that nothing is divided by zero."""
 
 
 @formula

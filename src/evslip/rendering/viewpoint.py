@@ -1,4 +1,4 @@
-"""Where the camera and the object are when a picture is taken."""
+"""Poses of camera and object when a picture is taken."""
 
 from typing import NamedTuple
 

@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.rendering.geometry.coverage import MAX_CORNERS, cover, cover_box
+from evslip.rendering.geometry.coverage import MAX_CORNERS, FaceCover, cover, cover_box
+from evslip.rendering.viewpoint import View
 
 WIDTH, HEIGHT = 20, 14
 
@@ -55,7 +56,8 @@ def box(camera, place, axes, half, width=64, height=48, focal=60.0):
     area, spans = np.zeros((3, height, width + 2)), np.zeros((3, height, 2), np.int64)
     rows, faces = np.zeros((3, 2), np.int64), np.zeros(3, np.int64)
     total, touched, full = np.ones((height, width), np.float32), *np.zeros((2, height, 2), np.int64)
-    count = cover_box(camera, np.eye(3), focal, place, axes, half, area, spans, rows, faces, total, touched, full)
+    view, result = View(camera, np.eye(3), focal, place, axes), FaceCover(faces, rows, area, spans)
+    count = cover_box(view, half, result, total, touched, full)
     return count, total, touched, full
 
 

@@ -117,12 +117,10 @@ def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
     joints = HOME_RAD[None]
     links = link_poses(joints)
     lamp = np.array([-14.0, 9.0, 24.0])
-    (turns, places, halves), outlines = cast_links(links, 0, lamp, np.array([0.0, 1.0, 0.0]))
+    boxes, outlines = cast_links(links, 0, lamp, np.array([0.0, 1.0, 0.0]))
     nothing = np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))
-    casters = cast(
-        lamp, radius, np.array([0.0, 1.0, 0.0]), turns, places, halves, np.full(CASTERS, ARM_PART), nothing,
-        np.arange(CASTERS), *outlines,
-    )  # fmt: skip
+    parts, numbers = np.full(CASTERS, ARM_PART), np.arange(CASTERS)
+    casters = cast(lamp, radius, np.array([0.0, 1.0, 0.0]), boxes, parts, nothing, numbers, outlines)
     reception = receive(casters, np.eye(3), np.zeros(3))
     spread(reception, casters, np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0]))
     rng = np.random.default_rng(0)

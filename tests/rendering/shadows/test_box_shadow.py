@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.shading.lamplight import risen
+from evslip.rendering.shading.surface_light import risen
 from evslip.rendering.shadows.box_shadow import (
     BOX,
     box_may_shadow,

@@ -14,6 +14,7 @@ from evslip.rendering.raycast.renderer import Raycaster
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
 from evslip.rendering.shadows.occlusion import DARK, PITCH, between, block, open_run, surface_nodes
 from evslip.rendering.slots import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
+from evslip.rendering.viewpoint import View
 from made_up import still
 
 
@@ -109,13 +110,17 @@ def scene():
     return camera, poses, raycaster._casters, params
 
 
-def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
+def nodes_of(scene):
     camera, poses, casters, params = scene
+    view = View(poses.camera_position[0], poses.camera_rotation[0], camera.focal_px, np.zeros(3), np.eye(3))
+    S, radius_m = np.zeros(SCRATCH, np.float32), params.background.radius_m
+    return surface_nodes(S, camera.width, camera.height, view, radius_m, np.zeros(3), casters)
+
+
+def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
+    camera, poses, casters, _ = scene
     eye, turn = poses.camera_position[0], poses.camera_rotation[0]
-    nodes, _ = surface_nodes(
-        np.zeros(SCRATCH, np.float32), camera.width, camera.height, eye, turn, camera.focal_px,
-        params.background.radius_m, np.zeros(3), casters,
-    )  # fmt: skip
+    nodes, _ = nodes_of(scene)
     boxes = list(zip(casters.block_turns, casters.block_places, casters.block_halves, strict=True))
     rng, errors = np.random.default_rng(0), []
     for x, y in rng.uniform((0, 100), (camera.width, camera.height), (150, 2)):
@@ -131,11 +136,7 @@ def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
 
 
 def test_openness_of_a_row_is_that_between_its_nodes(scene):
-    camera, poses, casters, params = scene
-    nodes, rows = surface_nodes(
-        np.zeros(SCRATCH, np.float32), camera.width, camera.height, poses.camera_position[0],
-        poses.camera_rotation[0], camera.focal_px, params.background.radius_m, np.zeros(3), casters,
-    )  # fmt: skip
+    nodes, rows = nodes_of(scene)
     S = np.zeros(SCRATCH, np.float32)
     for row in (0, 7, 8, 29):
         open_run(S, 32, rows, 9, row)

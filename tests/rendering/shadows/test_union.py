@@ -34,12 +34,9 @@ FINE = np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0])
 
 
 def seen(points, lamp, radius, boxes, parts=PARTS, own=255, steps=FINE, layered=False):
-    turns, places, halves = boxes
-    count = len(halves)
-    casters = cast(
-        lamp, radius, DOWN @ (1e-3, 1.0, 0.0), turns, places, halves, parts[:count], NOTHING, np.full(count, -1),
-        *NO_OUTLINE,
-    )  # fmt: skip
+    count = len(boxes[2])
+    along, numbers = DOWN @ (1e-3, 1.0, 0.0), np.full(count, -1)
+    casters = cast(lamp, radius, along, tuple(boxes), parts[:count], NOTHING, numbers, NO_OUTLINE)
     reception = receive(casters, np.eye(3), np.zeros(3))
     spread(reception, casters, *steps)
     S, result = np.zeros(SCRATCH, np.float32), []

@@ -1,6 +1,7 @@
 """Exact silhouettes: the share of every pixel that each visible face of a convex body covers."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -123,17 +124,29 @@ def accumulate(xa, ya, xb, yb, area, spans, row0, row1):
         area[row, last] += d * tail
 
 
+class FaceCover(NamedTuple):
+    """Pixels that show each of the (at most three) visible faces of a box."""
+
+    faces: np.ndarray
+    """Axis number of each, plus 3 on its negative side, (3,)."""
+    rows: np.ndarray
+    """Range of rows, (3, 2)."""
+    area: np.ndarray
+    """Coverage as of `cover`, (3, height, width + 2)."""
+    spans: np.ndarray
+    """Columns as of `cover`, (3, height, 2)."""
+
+
 @kernel
-def cover_box(
-    camera, turn, focal, place, axes, half, area, spans, rows, faces, total, touched, full
-):  # fmt: skip
+def cover_box(view, half, result, total, touched, full):
     """Silhouette of a box, face by face.
 
-    camera (3,), turn (3, 3): the camera; place, axes, half: the box. Filled in for each of the (at most three) visible
-    faces: area (3, height, width + 2) and spans (3, height, 2) as in `cover`, rows (3, 2), faces (3,): axis number,
-    plus 3 on its negative side. Then total (height, width): their sum, touched and full (height, 2): the columns where
-    it is above 0 and where it is 1. Returns the number of visible faces.
+    view: `viewpoint.View`; half: the box's half sides. Filled in are result: `FaceCover`; total (height, width): sum of
+    its areas; touched and full (height, 2): the columns where that is above 0 and where it is 1. Returns the number of
+    visible faces.
     """
+    camera, turn, focal, place, axes = view.camera, view.turn, view.focal, view.place, view.axes
+    faces, rows, area, spans = result.faces, result.rows, result.area, result.spans
     height, width = total.shape
     x, y = np.empty(MAX_CORNERS), np.empty(MAX_CORNERS)
     x2, y2 = np.empty(MAX_CORNERS), np.empty(MAX_CORNERS)

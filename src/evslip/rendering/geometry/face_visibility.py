@@ -1,4 +1,4 @@
-"""Which faces of a box are turned to points, and which of its edges lie between a face that is and one that is not.
+"""Faces of a box that are turned to points, and its edges between a face that is and one that is not.
 
 A face is a bit of a number: bit 2 a + side for the face across axis a, with side 0 below and 1 above.
 """

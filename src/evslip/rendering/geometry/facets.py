@@ -73,7 +73,7 @@ def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _steps(values: np.ndarray, edges: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """How much corner values (f, 3, k) differ between the two faces at both ends of their edges; (e, 2, k)."""
+    """Differences of corner values (f, 3, k) between the two faces at both ends of their edges; (e, 2, k)."""
     first, second = edges[:, 2], edges[:, 3]
     a, b = sides[:, 0], sides[:, 1]
     tail = values[first, a] - values[second, (b + 1) % 3]

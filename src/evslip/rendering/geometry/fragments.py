@@ -1,4 +1,4 @@
-"""What a mesh shows in each pixel: one fragment, or on silhouettes and creases a few that samples are merged into."""
+"""Fragments of a mesh in each pixel: one, or on silhouettes and creases a few that samples are merged into."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from evslip.rendering.scratch import f32, formula, kernel
 
 SAMPLES = 16
 STEP = 3
-"""Of the lattice of samples (k, STEP k mod SAMPLES): no two share a row or a column, neighbours are far apart."""
+"""Step of the lattice of samples (k, STEP k mod SAMPLES): no two share a row or a column, neighbours are far apart."""
 MOST = 4
 """Fragments in a pixel."""
 SAME_DEPTH = 0.05
@@ -16,7 +16,7 @@ SAME_DEPTH = 0.05
 
 @formula
 def sample_place(s):
-    """Where a sample lies in its pixel, to the right and down."""
+    """Place of a sample in its pixel, to the right and down."""
     return (s + 0.5) / SAMPLES, ((s * STEP) % SAMPLES + 0.5) / SAMPLES
 
 
@@ -42,12 +42,9 @@ def gather_fragments(patch, raster, total, touched):
                 continue
             used = _merge(k, patch, raster, cluster, members)
             if used == 0:
-                near = _inverse_depth(raster, raster.edge_owner[k], raster.edge_place[k, 0], raster.edge_place[k, 1])
-                raster.near[row, column] = f32(near)
-                _put(
-                    raster, count, row * width + column, raster.edge_owner[k],
-                    raster.edge_place[k, 0], raster.edge_place[k, 1], total[row, column],
-                )  # fmt: skip
+                own, x, y = raster.edge_owner[k], raster.edge_place[k, 0], raster.edge_place[k, 1]
+                raster.near[row, column] = f32(_inverse_depth(raster, own, x, y))
+                _put(raster, count, row * width + column, own, x, y, total[row, column])
                 count += 1
                 continue
             hits = 0.0

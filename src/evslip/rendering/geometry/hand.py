@@ -20,7 +20,7 @@ HAND, LEFT, RIGHT = range(3)
 
 class Mesh(NamedTuple):
     corners: np.ndarray
-    """Of each triangle, in the frame of its part, in metres; float64 of shape (n, 3, 3)."""
+    """Corners of each triangle, in the frame of its part, in metres; float64 of shape (n, 3, 3)."""
     normals: np.ndarray
     """At the corners, of shape (n, 3, 3)."""
     albedo: np.ndarray

@@ -32,7 +32,7 @@ class Hulls(NamedTuple):
     """All links, one after the other, each in its own frame."""
 
     facets: Facets
-    """Of all of them as one mesh."""
+    """Faces of all of them as one mesh."""
     link_of_vertex: np.ndarray
     link_of_face: np.ndarray
     starts: np.ndarray
@@ -44,7 +44,7 @@ class Hulls(NamedTuple):
 
 
 class LinkPoses(NamedTuple):
-    """In the world, at n times."""
+    """Poses of the links in the world, at n times."""
 
     places: np.ndarray
     """Origins of the links' frames in metres, of shape (n, LINKS, 3)."""

@@ -1,24 +1,16 @@
-"""Where rays meet a plane, how large a pixel is there, and what the lamp gives without shadows."""
+"""Places where rays meet a plane, and how large a pixel is there."""
 
 import math
 
 from evslip.rendering.scratch import HALF, ONE, ZERO, f32, kernel
-from evslip.rendering.shading.lamplight import highlight, matt
 from evslip.rendering.slots import (
-    GLOSS,
-    GROUND,
-    LIT,
     MAJOR_U,
     MAJOR_V,
     MINOR_U,
     MINOR_V,
-    OPEN,
     RAY_X,
     RAY_Y,
-    RESULT,
     ROOM,
-    SEEN,
-    TEX,
     U,
     V,
     W,
@@ -78,7 +70,7 @@ def meet_plane(S, n, plane, pixel):
 
 @kernel
 def meet_face(S, n, plane, pixel, half_u, half_v):
-    """As `meet_plane`, of the face |u| <= half_u, |v| <= half_v; MAJOR and MINOR are a pixel's own sides.
+    """Slots of `meet_plane`, of the face |u| <= half_u, |v| <= half_v; MAJOR and MINOR are a pixel's own sides.
 
     The footprint stays within the face: a thin one takes its mean.
     """
@@ -100,50 +92,3 @@ def meet_face(S, n, plane, pixel, half_u, half_v):
         S[V + i] = min(max(camera_v + height * ray_v, -room_v), room_v)
         S[W + i] = ZERO
         S[MAJOR_U + i], S[MAJOR_V + i], S[MINOR_U + i], S[MINOR_V + i] = right_u, right_v, up_u, up_v
-
-
-@kernel
-def light_plane(S, n, plane, power, lamp_radius):
-    """LIT, the luminance of a white matt surface, at the points U, V of a plane; GLOSS = 0, SEEN = 1.
-
-    power: luminance x radius^2 of the lamp.
-    """
-    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
-    for i in range(n):
-        to_u, to_v = lamp_u - S[U + i], lamp_v - S[V + i]
-        near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
-        S[LIT + i], S[SEEN + i], S[GLOSS + i] = matt(power, near, lamp_n * near, lamp_radius), ONE, ZERO
-
-
-@kernel
-def polish(S, n, plane, gloss):
-    """GLOSS = a highlight of the strength `gloss`, which no texture filters (Blinn-Phong, exponent 32)."""
-    height, camera_u, camera_v = plane[9], plane[10], plane[11]
-    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
-    for i in range(n):
-        u, v = S[U + i], S[V + i]
-        to_u, to_v = lamp_u - u, lamp_v - v
-        near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
-        back_u, back_v = camera_u - u, camera_v - v
-        inverse = ONE / math.sqrt(back_u * back_u + back_v * back_v + height * height)
-        half_way_u, half_way_v = to_u * near + back_u * inverse, to_v * near + back_v * inverse
-        half_way_n = lamp_n * near - height * inverse
-        shine = half_way_u * half_way_u + half_way_v * half_way_v + half_way_n * half_way_n + f32(1e-9)
-        shine = highlight(half_way_n * half_way_n / shine)
-        S[GLOSS + i] = gloss * shine * S[LIT + i]
-
-
-@kernel
-def reflect(S, n, ambient):
-    """RESULT = what the surface sends to the camera."""
-    for i in range(n):
-        S[RESULT + i] = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
-
-
-@kernel
-def reflect_below_horizon(S, n, ambient):
-    """As `reflect`, over what RESULT holds already, in the GROUND share of each pixel."""
-    for i in range(n):
-        own = S[TEX + i] * (ambient * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
-        share = min(ONE, max(ZERO, S[GROUND + i]))
-        S[RESULT + i] += share * (own - S[RESULT + i])

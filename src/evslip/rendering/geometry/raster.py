@@ -1,4 +1,4 @@
-"""What of a mesh each pixel sees: its exact silhouette, and the triangles inside it.
+"""Share of a mesh that each pixel sees: its exact silhouette, and the triangles inside it.
 
 Along the edges where the mesh turns away, signed areas add up to the coverage of every pixel, exactly where one layer
 faces the camera. Inside, a pixel takes the nearest triangle at its middle. Pixels on a silhouette, or on an edge where
@@ -25,7 +25,7 @@ class Raster(NamedTuple):
     image: np.ndarray
     """Vertices in pixels, x right, y down, of shape (v, 2)."""
     functions: np.ndarray
-    """Of each face that the camera sees: (6, 3) numbers c; c . (x, y, 1) at a place in pixels is 1 / depth for the
+    """Numbers c (6, 3) of each face that the camera sees: c . (x, y, 1) at a place in pixels is 1 / depth for the
     first row, and texture coordinates and normal over depth for the others; of shape (f, 6, 3)."""
     facing: np.ndarray
     """Whether a face is turned to the camera, bool of shape (f,)."""

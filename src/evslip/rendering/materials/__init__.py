@@ -1,1 +1,1 @@
-"""How surfaces look: `texels` (the mean of a texture over a pixel) and `paint` (what shines)."""
+"""Look of surfaces: `texels` (the mean of a texture over a pixel) and `paint` (what shines)."""

@@ -1,11 +1,11 @@
-"""Which textures shine, and how rough what shines is."""
+"""Gloss of textures, and the roughness of what shines."""
 
 import numpy as np
 
 SURFACE_GLOSS, OBJECT_GLOSS, GRIPPER_GLOSS = 0.1, 0.2, 0.3
 """Strength of the highlights of what shines. A smooth dielectric (Fresnel 0.04) with exponent 32 has 0.2."""
 EXPONENT = 32
-"""Of the fast renderer's highlights (Blinn-Phong)."""
+"""Exponent of the fast renderer's highlights (Blinn-Phong)."""
 ROUGHNESS = (2 / (EXPONENT + 2)) ** 0.25
 """Its square is the width of the microfacet distribution that has highlights of this exponent (B. Walter et al.,
 Microfacet models for refraction through rough surfaces, EGSR 2007)."""
@@ -13,14 +13,14 @@ SPECULAR_PER_GLOSS = 2.5
 """A smooth dielectric of reflectance 0.04, half of what the principled model counts as specular = 1, has the fast
 renderer's gloss 0.2."""
 WIDTH, REFLECTANCE = np.float32(ROUGHNESS**2), np.float32(0.08 * SPECULAR_PER_GLOSS * SURFACE_GLOSS)
-"""Of the surface's microfacets: alpha, and what they mirror straight from above, 0.08 of that model's specular."""
+"""Alpha of the surface's microfacets, and what they mirror straight from above, 0.08 of that model's specular."""
 GLOSSY = ("metal", "plastic", "tile", "wood")
 """Families of textures that shine. The others, and photographs, are matt: earth or cloth that mirrors the sky at low
 angles would look wet."""
 
 
 def family_of(texture: str) -> str:
-    """What a texture is of: wood of wood-3."""
+    """Family of a texture: wood of wood-3."""
     return texture.rpartition("-")[0]
 
 

@@ -136,7 +136,7 @@ def sample_around(S, n, cells, loaded, levels, wrap, pattern):
 
 @kernel
 def sample_along(S, n, cells, loaded, levels):
-    """As `sample_around`, of a texture that repeats and footprints whose side MAJOR is the longer one.
+    """TEX as of `sample_around`, of a texture that repeats and footprints whose side MAJOR is the longer one.
 
     Probes stand in a row along it, as far apart as the other side is wide; those at its ends fade in and out.
     """

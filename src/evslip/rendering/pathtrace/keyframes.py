@@ -18,7 +18,7 @@ SAME_DEPTH = 0.01
 LEAST = 1e-6
 """Weight of a traced frame that only counts where the other one does not show a point."""
 ORDER = 3
-"""Of the splines between pixels."""
+"""Order of the splines between pixels."""
 
 
 class Key(NamedTuple):
@@ -33,10 +33,10 @@ class Key(NamedTuple):
 
 
 class KeyframePlan(NamedTuple):
-    """Which frames of a sequence are traced."""
+    """Frames of a sequence that are traced."""
 
     places: np.ndarray
-    """Of every frame among the traced ones, of shape (n,): whole numbers at those, and shares of the way between."""
+    """Place of every frame among the traced ones, (n,): whole numbers at those, and shares of the way between."""
     keys: np.ndarray
     """Indices of the traced ones."""
 

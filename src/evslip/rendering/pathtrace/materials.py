@@ -1,4 +1,4 @@
-"""How surfaces reflect, rough plastic and rough metal whose matt part is the fast renderer's, and what shines."""
+"""Reflection of surfaces, rough plastic and rough metal whose matt part is the fast renderer's, and what shines."""
 
 from typing import Any, NamedTuple
 
@@ -18,11 +18,11 @@ class Picture(NamedTuple):
     texture: np.ndarray
     """Linear RGB of shape (rows, columns, 3)."""
     wrap: str
-    """What lies beyond its border: repeat or clamp."""
+    """Continuation beyond its border: repeat or clamp."""
 
 
 class Paint(NamedTuple):
-    """What a surface looks like."""
+    """Look of a surface."""
 
     albedo: Picture | np.ndarray
     """A texture, or linear RGB of shape (3,)."""

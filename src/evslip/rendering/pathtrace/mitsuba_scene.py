@@ -20,7 +20,7 @@ BOUNCES = 8
 MOST_PATHS = 1 << 24
 """Traced at a time: bounds the memory."""
 LEAST_RAYS = 1 << 12
-"""Of a bundle; fewer cost as much."""
+"""Rays of a bundle; fewer cost as much."""
 UNDER_M = np.array([0.0, 0.0, -5.0])
 NEAR_M, FAR_M = 0.01, 1e5
 
@@ -95,7 +95,7 @@ class MitsubaScene:
         return (total / spp).astype(np.float32)
 
     def render_pixels(self, rays: np.ndarray, spp: int) -> np.ndarray:
-        """As `render`, of single pixels, of shape (n, 3), from the rays (n, spp, 3) in the world through them."""
+        """Light as of `render` of single pixels, (n, 3), from the rays (n, spp, 3) in the world through them."""
         mi, place = self._mi, self._eye
         rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
         sampler = mi.load_dict({"type": "independent"})

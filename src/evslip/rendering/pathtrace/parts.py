@@ -26,7 +26,7 @@ class Part(NamedTuple):
     """Triangles that move together and look alike."""
 
     frame: str
-    """What it moves with: table, object, hand, left, right or one of LINKS."""
+    """Frame that it moves with: table, object, hand, left, right or one of LINKS."""
     corners: np.ndarray
     """In metres, of shape (n, 3, 3)."""
     normals: np.ndarray

@@ -29,7 +29,7 @@ class Pathtracer:
         self._masks = Raycaster(params, camera, held_travel_m, channel) if camera.is_mounted else None
 
     def draw(self, poses: ScenePoses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """As of Raycaster. The body indices are the fast renderer's, which are exact; other cameras than the hand's
+        """Frame as of Raycaster. The body indices are those of the fast renderer, exact; other cameras than the hand's
         have none, and get zeros."""
         image = channel_of(self._trace(poses, index), self._channel)
         luminance = self._lens.form(image, scale, SPREAD)
@@ -38,7 +38,7 @@ class Pathtracer:
         return luminance, self._masks.draw(poses, index)[1]
 
     def draw_sequence(self, poses: ScenePoses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """As `draw`, of all poses in turn."""
+        """Frames as of `draw`, of all poses in turn."""
         return (self.draw(poses, index, scale) for index in range(len(poses.travel_m)))
 
     def color(self, poses: ScenePoses, index: int, scale: float = 1.0) -> np.ndarray:
@@ -47,7 +47,7 @@ class Pathtracer:
         return np.stack([self._lens.form(channel_of(image, k), scale, SPREAD) for k in range(3)], -1)
 
     def _trace(self, poses: ScenePoses, index: int) -> np.ndarray:
-        """What the pinhole sees, linear RGB in cd/m2."""
+        """Image that the pinhole sees, linear RGB in cd/m2."""
         if self._keyframes is not None:
             return self._keyframes.draw(poses, index)
         self.scene.show(poses, index)

@@ -1,4 +1,4 @@
-"""Which build of Mitsuba runs: on a GPU, compiled for this processor by LLVM, or plain."""
+"""Build of Mitsuba that runs: on a GPU, compiled for this processor by LLVM, or plain."""
 
 import glob
 import importlib.util

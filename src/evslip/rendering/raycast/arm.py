@@ -9,7 +9,7 @@ from evslip.rendering.geometry.raster import make_raster, trace
 from evslip.rendering.materials.texels import bake
 from evslip.rendering.raycast.setting import Setting
 from evslip.rendering.scratch import Scratch
-from evslip.rendering.shading.mesh_shading import MeshTexture, draw_mesh
+from evslip.rendering.shading.mesh_shading import MeshLook, draw_mesh
 from evslip.rendering.shadows.casters import ARM_PART, Casters
 from evslip.rendering.viewpoint import View
 
@@ -23,9 +23,9 @@ class Arm:
     def __init__(self, camera: Camera, gloss: float):
         height, width = camera.height, camera.width
         self._slopes = width / 2 / camera.focal_px, height / 2 / camera.focal_px
-        self._gloss = gloss
         self._raster = None
-        self._texture = MeshTexture(*bake(np.full((2, 2), WHITEST, np.float32), wrap=True), (True, True))
+        white = bake(np.full((2, 2), WHITEST, np.float32), wrap=True)
+        self._look = MeshLook(*white, (True, True), gloss, ARM_PART)
         self.total = np.zeros((height, width), np.float32)
         """Share of each pixel that the arm covers."""
         self.touched, self._full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -40,10 +40,8 @@ class Arm:
             return False
         facets = posed(places, turns)
         self._raster = self._raster or make_raster(facets, self.total.shape[1], self.total.shape[0])
-        self._count = trace(
-            *view._replace(place=np.zeros(3), axes=np.eye(3)), facets, self._raster, self.total, self.touched,
-            self._full,
-        )  # fmt: skip
+        world = view._replace(place=np.zeros(3), axes=np.eye(3))
+        self._count = trace(*world, facets, self._raster, self.total, self.touched, self._full)
         nearest = float(self._raster.near.max())
         self._depth = 1.0 / nearest if nearest > 0 else 1.0
         return self._count > 0
@@ -51,10 +49,8 @@ class Arm:
     def draw(self, out: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters) -> None:
         """Add what `cover` found to `out`."""
         assert self._raster is not None
-        draw_mesh(
-            scratch, out, self._keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture,
-            self._raster, self._count, casters, ARM_PART, self._depth,
-        )  # fmt: skip
+        raster = self._raster, self._count
+        draw_mesh(scratch, out, self._keep, view, setting, self._look, *raster, casters, self._depth)
 
     def mark(self, bodies: np.ndarray, number: int) -> None:
         """Put `number` into `bodies` where the arm covers most of a pixel."""
@@ -64,7 +60,7 @@ class Arm:
 def cast_links(
     links: LinkPoses, index: int, lamp: np.ndarray, forward: np.ndarray
 ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
-    """What casts the links' shadows: turns, places and halves of boxes around them, and the outlines of
+    """Casters of the links' shadows: turns, places and halves of boxes around them, and the outlines of
     `links.outlines_of`."""
     parts, places, turns = hulls(COARSE), links.places[index], links.turns[index]
     found = outlines_of(

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.geometry.plane import PLANE, describe, light_plane, meet_plane, reflect, reflect_below_horizon
+from evslip.rendering.geometry.plane import PLANE, describe, meet_plane
 from evslip.rendering.geometry.simd_minmax import larger, smaller
 from evslip.rendering.materials.paint import WIDTH
 from evslip.rendering.materials.texels import TRIANGLE, sample_along, sample_around, unfold
@@ -25,6 +25,7 @@ from evslip.rendering.scratch import (
 )
 from evslip.rendering.shading.environment_reflection import glint, mirror
 from evslip.rendering.shading.sphere import draw_lamp, glow, meet_sphere, unroll
+from evslip.rendering.shading.surface_light import light_plane, reflect, reflect_below_horizon
 from evslip.rendering.shadows.casters import NO_PART, aim, receive, shade, spread
 from evslip.rendering.shadows.occlusion import PITCH, between, open_run, surface_nodes
 from evslip.rendering.slots import GROUND, OPEN, PART, RAY_X, RAY_Y, RESULT, ROOM, SLOT
@@ -34,7 +35,7 @@ ENDLESS = f32(1e30)
 
 
 class Uncovered(NamedTuple):
-    """What gripper and object leave of the backdrop."""
+    """Parts of the backdrop that gripper and object leave."""
 
     seen: np.ndarray
     """See `layers.Layers`."""
@@ -45,25 +46,25 @@ class Uncovered(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """What all pixels that see the surface share, in single precision."""
+    """Values that all pixels which see the surface share, in single precision."""
 
     cells: np.ndarray
-    """Of `texels.bake`."""
+    """Texels of `texels.bake`."""
     levels: np.ndarray
     per_m: np.float32
     """Repetitions of the texture a metre."""
     ambient: np.float32
     reflectance: np.float32
     power: np.float32
-    """Of the lamp: luminance x radius^2."""
+    """Strength of the lamp: luminance x radius^2."""
     lamp_radius: np.float32
     plane: np.ndarray
-    """Of `plane.describe`."""
+    """Numbers of `plane.describe`."""
     reflection: np.ndarray
 
 
 class Sphere(NamedTuple):
-    """What all pixels that see the background share, in single precision."""
+    """Values that all pixels which see the background share, in single precision."""
 
     cells: np.ndarray
     levels: np.ndarray
@@ -80,53 +81,46 @@ class Sphere(NamedTuple):
 
 
 @kernel
-def backdrop(
-    scratch, backdrops, grounds, slots, cell_height, cell_width, view, lamp, table, sky, casters, uncovered
-):  # fmt: skip
+def backdrop(scratch, backdrops, grounds, slots, cells, view, setting, casters, uncovered):
     """Shade what is `Uncovered` in the cells that `slots` (rows, columns) does not leave out with -1: into that place
     of `backdrops` (n, height, width); and note in `grounds` whether it is the surface, 1, or the background, 0.
 
-    view: `viewpoint.View`; lamp, table, sky: of a `setting.Setting`.
+    cells: `update_schedule.Cells`; view: `viewpoint.View`; setting: `setting.Setting`.
 
     Where the object covers part of a pixel, the place shaded is the middle of the rest: under the middle of the pixel
     there may be darkness that nobody sees, as at the foot of an object that stands on the surface.
     """
-    S, loaded = scratch
-    height, width = backdrops.shape[1:]
-    scene = compose(S, height, width, view, lamp, table, sky, casters)
-    _draw_tiles(backdrops, grounds, slots, cell_height, cell_width, S, loaded, scene, uncovered)
+    scene = compose(scratch.slots, backdrops.shape[1], backdrops.shape[2], view, setting, casters)
+    _draw_tiles(scratch, backdrops, grounds, slots, cells, scene, uncovered)
 
 
 @kernel
-def compose(S, height, width, view, lamp, table, sky, casters):
-    """What all pixels share: the view, the surface, the sphere, what casts shadows, and the openness of
+def compose(S, height, width, view, setting, casters):
+    """Values that all pixels share: the view, the surface, the sphere, what casts shadows, and the openness of
     `surface_nodes`."""
+    lamp, table, sky = setting.lamp, setting.table, setting.sky
     camera, turn, focal, tile_m = view.camera, view.turn, view.focal, table.tile_m
     # The plane's origin lies below the camera on a whole repetition of the texture, so that float32 suffices.
     origin = np.array([math.floor(camera[0] / tile_m) * tile_m, math.floor(camera[1] / tile_m) * tile_m, 0.0])
     axes = np.eye(3)
     plane = np.zeros(PLANE)
     describe(plane, origin, axes[0], axes[1], axes[2], turn, camera, lamp.position)
+    flat, per_m, around, share = plane.astype(np.float32), f32(1.0 / tile_m), f32(table.ambient), f32(table.reflectance)
+    power, radius = f32(lamp.luminance * lamp.radius_m**2), f32(lamp.radius_m)
+    surface = Surface(table.cells, table.levels, per_m, around, share, power, radius, flat, table.reflection)
+    seen_from = camera.astype(np.float32), turn.astype(np.float32)
     towards, angle = _bearing(camera, turn, lamp.position, lamp.radius_m)
-    surface = Surface(
-        table.cells, table.levels, f32(1.0 / tile_m), f32(table.ambient), f32(table.reflectance),
-        f32(lamp.luminance * lamp.radius_m**2), f32(lamp.radius_m), plane.astype(np.float32), table.reflection,
-    )  # fmt: skip
-    sphere = Sphere(
-        sky.cells, sky.levels, f32(sky.repetitions), f32(sky.radius_m), f32(sky.luminance),
-        camera.astype(np.float32), turn.astype(np.float32), towards, angle, f32(lamp.luminance),
-    )  # fmt: skip
+    count, away, white, bright = f32(sky.repetitions), f32(sky.radius_m), f32(sky.luminance), f32(lamp.luminance)
+    sphere = Sphere(sky.cells, sky.levels, count, away, white, seen_from[0], seen_from[1], towards, angle, bright)
     for i in range(SLOT):
         S[PART + i] = f32(NO_PART)
-    nodes = surface_nodes(S, width, height, camera, turn, focal, sky.radius_m, origin, casters)
+    nodes = surface_nodes(S, width, height, view, sky.radius_m, origin, casters)
     return (camera, turn, focal, sky.radius_m, plane), surface, sphere, (casters, receive(casters, axes, origin)), nodes
 
 
 @kernel
-def _draw_tiles(
-    backdrops, grounds, slots, cell_height, cell_width, S, loaded, scene, uncovered
-):  # fmt: skip
-    backdrops, grounds, S, loaded = without_refcount((backdrops, grounds, S, loaded))
+def _draw_tiles(scratch, backdrops, grounds, slots, cells, scene, uncovered):
+    (S, loaded), backdrops, grounds = without_refcount((scratch, backdrops, grounds))
     view, surface, sphere, shadows, nodes = without_refcount(scene)
     seen, total, touched, full = without_refcount(uncovered)
     height, width = backdrops.shape[1:]
@@ -136,7 +130,7 @@ def _draw_tiles(
         y1 = min(y0 + TILE_H, height)
         for x0 in range(0, width, TILE_W):
             x1 = min(x0 + TILE_W, width)
-            slot = slots[y0 // cell_height, x0 // cell_width]
+            slot = slots[y0 // cells.height, x0 // cells.width]
             if slot < 0:
                 continue
             out, bodies = backdrops[slot], grounds[slot]

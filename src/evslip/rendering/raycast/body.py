@@ -33,7 +33,7 @@ class Body(Protocol):
         ...
 
     def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
-        """What casts its shadow; None if its box does."""
+        """Outline that casts its shadow; None if its box does."""
         ...
 
     def order(self, front: np.ndarray, layers: Layers) -> None:

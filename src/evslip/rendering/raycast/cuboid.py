@@ -4,14 +4,14 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
-from evslip.rendering.geometry.coverage import cover_box
+from evslip.rendering.geometry.coverage import FaceCover, cover_box
 from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_faces
 from evslip.rendering.raycast.layers import Layers
 from evslip.rendering.raycast.setting import Setting, channel_of
 from evslip.rendering.scratch import Scratch
-from evslip.rendering.shading.box_shading import Cover, FaceTextures, draw_box
+from evslip.rendering.shading.box_shading import FaceTextures, draw_box
 from evslip.rendering.shadows.casters import Casters
 from evslip.rendering.shadows.mesh_shadow import Outline
 from evslip.rendering.viewpoint import View
@@ -30,16 +30,13 @@ class Cuboid:
         self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
-        self._area, self._spans = np.zeros((3, height, width + 2)), np.zeros((3, height, 2), np.int64)
-        self._rows, self._faces = np.zeros((3, 2), np.int64), np.zeros(3, np.int64)
+        rows, faces = np.zeros((3, 2), np.int64), np.zeros(3, np.int64)
+        self._cover = FaceCover(faces, rows, np.zeros((3, height, width + 2)), np.zeros((3, height, 2), np.int64))
         self._visible, self._view = 0, None
 
     def cover(self, view: View) -> None:
         self._view = view
-        self._visible = cover_box(
-            view.camera, view.turn, view.focal, view.place, view.axes, self.half, self._area, self._spans, self._rows,
-            self._faces, self.total, self.touched, self.full,
-        )  # fmt: skip
+        self._visible = cover_box(view, self.half, self._cover, self.total, self.touched, self.full)
 
     def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
         return None
@@ -52,20 +49,8 @@ class Cuboid:
     def draw(
         self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
     ) -> None:
-        cover = Cover(self._visible, self._faces, self._rows, self._area, self._spans)
-        draw_box(
-            scratch,
-            out,
-            keep,
-            view,
-            setting.lamp,
-            setting.ambient.matrix,
-            self._gloss,
-            self.half,
-            self._textures,
-            casters,
-            cover,
-        )
+        look = self._gloss, self.half, self._textures
+        draw_box(scratch, out, keep, view, setting, *look, casters, self._cover, self._visible)
 
 
 def bake_faces(image: np.ndarray, sides: np.ndarray) -> FaceTextures:

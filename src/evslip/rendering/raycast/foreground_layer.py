@@ -17,7 +17,7 @@ class ForegroundLayer(NamedTuple):
     clear: np.ndarray
     """Share of each pixel that they leave to the backdrop; float32 of shape (height, width)."""
     marks: np.ndarray
-    """Which of them covers most of a pixel, as in `Frame.bodies`, 0 for none; uint8 of shape (height, width)."""
+    """Body that covers most of a pixel, as in `Frame.bodies`, 0 for none; uint8 of shape (height, width)."""
     spans: np.ndarray
     """Columns in which there may be any of them: first and past the last, of shape (height, 2)."""
 
@@ -34,14 +34,12 @@ class LayerBuffer:
     def __init__(self, slots: int, height: int, width: int):
         shape = (slots, height, width)
         self.backdrops, self.grounds = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
-        self.foregrounds = ForegroundLayer(
-            np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros(shape, np.uint8),
-            np.zeros((slots, height, 2), np.int64),
-        )  # fmt: skip
-        """Of all slots: a first axis more."""
+        light, clear, spans = np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros((slots, height, 2), int)
+        self.foregrounds = ForegroundLayer(light, clear, np.zeros(shape, np.uint8), spans)
+        """Arrays of all slots: a first axis more."""
 
     def foreground(self, slot: int) -> ForegroundLayer:
-        """That of a slot."""
+        """Foreground of a slot."""
         return ForegroundLayer(*(part[slot] for part in self.foregrounds))
 
     def composite(self, behind: CellPlan, before: CellPlan, index: int, cells: Cells, out: np.ndarray) -> np.ndarray:
@@ -101,10 +99,8 @@ def _composite_backdrop(out, bodies, backdrops, grounds, before, earlier, after,
             if share == ZERO:
                 line[:] = backdrops[first, row, start:end]
             else:
-                _blend(
-                    line, backdrops[first, row, start:end], backdrops[second, row, start:end],
-                    backdrops[third, row, start:end], share, bend,
-                )  # fmt: skip
+                here, later = backdrops[first, row, start:end], backdrops[second, row, start:end]
+                _blend(line, here, later, backdrops[third, row, start:end], share, bend)
             bodies[row, start:end] = grounds[first if share < HALF else second, row, start:end]
 
 
@@ -121,14 +117,10 @@ def _composite_foreground(out, bodies, before, earlier, after, share, bend):
             continue
         lights, rest, line = light[: last - first], clear[: last - first], out[row, first:last]
         if share > ZERO:
-            _blend(
-                lights, before.light[row, first:last], after.light[row, first:last], earlier.light[row, first:last],
-                share, bend,
-            )  # fmt: skip
-            _blend(
-                rest, before.clear[row, first:last], after.clear[row, first:last], earlier.clear[row, first:last],
-                share, bend,
-            )  # fmt: skip
+            here, later = before.light[row, first:last], after.light[row, first:last]
+            _blend(lights, here, later, earlier.light[row, first:last], share, bend)
+            here, later = before.clear[row, first:last], after.clear[row, first:last]
+            _blend(rest, here, later, earlier.clear[row, first:last], share, bend)
         else:
             lights[:], rest[:] = before.light[row, first:last], before.clear[row, first:last]
         for x in range(line.size):

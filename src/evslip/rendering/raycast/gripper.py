@@ -1,7 +1,5 @@
 """Shading of the gripper's fragments, and the order of gripper and object in each pixel."""
 
-import math
-
 import numpy as np
 
 from evslip.rendering import slots
@@ -11,11 +9,11 @@ from evslip.rendering.raycast.layers import BODY, NORMAL_X, NORMAL_Y, NORMAL_Z, 
 from evslip.rendering.scratch import ONE, ZERO, f32, kernel
 from evslip.rendering.shading.ambient import irradiance
 from evslip.rendering.shading.illumination import illuminate
-from evslip.rendering.shading.lamplight import highlight, matt
+from evslip.rendering.shading.surface_light import from_lamp, luminance
 from evslip.rendering.shadows.box_shadow import BOX, describe_box
 from evslip.rendering.shadows.casters import shade
 from evslip.rendering.shadows.occlusion import block, faces_any
-from evslip.rendering.slots import LIT, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, SLOT, U, V, W
+from evslip.rendering.slots import AMBIENT, LIT, OPEN, PART, RESULT, ROOM, SCRATCH, SEEN, SLOT, U, V, W
 from evslip.utils.refcount import without_refcount
 
 TOUCHING_M = 0.0015
@@ -23,20 +21,19 @@ TOUCHING_M = 0.0015
 
 
 @kernel
-def shade_gripper(scratch, values, view, lamp, ambient, gloss, fragments, albedo, casters):
+def shade_gripper(scratch, values, view, setting, gloss, fragments, albedo, casters):
     """values (n,): luminance of every fragment.
 
-    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; albedo: row of the fragments' colour. A
-    part of the gripper casts no shadow on itself.
+    view: `viewpoint.View`; setting: `setting.Setting`; albedo: row of the fragments' colour. A part of the gripper
+    casts no shadow on itself.
     """
-    S = scratch.slots
-    light = illuminate(view, lamp, ambient, casters, distance_of(view, casters))
+    S, light = scratch.slots, illuminate(view, setting, casters, distance_of(view, casters))
     _shade_all(S, values, fragments, albedo, light, f32(gloss), _open_to_object(S, fragments, light.blockers[0]))
 
 
 @kernel
 def distance_of(view, casters):
-    """How far before the camera the object is, in metres."""
+    """Distance of the object before the camera, in metres."""
     away = 0.0
     for j in range(3):
         away -= view.turn[j, 2] * (casters.origin[j] - view.camera[j])
@@ -64,7 +61,7 @@ def _shade_all(S, values, fragments, albedo, light, gloss, opens):
 @kernel
 def shade_fragments(S, n, own, albedo, light, gloss):
     """RESULT of n fragments, columns of `Layers.fragments`, whose OPEN is known."""
-    _light(S, n, own, albedo, light.lamp, light.radius, light.power, gloss, light.ambient)
+    _light(S, n, own, albedo, light, gloss)
     lit = ZERO
     for i in range(n):
         lit = larger(lit, S[LIT + i])
@@ -72,7 +69,8 @@ def shade_fragments(S, n, own, albedo, light, gloss):
     if lit > ZERO:
         shade(S, n, light.reception, True, False)
     for i in range(n):
-        S[RESULT + i] += S[LIT + i] * S[SEEN + i]
+        # Their colour is in both lights already.
+        S[RESULT + i] = luminance(ONE, S[AMBIENT + i], S[OPEN + i], S[LIT + i], S[SEEN + i], ZERO)
 
 
 @kernel
@@ -208,21 +206,17 @@ def add_front(light, bodies, keep, total, touched, over, front, fragments, pixel
 
 
 @kernel
-def _light(S, n, own, albedo, lamp, lamp_radius, power, gloss, matrix):
-    """U, V, W, SEEN, RESULT = light from all around, LIT = light from the lamp: matt and Blinn-Phong, exponent 32."""
-    l0, l1, l2 = lamp[0], lamp[1], lamp[2]
+def _light(S, n, own, albedo, light, gloss):
+    """U, V, W; SEEN = ROOM = 1; AMBIENT = light from all around and LIT = light from the lamp, both of their colour."""
+    l0, l1, l2, ambient = light.lamp[0], light.lamp[1], light.lamp[2], light.ambient
     for i in range(n):
         x, y, z = own[X, i], own[Y, i], own[Z, i]
-        n0, n1, n2 = own[NORMAL_X, i], own[NORMAL_Y, i], own[NORMAL_Z, i]
         S[U + i], S[V + i], S[W + i], S[SEEN + i], S[ROOM + i] = x, y, z, ONE, ONE
-        d0, d1, d2 = l0 - x, l1 - y, l2 - z
-        near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-        lit = matt(power, near, (n0 * d0 + n1 * d1 + n2 * d2) * near, lamp_radius)
-        h0, h1, h2 = d0 * near + own[VIEW_X, i], d1 * near + own[VIEW_Y, i], d2 * near + own[VIEW_Z, i]
-        shine = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
-        shine = highlight(shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9)))
+        towards, normal = (l0 - x, l1 - y, l2 - z), (own[NORMAL_X, i], own[NORMAL_Y, i], own[NORMAL_Z, i])
+        view = own[VIEW_X, i], own[VIEW_Y, i], own[VIEW_Z, i]
+        lit, shine = from_lamp(light.power, light.radius, towards, normal, view)
         S[LIT + i] = lit * (own[albedo, i] + gloss * shine)
-        S[RESULT + i] = own[albedo, i] * irradiance(matrix, n0, n1, n2) * S[OPEN + i]
+        S[AMBIENT + i] = own[albedo, i] * irradiance(ambient, normal[0], normal[1], normal[2])
 
 
 @kernel

@@ -25,7 +25,7 @@ NEAR_M = 0.01
 (X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, VIEW_X, VIEW_Y, VIEW_Z, SHARE, BODY, RED, GREEN, BLUE, LUMA, OPEN) = range(16)
 """Rows of `Layers.fragments`."""
 LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
-"""Of linear RGB (ITU-R BT.709)."""
+"""Weights of linear RGB (ITU-R BT.709)."""
 
 
 class Layers(NamedTuple):
@@ -50,10 +50,9 @@ def resolve(camera: Camera, travel_m: float) -> Layers:
     corners, normals = corners[keep], (mesh.normals @ camera.rotation)[keep]
     image = camera.project(corners)
     inside = _reaches_image(image, camera)
-    fragments, where = _rasterise(
-        image[inside] * (GRID, GRID, 1.0), normals[inside], mesh.albedo[keep][inside], parts[keep][inside],
-        camera.width, camera.height, camera.focal_px,
-    )  # fmt: skip
+    samples = image[inside] * (GRID, GRID, 1.0)
+    triangles = _Triangles(samples, normals[inside], mesh.albedo[keep][inside], parts[keep][inside])
+    fragments, where = _rasterise(triangles, camera.width, camera.height, camera.focal_px)
     fragments[LUMA] = LUMA_WEIGHTS.astype(np.float32) @ fragments[RED : BLUE + 1]
     pixels, starts = np.unique(where, return_index=True)
     covered = np.zeros(camera.width * camera.height)
@@ -86,10 +85,18 @@ def runs_between(hidden):
     return runs[:, : max(most, 1)].copy()
 
 
+class _Triangles(NamedTuple):
+    image: np.ndarray
+    """x, y in samples and depth of each corner, (t, 3, 3)."""
+    normals: np.ndarray
+    albedo: np.ndarray
+    parts: np.ndarray
+
+
 @kernel
-def _rasterise(image, normals, albedo, parts, width, height, focal):
-    """Fragments (16, n) and their flat pixel indices (n,) of triangles: image (t, 3, 3) holds x, y in samples and the
-    depth of each corner."""
+def _rasterise(triangles, width, height, focal):
+    """Fragments (16, n) and their flat pixel indices (n,)."""
+    image, size = triangles.image, (width, height, focal)
     capacity = 2 * width * height
     fragments = np.zeros((16, capacity), np.float32)
     where = np.empty(capacity, np.int64)
@@ -109,9 +116,7 @@ def _rasterise(image, normals, albedo, parts, width, height, focal):
                 _fill(image[t], t, top * GRID, rows * GRID, near, owner)
         for row in range(top, top + rows):
             for column in range(left, right):
-                used = _merge(
-                    row, column, top, width, height, focal, image, normals, albedo, parts, near, owner, cluster
-                )
+                used = _merge(row, column, top, size, triangles, near, owner, cluster)
                 for k in range(min(used, capacity - count)):
                     _write(cluster[k], fragments, count)
                     where[count] = row * width + column
@@ -165,8 +170,10 @@ def _fill(corner, t, top, rows, near, owner):
 
 
 @kernel
-def _merge(row, column, top, width, height, focal, image, normals, albedo, parts, near, owner, cluster):
+def _merge(row, column, top, size, triangles, near, owner, cluster):
     """Gather a pixel's samples in clusters: sums of position and normal; albedo, count, part. Returns how many."""
+    image, normals, albedo, parts = triangles
+    width, height, focal = size
     used, first, count = 0, 0, GRID * GRID
     while first < count:
         # Samples of one triangle that follow each other have the normal of their middle.

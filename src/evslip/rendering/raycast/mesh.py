@@ -12,7 +12,7 @@ from evslip.rendering.raycast.gripper import order_by_depth
 from evslip.rendering.raycast.layers import Layers
 from evslip.rendering.raycast.setting import Setting, channel_of
 from evslip.rendering.scratch import Scratch
-from evslip.rendering.shading.mesh_shading import MeshTexture, draw_mesh
+from evslip.rendering.shading.mesh_shading import MeshLook, draw_mesh
 from evslip.rendering.shadows.casters import OBJECT_PART, Casters
 from evslip.rendering.shadows.mesh_shadow import Outline, outline_of
 from evslip.rendering.viewpoint import View
@@ -30,8 +30,8 @@ class Mesh:
         self.half = np.abs(self._facets.vertices).max(0)
         image = channel_of(library.load(params.object.texture), channel)
         baked = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
-        self._texture = MeshTexture(*baked, self._facets.repeats)
-        self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
+        gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
+        self._look = MeshLook(*baked, self._facets.repeats, gloss, OBJECT_PART)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
         self._raster, self._count = make_raster(self._facets, width, height), 0
@@ -49,14 +49,11 @@ class Mesh:
         self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
     ) -> None:
         depth = -float(view.turn[:, 2] @ (view.place - view.camera))
-        draw_mesh(
-            scratch, out, keep, view, setting.lamp, setting.ambient.matrix, self._gloss, self._texture, self._raster,
-            self._count, casters, OBJECT_PART, depth,
-        )  # fmt: skip
+        draw_mesh(scratch, out, keep, view, setting, self._look, self._raster, self._count, casters, depth)
 
 
 def repetition_ratio(facets: Facets) -> float:
-    """How many times as wide as high a repetition of the texture is on a mesh: the median over its area."""
+    """Width of a repetition of the texture on a mesh over its height: the median over its area."""
     corners = facets.vertices[facets.faces]
     sides, steps = corners[:, 1:] - corners[:, :1], facets.uv[:, 1:] - facets.uv[:, :1]
     areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)

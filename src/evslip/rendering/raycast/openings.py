@@ -15,13 +15,13 @@ FINE_M, COARSE_M = 1e-4, 5e-4
 HELD_M = 1e-3
 """Travel this close to the held one counts as holding."""
 MEMORY_BYTES = 1 << 26
-"""Of all openings that are kept; at least two are."""
+"""Bytes of all openings that are kept; at least two are."""
 
 
 class Opening(NamedTuple):
     layers: Layers
     boxes: Boxes
-    """In camera axes."""
+    """Shadow boxes in camera axes."""
     blockers: Boxes
     """`hand.blocking_boxes`, in camera axes."""
 

@@ -42,6 +42,11 @@ def _alone(outline: Outline) -> tuple[np.ndarray, ...]:
     return outline.edges, starts, outline.turn[None], outline.place[None], outline.plane[None]
 
 
+def _joined(*boxes: tuple[np.ndarray, ...]) -> Boxes:
+    """Several sets of boxes as one."""
+    return Boxes(*(np.concatenate(arrays) for arrays in zip(*boxes, strict=True)))
+
+
 class Raycaster:
     """Draws one sample, one colour channel, at one resolution."""
 
@@ -77,7 +82,7 @@ class Raycaster:
         return self._composite(self._stills, self._whole, self._alone, 0, scale)
 
     def draw_sequence(self, poses: ScenePoses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """As `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
+        """Frames as of `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
 
         Each cell of the backdrop, and what stands before it, is drawn as often as it moves by as much as a frame may,
         see `update_schedule` and `foreground`; so a frame is ready LAG frames after it was begun.
@@ -104,27 +109,22 @@ class Raycaster:
         """Put everything where it is."""
         opening = self._opening(poses.travel_m[index])
         self._layers = opening.layers
-        self._view = View(
-            poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px,
-            poses.object_position[index], poses.object_rotation[index],
-        )  # fmt: skip
+        camera = poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px
+        self._view = View(*camera, poses.object_position[index], poses.object_rotation[index])
         self._body.cover(self._view)
         self._links = None if poses.links is None else (poses.links, index)
         self._casters = self._cast(opening.boxes, opening.blockers)
 
     def _draw_backdrop(self, buffer: LayerBuffer, slots: np.ndarray) -> None:
         """Draw the cells that are due into their slots."""
-        setting, body = self.setting, self._body
+        body = self._body
         uncovered = Uncovered(self._layers.seen, body.total, body.touched, body.full)
-        backdrop(
-            self._scratch, buffer.backdrops, buffer.grounds, slots, self._cells.height, self._cells.width, self._view,
-            setting.lamp, setting.table, setting.sky, self._casters, uncovered,
-        )  # fmt: skip
+        due = buffer.backdrops, buffer.grounds, slots, self._cells
+        backdrop(self._scratch, *due, self._view, self.setting, self._casters, uncovered)
 
     def _draw_foreground(self, layer: ForegroundLayer) -> None:
         """Draw what stands before the backdrop."""
-        lamp, ambient, layers = self.setting.lamp, self.setting.ambient, self._layers
-        view, casters, body, arm = self._view, self._casters, self._body, self._arm
+        layers, view, casters, body, arm = self._layers, self._view, self._casters, self._body, self._arm
         if self._links is not None and arm.cover(*self._links, view):
             layer.wipe(self._span, body.touched, arm.touched)
             arm.mark(layer.marks, ARM)
@@ -132,17 +132,8 @@ class Raycaster:
             arm.draw(layer.light, self._scratch, view, self.setting, casters)
         else:
             layer.wipe(self._span, body.touched)
-        shade_gripper(
-            self._scratch,
-            self._values,
-            view,
-            lamp,
-            ambient.matrix,
-            GRIPPER_GLOSS,
-            layers.fragments,
-            self.albedo_row,
-            casters,
-        )
+        own = GRIPPER_GLOSS, layers.fragments, self.albedo_row
+        shade_gripper(self._scratch, self._values, view, self.setting, *own, casters)
         body.order(self._front, layers)
         fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
         merge_gripper(layer.light, layer.clear, self._keep, self._over, self._values, *fragments)
@@ -164,35 +155,32 @@ class Raycaster:
         return np.stack([one.draw(poses, index, scale)[0] for one in self._channels], -1)
 
     def _cast(self, boxes: Boxes, blockers: Boxes) -> Casters:
-        """What stands before the lamp: the object, the gripper's boxes and the arm's links."""
-        lamp, view = self.setting.lamp, self._view
+        """Casters before the lamp: the object, the gripper's boxes and the arm's links."""
+        lamp, view, half = self.setting.lamp, self._view, self._body.half
         outline = self._body.outline(view, lamp.position)
-        casting = [
-            (view.axes[None], view.place[None], self._body.half[None]),
-            (view.turn @ boxes.turns, view.camera + boxes.places @ view.turn.T, boxes.halves),
-        ]
-        blocking = (
-            np.concatenate([view.axes[None], view.turn @ blockers.turns]),
-            np.concatenate([view.place[None], view.camera + blockers.places @ view.turn.T]),
-            np.concatenate([self._body.half[None], blockers.halves]),
-        )
-        outlines = [NO_OUTLINE if outline is None else _alone(outline)]
+        own = view.axes[None], view.place[None], half[None]
+        blocking = _joined(own, self._in_world(blockers))
+        casting: list[tuple[np.ndarray, ...]] = [_joined(own, self._in_world(boxes))]
+        contours = [NO_OUTLINE if outline is None else _alone(outline)]
         count = 0 if outline is None else 1
         numbers = [np.full(1 + len(boxes.halves), -1)]
         numbers[0][0] = count - 1
         if self._links is not None:
-            own, found = cast_links(*self._links, lamp.position, -view.turn[:, 2])
-            casting.append(own)
-            outlines.append(found)
-            numbers.append(count + np.arange(len(own[0])))
-        turns, places, halves = (np.concatenate(arrays) for arrays in zip(*casting, strict=True))
-        edges, starts, *rest = zip(*outlines, strict=True)
+            links, found = cast_links(*self._links, lamp.position, -view.turn[:, 2])
+            casting.append(links)
+            contours.append(found)
+            numbers.append(count + np.arange(len(links[0])))
+        joined = _joined(*casting)
+        edges, starts, *rest = zip(*contours, strict=True)
         starts = np.concatenate([starts[0], *(len(edges[0]) + more[1:] for more in starts[1:])])
-        return cast(
-            lamp.position, lamp.radius_m, view.turn @ self._closing, turns, places, halves, PARTS[: len(halves)],
-            blocking, np.concatenate(numbers), np.concatenate(edges), starts,
-            *(np.concatenate(arrays) for arrays in rest),
-        )  # fmt: skip
+        contour = np.concatenate(edges), starts, *(np.concatenate(arrays) for arrays in rest)
+        parts, along = PARTS[: len(joined.halves)], view.turn @ self._closing
+        return cast(lamp.position, lamp.radius_m, along, joined, parts, blocking, np.concatenate(numbers), contour)
+
+    def _in_world(self, boxes: Boxes) -> Boxes:
+        """Boxes that are given in camera axes."""
+        view = self._view
+        return Boxes(view.turn @ boxes.turns, view.camera + boxes.places @ view.turn.T, boxes.halves)
 
     def _opening(self, travel_m: float) -> Opening:
         opening = self._openings.at(travel_m)

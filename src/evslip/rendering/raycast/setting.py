@@ -1,4 +1,4 @@
-"""What stays the same through a sample: textures ready for sampling, lamp, ambient light."""
+"""Textures ready for sampling, lamp and ambient light: they stay the same through a sample."""
 
 import math
 from typing import NamedTuple
@@ -26,14 +26,14 @@ class Lamp(NamedTuple):
     luminance: float
     """In cd/m2."""
     share: float
-    """How much of its disc stands above the horizon of the surface."""
+    """Share of its disc that stands above the horizon of the surface."""
 
 
 class Table(NamedTuple):
     """The surface."""
 
     cells: np.ndarray
-    """Of `texels.bake`."""
+    """Texels of `texels.bake`."""
     levels: np.ndarray
     tile_m: float
     ambient: float
@@ -41,7 +41,7 @@ class Table(NamedTuple):
     reflectance: float
     """Seen straight from above; 0 if it is matt."""
     reflection: np.ndarray
-    """What it mirrors of the background, see `environment_reflection.fit_reflection`; zeros if it is matt."""
+    """Light of the background that it mirrors, see `environment_reflection.fit_reflection`; zeros if it is matt."""
 
 
 class Sky(NamedTuple):
@@ -50,10 +50,10 @@ class Sky(NamedTuple):
     cells: np.ndarray
     levels: np.ndarray
     repetitions: float
-    """Of the texture around the horizon."""
+    """Repetitions of the texture around the horizon."""
     radius_m: float
     luminance: float
-    """Of white, in cd/m2."""
+    """Luminance of white, in cd/m2."""
 
 
 class Setting(NamedTuple):
@@ -86,11 +86,9 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
     mirrored = np.zeros(TERMS, np.float32)
     if reflectance:
         mirrored = fit_reflection(ambient.heights, float(WIDTH), reflectance)
-    return Setting(
-        lamp, ambient,
-        Table(*bake(table, wrap=True), params.surface.tile_m, ambient.surface, reflectance, mirrored),
-        Sky(*bake(sky, wrap=True), float(repetitions), background.radius_m, background.luminance_cd_m2),
-    )  # fmt: skip
+    surface = Table(*bake(table, wrap=True), params.surface.tile_m, ambient.surface, reflectance, mirrored)
+    around = Sky(*bake(sky, wrap=True), float(repetitions), background.radius_m, background.luminance_cd_m2)
+    return Setting(lamp, ambient, surface, around)
 
 
 def make_lamp(params: Params) -> Lamp:

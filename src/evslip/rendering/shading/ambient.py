@@ -12,7 +12,7 @@ could meet the same spot of all of them."""
 NORMALS, FINE = 400, 10000
 """Directions that the light is fitted for, and those that it is checked for."""
 LEAST = 2e-4
-"""Of the most light from any side: what may be missed between FINE directions."""
+"""Share of the most light from any side that may be missed between FINE directions."""
 
 
 class Ambient(NamedTuple):

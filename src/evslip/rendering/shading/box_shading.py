@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.geometry.plane import PLANE, describe, light_plane, meet_face, polish, reflect
+from evslip.rendering.geometry.plane import PLANE, describe, meet_face
 from evslip.rendering.materials.texels import SQUARE, sample_around, unfold
 from evslip.rendering.scratch import HALF, LEAST_ROOM, ZERO, blocks, f32, formula, kernel, repeat_last
 from evslip.rendering.shading.ambient import irradiance
 from evslip.rendering.shading.illumination import power_of
+from evslip.rendering.shading.surface_light import light_plane, polish, reflect
 from evslip.rendering.shadows.casters import OBJECT_PART, Reception, aim, receive, shade, spread
 from evslip.rendering.shadows.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
 from evslip.rendering.slots import PART, RAY_X, RAY_Y, RESULT, ROOM, SLOT
@@ -40,7 +41,7 @@ class Face(NamedTuple):
     """One face of the object in one frame: what all its pixels share."""
 
     plane: np.ndarray
-    """Of `plane.describe`, float32."""
+    """Numbers of `plane.describe`, float32."""
     half_u: np.float32
     """Half its sides in metres, along u and v."""
     half_v: np.float32
@@ -58,52 +59,50 @@ class Face(NamedTuple):
 
 class FaceTextures(NamedTuple):
     cells: np.ndarray
-    """Of `texels.bake`, of all faces."""
+    """Texels of `texels.bake`, of all faces."""
     levels: np.ndarray
     starts: np.ndarray
     """Rows of `levels` that belong to the faces across x, y, z; int64 (4,)."""
 
 
-class Cover(NamedTuple):
-    """Which pixels show which face; see `coverage.cover_box`, whose names these are."""
+class FaceLook(NamedTuple):
+    """Texture, gloss and light that all pixels of a face share."""
 
-    visible: int
-    faces: np.ndarray
-    rows: np.ndarray
-    area: np.ndarray
-    spans: np.ndarray
+    pixel: np.float32
+    """Width of a pixel at unit distance."""
+    power: np.float32
+    """Luminance x radius^2 of the lamp."""
+    radius: np.float32
+    gloss: float
+    """Strength of the highlight, which is found in double precision."""
+    cells: np.ndarray
+    """Texels of `texels.bake`, of all faces."""
+    levels: np.ndarray
+    """Levels of this one."""
 
 
 @kernel
-def draw_box(scratch, out, keep, view, lamp, ambient, gloss, half, textures, casters, cover):
-    """Add the object's faces to `out`, weighted by coverage and by keep (height, width), the share of each pixel that
-    no part of the gripper in front of the object covers.
+def draw_box(scratch, out, keep, view, setting, gloss, half, textures, casters, cover, visible):
+    """Add the object's visible faces to `out`, weighted by coverage and by keep (height, width), the share of each
+    pixel that no part of the gripper in front of the object covers.
 
-    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; half: half the object's sides; textures:
-    `FaceTextures`; cover: `Cover`.
+    view: `viewpoint.View`; setting: `setting.Setting`; half: half the object's sides; textures: `FaceTextures`; cover:
+    `coverage.FaceCover`.
     """
-    S, loaded = scratch
+    S, lamp, starts = scratch.slots, setting.lamp, textures.starts
     for i in range(SLOT):
         S[PART + i] = f32(OBJECT_PART)
-    for k in range(cover.visible):
-        face = stand(S, view, lamp, ambient, half, cover.faces[k], casters)
-        own = texture_of(textures, cover.faces[k])
-        _draw_face(
-            S, loaded, out, f32(1.0 / view.focal), power_of(lamp), f32(lamp.radius_m), gloss, face, textures.cells,
-            own, cover.rows[k], cover.area[k], cover.spans[k], keep,
-        )  # fmt: skip
+    pixel, power, radius = f32(1.0 / view.focal), power_of(lamp), f32(lamp.radius_m)
+    for k in range(visible):
+        face, axis = stand(S, view, setting, half, cover.faces[k], casters), cover.faces[k] % 3
+        look = FaceLook(pixel, power, radius, gloss, textures.cells, textures.levels[starts[axis] : starts[axis + 1]])
+        _draw_face(scratch, out, keep, face, look, cover.rows[k], cover.area[k], cover.spans[k])
 
 
 @kernel
-def texture_of(textures, face):
-    """Levels of one face."""
-    return textures.levels[textures.starts[face % 3] : textures.starts[face % 3 + 1]]
-
-
-@kernel
-def stand(S, view, lamp, ambient, half, face, casters):
+def stand(S, view, setting, half, face, casters):
     """The `Face` of a number in `face_axes`."""
-    camera, turn, focal = view.camera, view.turn, view.focal
+    camera, turn, lamp = view.camera, view.turn, setting.lamp
     u_axis, v_axis, normal, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     frame, plane = np.empty((3, 3)), np.zeros(PLANE)
     half_u, half_v = face_axes(view.axes, half, view.place, face, u_axis, v_axis, normal, origin)
@@ -113,7 +112,7 @@ def stand(S, view, lamp, ambient, half, face, casters):
         frame[j, 0], frame[j, 1], frame[j, 2] = u_axis[j], v_axis[j], normal[j]
         distance += (origin[j] - camera[j]) ** 2
     right, down = np.zeros(3), np.zeros(3)
-    right[0] = down[1] = math.sqrt(distance) / focal
+    right[0] = down[1] = math.sqrt(distance) / view.focal
     nodes = np.empty((FACE_NODES, FACE_NODES), np.float32)
     face_nodes(S, half_u, half_v, describe_blockers(casters, frame, origin)[1:], nodes)
     reception = receive(casters, frame, origin)
@@ -123,17 +122,15 @@ def stand(S, view, lamp, ambient, half, face, casters):
             if casters.parts[c] == OBJECT_PART or not _above(casters, c, normal, origin):
                 reception.kinds[c, 0] = 0
         spread(reception, casters, right, down)
-    light = f32(irradiance(ambient, normal[0], normal[1], normal[2]))
-    return Face(
-        plane.astype(np.float32), f32(half_u), f32(half_v), f32(0.5 / half_u), f32(0.5 / half_v), light, nodes,
-        reception, shaded,
-    )  # fmt: skip
+    around = f32(irradiance(setting.ambient.matrix, normal[0], normal[1], normal[2]))
+    per_u, per_v, flat = f32(0.5 / half_u), f32(0.5 / half_v), plane.astype(np.float32)
+    return Face(flat, f32(half_u), f32(half_v), per_u, per_v, around, nodes, reception, shaded)
 
 
 @kernel
-def _draw_face(S, loaded, out, pixel, power, radius, gloss, face, cells, levels, rows, area, spans, keep):
-    S, loaded, out, keep, face = without_refcount((S, loaded, out, keep, face))
-    cells, levels, area, spans = without_refcount((cells, levels, area, spans))
+def _draw_face(scratch, out, keep, face, look, rows, area, spans):
+    S, loaded = without_refcount(scratch)
+    out, keep, face, look, area, spans = without_refcount((out, keep, face, look, area, spans))
     height, width = out.shape
     for row in range(rows[0], rows[1]):
         first, last = spans[row, 0], spans[row, 1]
@@ -144,36 +141,30 @@ def _draw_face(S, loaded, out, pixel, power, radius, gloss, face, cells, levels,
         for x0 in range(first, last, SLOT):
             n = min(SLOT, last - x0)
             weights, kept, shades = area[row, x0 : x0 + n], keep[row, x0 : x0 + n], out[row, x0 : x0 + n]
-            aim_at_face(S, weights, row, x0, height, width, pixel)
+            for i in range(weights.size):
+                S[ROOM + i] = f32(weights[i]) + LEAST_ROOM
+                S[RAY_X + i] = (f32(x0 + i) + HALF - f32(width * 0.5)) * look.pixel
+                S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * look.pixel
             repeat_last(S, RAY_X, n)
             repeat_last(S, RAY_Y, n)
             repeat_last(S, ROOM, n)
-            shade_face(S, blocks(n), loaded, pixel, power, radius, gloss, face, cells, levels)
+            _shade_face(S, blocks(n), loaded, face, look)
             for i in range(shades.size):
                 shades[i] += f32(weights[i]) * kept[i] * S[RESULT + i]
 
 
 @formula
-def aim_at_face(S, weights, row, column, height, width, pixel):
-    """RAY and ROOM of some pixels of a row, of which a face covers `weights`."""
-    for i in range(weights.size):
-        S[ROOM + i] = f32(weights[i]) + LEAST_ROOM
-        S[RAY_X + i] = (f32(column + i) + HALF - f32(width * 0.5)) * pixel
-        S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
-
-
-@formula
-def shade_face(S, n, loaded, pixel, power, radius, gloss, face, cells, levels):
-    """RESULT for n rays that meet a `Face`. cells, levels: its texture."""
-    meet_face(S, n, face.plane, pixel, face.half_u, face.half_v)
-    light_plane(S, n, face.plane, power, radius)
-    if gloss > 0:
-        polish(S, n, face.plane, gloss)
+def _shade_face(S, n, loaded, face, look):
+    """RESULT for n rays that meet a `Face`."""
+    meet_face(S, n, face.plane, look.pixel, face.half_u, face.half_v)
+    light_plane(S, n, face.plane, look.power, look.radius)
+    if look.gloss > 0:
+        polish(S, n, face.plane, look.gloss)
     open_face(S, n, face.half_u, face.half_v, face.nodes)
     if face.shaded:
         shade(S, n, face.reception, True, True)
     unfold(S, n, face.per_u, HALF, face.per_v, HALF, False)
-    sample_around(S, n, cells, loaded, levels, False, SQUARE)
+    sample_around(S, n, look.cells, loaded, look.levels, False, SQUARE)
     reflect(S, n, face.ambient)
 
 

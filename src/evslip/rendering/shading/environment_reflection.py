@@ -1,4 +1,4 @@
-"""What a glossy table mirrors of background and lamp: little from above, much at the low angle of a hand's camera.
+"""Mirrored background and lamp of a glossy table: little from above, much at the low angle of a hand's camera.
 
 The lobe is that of rough plastic: microfacets as of Trowbridge and Reitz (GGX; B. Walter et al., EGSR 2007) with
 Schlick's reflectance, as the path tracer has it. The background counts with its mean around each height.
@@ -12,9 +12,9 @@ from evslip.rendering.scratch import ONE, ZERO, f32, formula, kernel
 from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, U, V
 
 TERMS = 8
-"""Of the polynomial in 1 - cosine."""
+"""Terms of the polynomial in 1 - cosine."""
 COSINES = np.linspace(0.01, 1.0, 100)
-"""Of the view's angle to the normal: where the polynomial is fitted."""
+"""Cosines of the view's angle to the normal at which the polynomial is fitted."""
 AROUND = 128
 """Azimuths between view and light."""
 

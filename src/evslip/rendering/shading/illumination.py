@@ -19,15 +19,15 @@ class Illumination(NamedTuple):
     power: np.float32
     """Luminance x radius^2."""
     blockers: np.ndarray
-    """What keeps light from all around away, of `describe_blockers`: the object first."""
+    """Boxes that keep light from all around away, of `describe_blockers`: the object first."""
     reception: Reception
 
 
 @kernel
-def illuminate(view, lamp, ambient, casters, depth):
-    """view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`. depth: of the body, in metres, for the
-    blur of shadows over a pixel."""
-    camera, turn, centre = view.camera, view.turn, np.zeros(3)
+def illuminate(view, setting, casters, depth):
+    """view: `viewpoint.View`; setting: `setting.Setting`; depth: of the body, in metres, for the blur of shadows over a
+    pixel."""
+    lamp, camera, turn, centre = setting.lamp, view.camera, view.turn, np.zeros(3)
     for k in range(3):
         for j in range(3):
             centre[k] += turn[j, k] * (lamp.position[j] - camera[j])
@@ -35,10 +35,8 @@ def illuminate(view, lamp, ambient, casters, depth):
     right, down = np.zeros(3), np.zeros(3)
     right[0] = down[1] = depth / view.focal
     spread(reception, casters, right, down)
-    return Illumination(
-        turned(ambient, turn), centre.astype(np.float32), f32(lamp.radius_m), power_of(lamp),
-        describe_blockers(casters, turn, camera), reception,
-    )  # fmt: skip
+    ambient, blockers = turned(setting.ambient.matrix, turn), describe_blockers(casters, turn, camera)
+    return Illumination(ambient, centre.astype(np.float32), f32(lamp.radius_m), power_of(lamp), blockers, reception)
 
 
 @kernel

@@ -10,7 +10,7 @@ from evslip.rendering.materials.texels import SQUARE, sample_around
 from evslip.rendering.scratch import HALF, ONE, ZERO, f32, kernel
 from evslip.rendering.shading.ambient import irradiance
 from evslip.rendering.shading.illumination import illuminate
-from evslip.rendering.shading.lamplight import highlight, matt
+from evslip.rendering.shading.surface_light import from_lamp, luminance
 from evslip.rendering.shadows.casters import OBJECT_PART, shade
 from evslip.rendering.shadows.occlusion import block, faces_any
 from evslip.rendering.slots import (
@@ -40,35 +40,42 @@ COARSEST = 0.25
 """Longest side of a pixel's footprint, in repetitions of the texture: at a rim it would grow without end."""
 
 
-class MeshTexture(NamedTuple):
+class MeshLook(NamedTuple):
     cells: np.ndarray
-    """Of `texels.bake`."""
+    """Texels of `texels.bake`."""
     levels: np.ndarray
     repeats: tuple[bool, bool]
-    """Of `Facets`."""
+    """Flags of `Facets`."""
+    gloss: float
+    part: int
+    """Number of the body among the casters."""
+
+
+class Fragments(NamedTuple):
+    """Some of those of a `raster.Raster`."""
+
+    faces: np.ndarray
+    places: np.ndarray
+    shares: np.ndarray
 
 
 @kernel
-def draw_mesh(scratch, out, keep, view, lamp, ambient, gloss, texture, raster, count, casters, part, depth):
+def draw_mesh(scratch, out, keep, view, setting, look, raster, count, casters, depth):
     """Add a mesh's fragments (`raster.Raster`, the first `count`) to `out`, weighted by their shares and by keep
     (height, width), the share of each pixel that no part of the gripper in front of the object covers.
 
-    view: `viewpoint.View`; lamp: `setting.Lamp`; ambient: `Ambient.matrix`; texture: `MeshTexture`; part: number of
-    this body among the casters; depth: its distance before the camera, for the blur of shadows over a pixel.
+    view: `viewpoint.View`; setting: `setting.Setting`; look: `MeshLook`; depth: the body's distance before the camera,
+    for the blur of shadows over a pixel.
     """
-    S, loaded = scratch
-    height, width = out.shape
-    light = illuminate(view, lamp, ambient, casters, depth)
-    leave_out(light.reception, part)
+    image = out.shape[1], out.shape[0], view.focal
+    light = illuminate(view, setting, casters, depth)
+    leave_out(light.reception, look.part)
     for start in range(0, count, SLOT):
         n = min(SLOT, count - start)
         own = slice(start, start + n)
-        shares = raster.fragment_share[own]
-        shade_mesh(
-            S, n, loaded, width, height, view.focal, light, part, f32(gloss), texture, raster.functions,
-            raster.fragment_face[own], raster.fragment_place[own], shares,
-        )  # fmt: skip
-        gather(out, keep, raster.fragment_pixel[own], shares, S[RESULT : RESULT + n])
+        shown = Fragments(raster.fragment_face[own], raster.fragment_place[own], raster.fragment_share[own])
+        shade_mesh(scratch, n, image, light, look, raster.functions, shown)
+        gather(out, keep, raster.fragment_pixel[own], shown.shares, scratch.slots[RESULT : RESULT + n])
 
 
 @kernel
@@ -87,33 +94,31 @@ def gather(out, keep, pixels, shares, values):
 
 
 @kernel
-def shade_mesh(
-    S, n, loaded, width, height, focal, light, part, gloss, texture, functions, faces, places, shares
-):  # fmt: skip
-    """RESULT for n fragments: `faces`, `places`, `shares` of a `raster.Raster`, and its `functions`."""
-    _unpack(S, n, functions, faces, places, width, height, focal, light.lamp, light.radius, light.power, gloss)
-    lit, blockers = ZERO, light.blockers
+def shade_mesh(scratch, n, image, light, look, functions, shown):
+    """RESULT for n `Fragments`. image: its width, its height and the focal length; functions: of a `raster.Raster`."""
+    S, lit, blockers = scratch.slots, ZERO, light.blockers
+    _unpack(S, n, functions, shown, image)
+    _light(S, n, light, f32(look.gloss))
     for i in range(n):
         lit = larger(lit, S[LIT + i])
         S[AMBIENT + i] = irradiance(light.ambient, S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i])
-        S[OPEN + i], S[PART + i] = ONE, f32(part)
-    if part == OBJECT_PART:
+        S[OPEN + i], S[PART + i] = ONE, f32(look.part)
+    if look.part == OBJECT_PART:
         for k in range(1, blockers.shape[0]):
             if faces_any(S, n, blockers[k]):
                 block(S, n, blockers[k], False)
     if lit > ZERO:
         shade(S, n, light.reception, True, True)
-    _look_up(S, n, functions, faces, places, shares, texture.levels[0, 1], texture.repeats)
-    sample_around(S, n, texture.cells, loaded, texture.levels, True, SQUARE)
+    _look_up(S, n, functions, shown, look.levels[0, 1], look.repeats)
+    sample_around(S, n, look.cells, scratch.loaded, look.levels, True, SQUARE)
     for i in range(n):
-        S[RESULT + i] = (
-            S[TEX + i] * (S[AMBIENT + i] * S[OPEN + i] + S[LIT + i] * S[SEEN + i]) + S[GLOSS + i] * S[SEEN + i]
-        )
+        S[RESULT + i] = luminance(S[TEX + i], S[AMBIENT + i], S[OPEN + i], S[LIT + i], S[SEEN + i], S[GLOSS + i])
 
 
 @kernel
-def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_radius, power, gloss):
-    """U, V, W = point in camera axes, NORMAL; LIT and GLOSS as in `plane.meet_plane`; SEEN = 1."""
+def _unpack(S, n, functions, shown, image):
+    """U, V, W = point in camera axes, NORMAL of any length."""
+    (width, height, focal), faces, places = image, shown.faces, shown.places
     per_pixel = 1.0 / focal
     for i in range(n):
         f, x, y = faces[i], places[i, 0], places[i, 1]
@@ -124,30 +129,32 @@ def _unpack(S, n, functions, faces, places, width, height, focal, lamp, lamp_rad
         S[NORMAL_X + i] = f32(depth * (functions[f, 3, 0] * x + functions[f, 3, 1] * y + functions[f, 3, 2]))
         S[NORMAL_Y + i] = f32(depth * (functions[f, 4, 0] * x + functions[f, 4, 1] * y + functions[f, 4, 2]))
         S[NORMAL_Z + i] = f32(depth * (functions[f, 5, 0] * x + functions[f, 5, 1] * y + functions[f, 5, 2]))
-    l0, l1, l2 = lamp[0], lamp[1], lamp[2]
+
+
+@kernel
+def _light(S, n, light, gloss):
+    """Unit length for NORMAL; LIT and GLOSS as of `light_plane` and `polish`; SEEN = ROOM = 1."""
+    l0, l1, l2, radius, power = light.lamp[0], light.lamp[1], light.lamp[2], light.radius, light.power
     for i in range(n):
         x, y, z = S[U + i], S[V + i], S[W + i]
         n0, n1, n2 = S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i]
         unit = ONE / math.sqrt(n0 * n0 + n1 * n1 + n2 * n2 + f32(1e-12))
         n0, n1, n2 = n0 * unit, n1 * unit, n2 * unit
         S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i], S[SEEN + i], S[ROOM + i] = n0, n1, n2, ONE, ONE
-        d0, d1, d2 = l0 - x, l1 - y, l2 - z
-        near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-        lit = matt(power, near, (n0 * d0 + n1 * d1 + n2 * d2) * near, lamp_radius)
         view = ONE / math.sqrt(x * x + y * y + z * z)
-        h0, h1, h2 = d0 * near - x * view, d1 * near - y * view, d2 * near - z * view
-        shine = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
-        shine = highlight(shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9)))
+        towards, back = (l0 - x, l1 - y, l2 - z), (-x * view, -y * view, -z * view)
+        lit, shine = from_lamp(power, radius, towards, (n0, n1, n2), back)
         S[LIT + i] = lit
         S[GLOSS + i] = gloss * shine * lit
 
 
 @kernel
-def _look_up(S, n, functions, faces, places, shares, texels, repeats):
+def _look_up(S, n, functions, shown, texels, repeats):
     """U, V = texture coordinates, MAJOR and MINOR = a pixel's steps among them, times its share.
 
     A texture that does not repeat is not looked up beyond its border, where its other side would come in.
     """
+    faces, places, shares = shown
     for i in range(n):
         f, x, y = faces[i], places[i, 0], places[i, 1]
         depth = 1.0 / (functions[f, 0, 0] * x + functions[f, 0, 1] * y + functions[f, 0, 2])

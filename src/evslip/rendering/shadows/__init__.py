@@ -1,4 +1,4 @@
-"""What keeps light away: boxes, meshes and all of them together before the lamp, and bodies nearby.
+"""Bodies that keep light away: boxes, meshes and all of them together before the lamp, and bodies nearby.
 
 Begin with `casters`.
 """

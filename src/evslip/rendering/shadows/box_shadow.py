@@ -1,4 +1,4 @@
-"""How much of the lamp a box hides: smooth at every size of lamp and pixel."""
+"""Share of the lamp that a box hides: smooth at every size of lamp and pixel."""
 
 import math
 
@@ -24,44 +24,45 @@ def disc_share(x):
 
 @formula
 def fading(inside):
-    """How much a corner still counts for a point that lies `inside` half widths of a pixel's step inside the box."""
+    """Weight that a corner still has for a point that lies `inside` half widths of a pixel's step inside the box."""
     return min(max(TWO - TWO * inside, ZERO), ONE)
 
 
 @formula
-def past_corner(ay, az, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room):
-    """How far the lamp at (dy, dz) stands past the line to a corner at (ay, az), in units of the penumbra's half width.
+def past_corner(ay, az, away, lamp_radius, lamp_distance, right, down, room):
+    """Distance of the lamp at `away` past the line to a corner at (ay, az), in units of the penumbra's half width.
 
     The penumbra is widened by what half a pixel's steps (right, down) turn that line, so that no shadow edge is sharper
     than a pixel, or than the `room` that the pixel has left; a step along the line, as towards the foot of a
     standing box, turns nothing.
     """
     square = ay * ay + az * az
-    turned = lamp_distance * (abs(right_y * az - right_z * ay) + abs(down_y * az - down_z * ay))
-    return (dy * az - dz * ay) * math.sqrt(square) / (lamp_radius * square + HALF * room * turned + TINY)
+    turned = lamp_distance * (abs(right[0] * az - right[1] * ay) + abs(down[0] * az - down[1] * ay))
+    return (away[0] * az - away[1] * ay) * math.sqrt(square) / (lamp_radius * square + HALF * room * turned + TINY)
 
 
 @formula
-def wedge(py, pz, ly, lz, hy, hz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, soft, room):
-    """Share of the lamp's disc inside the wedge that the rectangle |y| <= hy, |z| <= hz subtends from (py, pz).
+def wedge(point, lamp, half, lamp_radius, lamp_distance, right, down, soft, room):
+    """Share of the lamp's disc inside the wedge that the rectangle |y| <= half[0], |z| <= half[1] subtends from a
+    point; all places and steps are (y, z).
 
     The wedge's rims are the farthest corners to either side. Corners between them count as well: it changes nothing
     for a point, but a pixel near the rectangle's edge reaches to both sides of it, and its shadow must pass on smoothly
     from one corner to the next. So must it where a point comes to lie inside, over a pixel's step but at least `soft`.
     """
     # Mirrored so that the point lies at positive y and z; then only three corners can be rims.
-    mirror_y = ONE if py > ZERO else -ONE
-    mirror_z = ONE if pz > ZERO else -ONE
-    right_y, down_y = right_y * mirror_y, down_y * mirror_y
-    right_z, down_z = right_z * mirror_z, down_z * mirror_z
-    py, pz = abs(py), abs(pz)
-    dy, dz = ly * mirror_y - py, lz * mirror_z - pz
+    hy, hz = half
+    mirror_y = ONE if point[0] > ZERO else -ONE
+    mirror_z = ONE if point[1] > ZERO else -ONE
+    right, down = (right[0] * mirror_y, right[1] * mirror_z), (down[0] * mirror_y, down[1] * mirror_z)
+    py, pz = abs(point[0]), abs(point[1])
+    away = lamp[0] * mirror_y - py, lamp[1] * mirror_z - pz
     near_y, near_z = hy - py, hz - pz
-    first = past_corner(near_y, -hz - pz, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
-    middle = past_corner(near_y, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
-    last = past_corner(-hy - py, near_z, dy, dz, lamp_radius, lamp_distance, right_y, right_z, down_y, down_z, room)
-    inside_y = near_y / max(abs(right_y) + abs(down_y), soft)
-    inside_z = near_z / max(abs(right_z) + abs(down_z), soft)
+    first = past_corner(near_y, -hz - pz, away, lamp_radius, lamp_distance, right, down, room)
+    middle = past_corner(near_y, near_z, away, lamp_radius, lamp_distance, right, down, room)
+    last = past_corner(-hy - py, near_z, away, lamp_radius, lamp_distance, right, down, room)
+    inside_y = near_y / max(abs(right[0]) + abs(down[0]), soft)
+    inside_z = near_z / max(abs(right[1]) + abs(down[1]), soft)
     # From within, a farther corner is no rim; and which of two it would be changes where the point is mirrored.
     before = max(disc_share(first) * fading(inside_y), disc_share(middle))
     behind = max(disc_share(-last) * fading(inside_z), disc_share(-middle))
@@ -86,9 +87,9 @@ def hide(S, n, box, lamp_radius):
         x = o0 + m00 * u + m01 * v + m02 * w
         y = o1 + m10 * u + m11 * v + m12 * w
         z = o2 + m20 * u + m21 * v + m22 * w
-        hidden = wedge(y, z, l1, l2, h1, h2, lamp_radius, far0, r1, r2, d1, d2, soft, room)
-        hidden *= wedge(z, x, l2, l0, h2, h0, lamp_radius, far1, r2, r0, d2, d0, soft, room)
-        hidden *= wedge(x, y, l0, l1, h0, h1, lamp_radius, far2, r0, r1, d0, d1, soft, room)
+        hidden = wedge((y, z), (l1, l2), (h1, h2), lamp_radius, far0, (r1, r2), (d1, d2), soft, room)
+        hidden *= wedge((z, x), (l2, l0), (h2, h0), lamp_radius, far1, (r2, r0), (d2, d0), soft, room)
+        hidden *= wedge((x, y), (l0, l1), (h0, h1), lamp_radius, far2, (r0, r1), (d0, d1), soft, room)
         S[HIDDEN + i] = hidden
 
 
@@ -136,7 +137,7 @@ def describe_box(box, axes, place, box_axes, box_place, half, lamp):
 
 @kernel
 def pixel_steps(box, right, down):
-    """How a receiver point moves, in the box frame, from one pixel to the next; right, down (3,): the same in the
+    """Steps of a receiver point, in the box frame, from one pixel to the next; right, down (3,): the same in the
     receiver frame. No longer than the mean half side of the box: a shadow much smaller than its pixel, as close to the
     horizon, is nothing to be spread."""
     longest = (box[15] + box[16] + box[17]) / 3
@@ -181,14 +182,14 @@ def may_shadow(receiver, receiver_radius, caster, caster_radius, lamp, lamp_radi
 
 @formula
 def extent(turn, k, reach, du, dv, dw):
-    """How far receivers reach along an axis of another frame: the box around them, or the sphere. turn: from their
+    """Reach of receivers along an axis of another frame: the box around them, or the sphere. turn: from their
     frame to that one, by rows."""
     return min(reach, abs(turn[3 * k]) * du + abs(turn[3 * k + 1]) * dv + abs(turn[3 * k + 2]) * dw)
 
 
 @kernel
 def box_may_shadow(near, box, lamp_radius):
-    """As `may_shadow`, for the box itself and so with fewer false alarms. near: what is around the receiver in its
+    """Result of `may_shadow` for the box itself, with fewer false alarms. near: what is around the receiver in its
     frame, as of `casters.around`; box: of `describe_box`."""
     u, v, w, reach, du, dv, dw = near
     start = (

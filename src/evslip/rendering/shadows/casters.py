@@ -35,7 +35,7 @@ PAST, RIM_M = f32(0.6), f32(0.005)
 
 
 class Casters(NamedTuple):
-    """In the world."""
+    """Boxes and outlines in the world, and what follows from them."""
 
     lamp: np.ndarray
     """Its centre, (3,)."""
@@ -53,7 +53,7 @@ class Casters(NamedTuple):
     outlines: np.ndarray
     """Number of the outline that casts the shadow instead of the box, or -1; int64 (k,)."""
     edges: np.ndarray
-    """Of all outlines, each in its own frame, float32 (m, 2, 3)."""
+    """Edges of all outlines, each in its own frame, float32 (m, 2, 3)."""
     starts: np.ndarray
     """First edge of every outline, then m; int64 (o + 1,)."""
     frames: np.ndarray
@@ -79,17 +79,17 @@ class Reception(NamedTuple):
     """The casters as seen from one frame of receivers, in few arrays: they are handed on for every few pixels."""
 
     boxes: np.ndarray
-    """Of `box_shadow.describe_box`, float32 (k, BOX)."""
+    """Rows of `box_shadow.describe_box`, float32 (k, BOX)."""
     kinds: np.ndarray
     """Whether the caster is asked at all; the number of its outline or -1; that of its body; int64 (k, 3)."""
     edges: np.ndarray
-    """Of all outlines, float32 (m, 2, 3)."""
+    """Edges of all outlines, float32 (m, 2, 3)."""
     starts: np.ndarray
     outlines: np.ndarray
-    """Of each outline: turn (9) and move (3) from the receivers' frame to its own, the lamp's distance, its plane (3)
+    """Rows: turn (9) and move (3) from the receivers' frame to an outline's, the lamp's distance, its plane (3)
     and a pixel's blur (2); float32 (o, 18)."""
     rims: np.ndarray
-    """Of the boxes, float32 (k, EDGES, 2, 3)."""
+    """Edges of the boxes, float32 (k, EDGES, 2, 3)."""
     joint: np.ndarray
     """Turn (9) and move (3) to the frame in which boxes are joined, its distance from the lamp, a pixel's blur (2) and
     the lamp's radius; float32 (16,)."""
@@ -97,12 +97,12 @@ class Reception(NamedTuple):
 
 
 @kernel
-def cast(
-    lamp, lamp_radius, along, turns, places, halves, parts, blockers, outlines, edges, starts, frames, origins, planes
-):  # fmt: skip
+def cast(lamp, lamp_radius, along, boxes, parts, blockers, outlines, contours):
     """Casters of a frame. along (3,): direction along which seams between bodies are sharpest, the fingers' closing
-    axis. blockers: turns, places and halves of the boxes that keep light from all around away. Everything else as in
-    `Casters`."""
+    axis. boxes: turns, places and halves; blockers: those of the boxes that keep light from all around away; contours:
+    edges, starts, frames, origins and planes. Everything as in `Casters`."""
+    turns, places, halves = boxes
+    edges, starts, frames, origins, planes = contours
     count = places.shape[0]
     if count > MOST:
         raise ValueError("more casters of shadows than there are slots for")

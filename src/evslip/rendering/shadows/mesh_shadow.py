@@ -116,7 +116,7 @@ def silhouette(vertices, planes, edges, lamp, turn):
 
 @kernel
 def _plane(moments):
-    """Least squares by Cramer's rule: of depth = a x + b y + c."""
+    """Coefficients of depth = a x + b y + c: least squares by Cramer's rule."""
     plane = np.zeros(3)
     a, b, c = moments[0], moments[1], moments[2]
     volume = _volume(a[0] + 1e-12, a[1], a[2], b[0], b[1] + 1e-12, b[2], c[0], c[1], c[2] + 1e-12)

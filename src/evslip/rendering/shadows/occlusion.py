@@ -1,4 +1,4 @@
-"""How much of the light from all around the bodies nearby keep away: ambient occlusion.
+"""Share of the light from all around that the bodies nearby keep away: ambient occlusion.
 
 The share of a point's surroundings that a box fills, weighted with the cosine to the normal, is its form factor: a sum
 over the edges of the faces that look to the point (Lambert's formula; Baum, Rushmeier and Winget 1989).
@@ -26,7 +26,7 @@ FLOW_X, FLOW_Y, FLOW_Z, PX, PY, PZ, NX, NY, NZ = (MORE + (24 + k) * SLOT for k i
 
 
 DARK = f32(0.7)
-"""Of the surroundings' light that a body keeps away. What it sends back instead is taken as 0.3 of it: about that of
+"""Share of surrounding light that a body keeps away. What it sends back instead is taken as 0.3 of it: about that of
 grey matt bodies, whose sides face half the sky."""
 FACE_NODES = 13
 """Nodes along each side of a cuboid's face."""
@@ -37,9 +37,8 @@ def arc(cosine, square):
     """Angle over its sine over 2 pi, of two unit vectors; within 1e-3 (Heitz, Dupuy, Hill and Neubelt 2016). square: of
     the sine."""
     x = abs(cosine)
-    near = (f32(0.8543985) + (f32(0.4965155) + f32(0.0145206) * x) * x) / (
-        f32(3.4175940) + (f32(4.1616724) + x) * x
-    )  # fmt: skip
+    over = f32(0.8543985) + (f32(0.4965155) + f32(0.0145206) * x) * x
+    near = over / (f32(3.4175940) + (f32(4.1616724) + x) * x)
     return near if cosine > ZERO else HALF / math.sqrt(max(square, f32(1e-12))) - near
 
 
@@ -154,10 +153,8 @@ def describe_blockers(casters, axes, place):
     """Rows of `box_shadow.describe_box` for the boxes that stand in for all bodies, (k, BOX)."""
     boxes = np.zeros((casters.block_places.shape[0], BOX), np.float32)
     for k in range(boxes.shape[0]):
-        describe_box(
-            boxes[k], axes, place, casters.block_turns[k], casters.block_places[k], casters.block_halves[k],
-            casters.lamp,
-        )  # fmt: skip
+        turn, middle, half = casters.block_turns[k], casters.block_places[k], casters.block_halves[k]
+        describe_box(boxes[k], axes, place, turn, middle, half, casters.lamp)
     return boxes
 
 
@@ -170,9 +167,10 @@ def _block_all(S, n, boxes, above):
 
 
 @kernel
-def surface_nodes(S, width, height, camera, turn, focal, radius, origin, casters):
+def surface_nodes(S, width, height, view, radius, origin, casters):
     """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin; and the
     same for the middle of every column."""
+    camera, turn, focal = view.camera, view.turn, view.focal
     nodes = np.ones((height // PITCH + 2, width // PITCH + 2), np.float32)
     boxes, flat = describe_blockers(casters, np.eye(3), origin), nodes.reshape(-1)
     where, n, columns = np.empty(SLOT, np.int64), 0, nodes.shape[1]

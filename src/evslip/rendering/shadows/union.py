@@ -1,4 +1,4 @@
-"""What several bodies hide of the lamp together.
+"""Share of the lamp that several bodies hide together.
 
 Where two of them hide part of it at once, it matters whether they hide the same part. The lamp's disc is cut in
 STRIPS. In each of them, a box as the lamp sees it covers from its left rim to its right one, over the part of the
@@ -47,7 +47,7 @@ _AREAS = (_RIMS * np.sqrt(1 - _RIMS**2) + np.arcsin(_RIMS)) / 2
 CHORDS = (np.diff(_AREAS) / np.diff(_RIMS)).astype(np.float32)
 """Mean half chords of the unit disc, strip by strip."""
 EDGES = 12
-"""Of a box: the outermost of them are its outline, from wherever it is seen."""
+"""Edges of a box: the outermost of them are its outline, from wherever it is seen."""
 
 LOW, HIGH, GAP_LOW, GAP_HIGH, LOST, UP, DOWN, TALL = (MORE + k * STRIPS * SLOT for k in range(8))
 """State of each strip: the joint interval, the largest gap in it, the length of other gaps; of the box at hand the
@@ -56,7 +56,7 @@ X0, Y0, SLOPE, Y1, SENSE = (MORE + (8 * STRIPS + k) * SLOT for k in range(5))
 """One edge before the lamp's disc; up to 1 or -1 for one of the outline, as it runs, 0 for another."""
 PX, PY, PZ, UNITED, OWN, BOXED, BLUR_X, BLUR_Y, PER_DEPTH = (MORE + (8 * STRIPS + 5 + k) * SLOT for k in range(9))
 COUNTED, MOST = MORE + (8 * STRIPS + 14) * SLOT, 24
-"""How far the box of each of at most so many casters counts."""
+"""Weights of the boxes of at most so many casters."""
 
 
 @kernel
@@ -84,7 +84,7 @@ def edges_of(turns, places, halves, frame, origin, edges):
 
 @kernel
 def note(S, n, j, layered):
-    """How far the box of caster number j counts where shadows are joined. layered: it may lie behind some points, or be
+    """Weight of the box of caster number j where shadows are joined. layered: it may lie behind some points, or be
     their own body; where it hides (HIDDEN) next to nothing by itself, it does not count."""
     n, counted = clamped(n), slot(COUNTED + j * SLOT)
     for i in range(n):
@@ -212,7 +212,7 @@ def _enter(S, n, box):
 
 @formula
 def _sense(S, n, b, c, counted, sign_b, sign_c, half_b, half_c):
-    """How far an edge is part of the outline that a point sees: one of its two faces, across b and c, looks there."""
+    """Share of an edge in the outline that a point sees: one of its two faces, across b and c, looks there."""
     n, b, c, counted = clamped(n), slot(b), slot(c), slot(counted)
     for i in range(n):
         seen_b = min(max(ONE + (sign_b * S[b + i] - half_b) * PER_RIM, ZERO), ONE)

@@ -1,1 +1,1 @@
-"""When a frame is drawn, and which parts of it are drawn anew. Begin with `schedule`."""
+"""Times of frames, and the parts of them that are drawn anew. Begin with `schedule`."""

@@ -1,4 +1,4 @@
-"""How fast what stands before the backdrop changes in the image: object, gripper and arm.
+"""Motion in the image of what stands before the backdrop: object, gripper and arm.
 
 A held object and the fingers around it stand still in the image of a camera on the hand; what changes is the light on
 them, and that slowly.
@@ -32,7 +32,7 @@ def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: L
 
 
 def _shadow_motion(poses: ScenePoses, camera: Camera, lamp: Lamp) -> np.ndarray:
-    """How far the shadows that object and gripper cast on each other may move: they turn about what casts them as the
+    """Motion of the shadows that object and gripper cast on each other, at most: they turn about what casts them as the
     lamp turns about the camera."""
     towards = into(poses.camera_position[:, None], poses.camera_rotation, lamp.position)[:, 0]
     away = np.linalg.norm(towards, axis=1)

@@ -1,4 +1,4 @@
-"""When to draw a frame: often enough that nothing moves far in the image, and no oftener."""
+"""Times at which to draw a frame: often enough that nothing moves far in the image, and no oftener."""
 
 import itertools
 
@@ -17,7 +17,7 @@ GRID = 7
 NEAR_M = 0.02
 """Corners of object and arm closer to the camera plane than this are not followed."""
 SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-"""Of the corners of a box."""
+"""Signs of the corners of a box."""
 LINK_CHECKS = 50
 """Every so many poses, it is seen which of the arm's links are in view."""
 
@@ -69,7 +69,7 @@ def object_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarr
 
 
 def arm_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
-    """The same of the corners of the arm's links; 0 where there is no arm."""
+    """Farthest movement of the corners of the arm's links, (m - 1,); 0 where there is no arm."""
     links, parts = poses.links, hulls()
     if links is None:
         return 0.0
@@ -127,7 +127,7 @@ def _scene_motion(poses: ScenePoses, camera: Camera, radius_m: float) -> np.ndar
 
 
 def scene_hits(poses: ScenePoses, camera: Camera, pixels: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """What each pose but the last sees of surface and background at places (k, 2) of the image: points of the world
+    """Surface and background that each pose but the last sees at places (k, 2) of the image: points of the world
     (m - 1, k, 3), and whether they lie on the surface, (m - 1, k). camera: a pinhole."""
     rays = np.stack([pixels[:, 0] - camera.width / 2, camera.height / 2 - pixels[:, 1]], 1) / camera.focal_px
     rays = np.concatenate([rays, np.full((len(rays), 1), -1.0)], 1)

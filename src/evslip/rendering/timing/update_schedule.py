@@ -1,4 +1,4 @@
-"""How fast each part of the backdrop moves in the image, and in which frames it is drawn anew.
+"""Motion of each part of the backdrop in the image, and the frames in which it is drawn anew.
 
 Frames come as often as what moves fastest asks for: the table right before the camera. What is farther away moves a
 fraction of that. The image is divided into cells; each is drawn when it has moved about as far as a frame may, and is
@@ -29,13 +29,13 @@ STEADY_PX = 0.05
 object's edge has uncovered something, so the cells around it are drawn anew, too. So they are where the surface has
 moved so far below an object that is about to stand on it: the gap between them is dark."""
 GAP_M = 0.01
-"""How near the surface that is."""
+"""Height over the surface that counts as near."""
 ASIDE_PX = 2.0
-"""How far around an object's corners it may cover pixels."""
+"""Distance from an object's corners at which it may cover pixels."""
 LOWEST = 0.05
 """Least height of the lamp over a point of a body, as a share of the lamp's own, at which its shadow is followed."""
 ASIDE_M = 0.02
-"""How far around a body's shadow it is still dark, beyond its penumbra."""
+"""Distance from a body's shadow at which it is still dark, beyond its penumbra."""
 STEP_M = 1e-4
 """For differences in place of derivatives."""
 
@@ -46,16 +46,16 @@ class Cells(NamedTuple):
     rows: int
     columns: int
     height: int
-    """Of a cell, in pixels."""
+    """Height of a cell, in pixels."""
     width: int
 
 
 class CellPlan(NamedTuple):
-    """When each cell is drawn, and of which drawings it is blended in each frame: slots of shape (frames, rows,
+    """Times at which each cell is drawn, and the drawings that each frame blends: slots of shape (frames, rows,
     columns), int8."""
 
     slots: np.ndarray
-    """Where a cell that is drawn in a frame is kept until it is no longer needed, -1 if it is not drawn."""
+    """Slot in which a cell that is drawn in a frame is kept until it is no longer needed, -1 if it is not drawn."""
     before: np.ndarray
     """Slot of the last time that it was drawn, up to this frame."""
     earlier: np.ndarray
@@ -73,7 +73,7 @@ def divide(height: int, width: int) -> Cells:
 
 
 def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: int = LAG) -> CellPlan:
-    """When to draw the cells.
+    """Plan of when to draw the cells.
 
     motion (m - 1, rows, columns): from `cell_motion`. A cell is drawn in the frame that is nearest to `limit_px` of
     motion after the last one, in every `lag`-th, in the first and last, and on both sides of each of the `changes`,
@@ -105,7 +105,7 @@ def plan_still(cells: Cells) -> CellPlan:
 
 
 def _place_of(drawn: np.ndarray, place: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """Where in `place` (frames, rows, columns) the drawings of these numbers are."""
+    """Places in `place` (frames, rows, columns) of the drawings of these numbers."""
     found = np.zeros((int(drawn.sum(0).max()), *place.shape[1:]))
     frame, *cell = np.nonzero(drawn)
     number = (np.cumsum(drawn, 0) - 1)[frame, *cell]
@@ -173,9 +173,9 @@ class _Ground(NamedTuple):
     is_surface: np.ndarray
     """Whether it is seen there, of shape (m - 1, rows + 1, columns + 1)."""
     moved: np.ndarray
-    """How far it moves in the image until the next pose, of shape (m - 1, n, 2)."""
+    """Way that it moves in the image until the next pose, of shape (m - 1, n, 2)."""
     along_x: np.ndarray
-    """How far a step in the world moves it there in pixels per metre, of shape (m - 1, n, 2)."""
+    """Way that a step in the world moves it there, in pixels per metre, of shape (m - 1, n, 2)."""
     along_y: np.ndarray
 
 
@@ -227,7 +227,7 @@ def _project(poses: ScenePoses, camera: Camera, points: np.ndarray) -> np.ndarra
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
-    """Of values (m, rows + 1, columns + 1, ...) at the cells' corners, the largest of each cell."""
+    """Largest of values (m, rows + 1, columns + 1, ...) at the corners of each cell."""
     pairs = np.maximum(values[:, 1:], values[:, :-1])
     return np.maximum(pairs[:, :, 1:], pairs[:, :, :-1])
 
@@ -255,5 +255,5 @@ def _touched(image: np.ndarray, x: np.ndarray, y: np.ndarray, aside_px: float) -
 
 
 def _project_next(poses: ScenePoses, camera: Camera, points: np.ndarray) -> np.ndarray:
-    """Where points (m - 1, k, 3) of the world are in the image of the next pose."""
+    """Places of points (m - 1, k, 3) of the world in the image of the next pose."""
     return camera.project(into(poses.camera_position[1:, None], poses.camera_rotation[1:], points))[..., :2]
