@@ -16,13 +16,10 @@ if TYPE_CHECKING:
     from evslip.events.presets import PRESETS, PixelModel
 
 _LAZY = {
-    "EventCamera": "camera",
-    "EventCameras": "batch",
-    "PRESETS": "presets",
-    "PixelModel": "presets",
-    "load_noise_map": "noise_map",
-    "measure_noise": "noise_map",
-    "save_noise_map": "noise_map",
+    "batch": ("EventCameras",),
+    "camera": ("EventCamera",),
+    "noise_map": ("load_noise_map", "measure_noise", "save_noise_map"),
+    "presets": ("PRESETS", "PixelModel"),
 }
 __all__ = [
     "CAUSES",
@@ -41,6 +38,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     # Looked up on first use: those who only read events need no compiler.
-    if name in _LAZY:
-        return getattr(importlib.import_module(f"evslip.events.{_LAZY[name]}"), name)
+    for module, names in _LAZY.items():
+        if name in names:
+            return getattr(importlib.import_module(f"evslip.events.{module}"), name)
     raise AttributeError(f"module 'evslip.events' has no attribute {name!r}")

@@ -47,5 +47,5 @@ class EventCameras:
 
 
 def camera_seed(seed: int, index: int) -> int:
-    """The seed of one camera of a batch."""
+    """Seed of one camera of a batch."""
     return int(np.random.SeedSequence([seed, index]).generate_state(1, np.uint64)[0])

@@ -1,4 +1,4 @@
-"""The event camera: frames in, events out."""
+"""Event camera: frames in, events out."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict
@@ -14,7 +14,7 @@ from evslip.events.sensor.frame_checks import checked_image, checked_mask, check
 from evslip.events.sensor.optics import INTENSITIES, Intensity
 from evslip.events.sensor.ordering import in_time_order, unpack
 from evslip.events.sensor.sensor import Sensor
-from evslip.events.sensor.threads import FrameProcessor, Task
+from evslip.events.sensor.threads import FrameProcessor
 from evslip.events.stream import Events, concatenate
 from evslip.events.v2e.pixels import V2EPixels
 from evslip.utils.errors import ConfigError
@@ -113,7 +113,7 @@ class EventCamera:
         self._buffer.clear()
 
     def state(self) -> dict[str, Any]:
-        """All that the camera is and remembers, as plain values and arrays; see `from_state`."""
+        """Settings and state of the camera, as plain values and arrays; see `from_state`."""
         buffer = self._buffer
         return {
             "model": asdict(self.model),
@@ -138,7 +138,7 @@ class EventCamera:
         return camera
 
     def step(self, t_us: float, image: np.ndarray, bodies: np.ndarray | None = None) -> Events:
-        """The events between the frame before and this one; none for the first frame, which the pixels settle on.
+        """Events between the frame before and this one; none for the first frame, which the pixels settle on.
 
         t_us: time in microseconds, later than the last; fractions are welcome.
         image: of shape (height, width), in the camera's intensity scale.
@@ -150,7 +150,7 @@ class EventCamera:
         return self._process()
 
     def run(self, frames: Iterable[Timed]) -> Events:
-        """The events of a sequence of (t_us, image), (t_us, image, bodies) or Frame, as from `step` one by one.
+        """Events of a sequence of (t_us, image), (t_us, image, bodies) or Frame, as from `step` one by one.
 
         Works through the sequence as it comes and keeps only events; the arrays may be reused once the next frame is
         asked for. With more than one thread, frames are asked for while those before them are still worked on.
@@ -196,10 +196,7 @@ class EventCamera:
             return processor.events()[0]
 
     def _processor(self) -> FrameProcessor:
-        return FrameProcessor(self._tasks, self._arranged, self.threads)
-
-    def _tasks(self, buffer: FrameBuffer) -> list[Task]:
-        return self._sensor.tasks(buffer) if buffer.count > 0 else []
+        return FrameProcessor(self._sensor.tasks, self._arranged, self.threads)
 
     @staticmethod
     def _arranged(raw: np.ndarray, labelled: bool) -> Events:

@@ -19,7 +19,7 @@ class StreamChecker:
         self._seen, self._last_us = 0, -(2**63)
 
     def check(self, events: Events) -> None:
-        """The next part. Raises DataError."""
+        """Check the next part. Raises DataError."""
         check_events(events, self._size, self._where, self._seen)
         if events.count:
             if events.t_us[0] < self._last_us:
@@ -64,7 +64,7 @@ def check_size(width: Any, height: Any, where: object) -> tuple[int, int]:
 
 
 def extent(events: Events) -> tuple[int, int]:
-    """The smallest (width, height) that holds all events; (1, 1) for none."""
+    """Smallest (width, height) that holds all events; (1, 1) for none."""
     if not events.count:
         return 1, 1
     return int(events.x.max()) + 1, int(events.y.max()) + 1

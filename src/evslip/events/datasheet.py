@@ -5,37 +5,12 @@ import inspect
 import textwrap
 from typing import Any
 
-from evslip.events.presets import LIMITS, PARAMETERS, PRESETS, PixelModel
+from evslip.events.presets import LIMITS, PARAMETERS, PRESETS, UNITS, PixelModel
 from evslip.utils.errors import ConfigError
-
-UNITS = {
-    "theta": "ln",
-    "sigma": "ln",
-    "theta_on": "ln",
-    "theta_off": "ln",
-    "cutoff_hz": "Hz",
-    "leak_rate_hz": "Hz",
-    "leak_spread": "decades",
-    "leak_jitter": "1",
-    "leak_map": "1",
-    "shot_rate_hz": "Hz",
-    "hot_share": "1",
-    "hot_rate_hz": "Hz",
-    "dead_share": "1",
-    "noise_map": "Hz",
-    "photoreceptor_noise": "ln",
-    "refractory_us": "us",
-    "dark": "white",
-    "surround_pixels": "pixels",
-    "surround_us": "us",
-    "adaptive_us": "us",
-    "adaptive_spread": "ln",
-}
-"""Unit of each parameter: ln is a change of log intensity, 1 a plain ratio, white the luminance of white."""
 
 
 def meanings() -> dict[str, str]:
-    """What each parameter of the pixel model means, in one line each: the text below the field in the source."""
+    """Meaning of each parameter of the pixel model, in one line each: the text below the field in the source."""
     (model,) = ast.parse(textwrap.dedent(inspect.getsource(PixelModel))).body
     assert isinstance(model, ast.ClassDef)
     texts, name = {}, ""
@@ -62,7 +37,7 @@ def datasheet(preset: str, width: int = 110) -> str:
 
 
 def presets_table() -> str:
-    """The presets side by side, as Markdown; only what differs from one to another."""
+    """Presets side by side, as Markdown; only what differs from one to another."""
     different = [name for name in PARAMETERS if len({_shown(getattr(p, name)) for p in PRESETS.values()}) > 1]
     lines = ["| preset | " + " | ".join(f"{name} ({UNITS[name]})" for name in different) + " |"]
     lines.append("|---" * (len(different) + 1) + "|")

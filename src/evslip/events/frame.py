@@ -12,7 +12,7 @@ NO_BODY = 255
 
 
 class Instant(NamedTuple):
-    """What a frame unpacks into."""
+    """Fields that a frame unpacks into."""
 
     t_us: int
     """Time of the instant in microseconds."""
@@ -23,7 +23,7 @@ class Instant(NamedTuple):
 
 
 class Frame(Instant):
-    """What a renderer shows of one instant. Unpacks as (t_us, luminance, bodies); the other arrays, of what a ray
+    """Picture of one instant by a renderer. Unpacks as (t_us, luminance, bodies); the other arrays, of what a ray
     through the middle of each pixel meets first, are None unless asked for."""
 
     depth: np.ndarray | None = None

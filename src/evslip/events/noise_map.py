@@ -1,4 +1,4 @@
-"""The noise of a real sensor: measured, kept in a file, and brought back."""
+"""Noise of a real sensor: measured, kept in a file, and brought back."""
 
 import io
 from pathlib import Path
@@ -33,9 +33,9 @@ def measure_noise(events: Events, size: tuple[int, int]) -> np.ndarray:
 
 
 def unrest(events: Events, size: tuple[int, int]) -> float:
-    """How much more the pixels' counts differ between the halves of a recording than chance allows.
+    """Unrest of a recording: how much more the pixels' counts differ between its halves than chance allows.
 
-    The mean of (a - b)^2 / (a + b) of all pixels that fired, a and b being their counts: 1 for a Poisson process, as
+    Mean of (a - b)^2 / (a + b) of all pixels that fired, a and b being their counts: 1 for a Poisson process, as
     noise is, less for a regular leak, far more where something moves or the light changes. events: one or more; size:
     (width, height).
     """
@@ -56,7 +56,7 @@ def save_noise_map(path: str | Path, noise_map: np.ndarray) -> None:
 
 
 def load_noise_map(path: str | Path) -> np.ndarray:
-    """The rates that `save_noise_map` wrote, float64 of shape (2, height, width). Raises DataError."""
+    """Rates that `save_noise_map` wrote, float64 of shape (2, height, width). Raises DataError."""
     check_noise_suffix(path)
     if not Path(path).is_file():
         raise DataError(f"{path}: there is no such file")

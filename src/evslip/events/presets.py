@@ -1,6 +1,6 @@
-"""Everything a pixel can be told, and named sets of values."""
+"""Parameters of the event pixels, and named sets of values."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -10,89 +10,73 @@ from evslip.utils.errors import ConfigError
 Map = np.ndarray
 
 
+def _in(unit: str, low: float, high: float) -> dict[str, Any]:
+    return {"unit": unit, "limits": (low, high)}
+
+
 @dataclass(frozen=True)
 class PixelModel:
     """Parameters of the event pixels. Maps have the sensor's shape, (height, width)."""
 
-    theta: float = 0.2
+    theta: float = field(default=0.2, metadata=_in("ln", 0.01, 5.0))
     """Mean contrast threshold of both polarities, in ln units."""
-    sigma: float = 0.03
+    sigma: float = field(default=0.03, metadata=_in("ln", 0.0, 1.0))
     """Standard deviation of the thresholds over the pixels, in ln units; ON and OFF independent, each at least 0.01."""
-    theta_on: float | Map | None = None
+    theta_on: float | Map | None = field(default=None, metadata=_in("ln", 0.01, 5.0))
     """ON threshold in ln units: a number replaces theta as the mean, a map is taken as it is, without sigma."""
-    theta_off: float | Map | None = None
+    theta_off: float | Map | None = field(default=None, metadata=_in("ln", 0.01, 5.0))
     """OFF threshold, as theta_on."""
-    cutoff_hz: float = 0.0
+    cutoff_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e6))
     """Corner of the photoreceptor's low-pass at white, Hz; (I + 20) / 275 of it at intensity I (0 to 255). 0: none."""
-    leak_rate_hz: float = 0.0
+    leak_rate_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e3))
     """Leak events (ON) a second and pixel."""
-    leak_spread: float = 0.1
+    leak_spread: float = field(default=0.1, metadata=_in("decades", 0.0, 1.0))
     """Standard deviation over the pixels of log10 of the leak rate."""
-    leak_jitter: float = 0.1
+    leak_jitter: float = field(default=0.1, metadata=_in("1", 0.0, 1.0))
     """Standard deviation of the leak rate from one event of a pixel to its next, relative."""
-    leak_map: Map | None = None
+    leak_map: Map | None = field(default=None, metadata=_in("1", 0.0, 1e3))
     """Factor of the leak rate for each pixel; replaces leak_spread."""
-    shot_rate_hz: float = 0.0
+    shot_rate_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e3))
     """Shot noise events a second and pixel, both polarities together, in the dark; at white a quarter."""
-    hot_share: float = 0.0
+    hot_share: float = field(default=0.0, metadata=_in("1", 0.0, 1.0))
     """Share of pixels that are hot: they fire ON at random without cause."""
-    hot_rate_hz: float = 50.0
+    hot_rate_hz: float = field(default=50.0, metadata=_in("Hz", 0.0, 1e5))
     """Events a second of a hot pixel."""
-    dead_share: float = 0.0
+    dead_share: float = field(default=0.0, metadata=_in("1", 0.0, 1.0))
     """Share of pixels that never fire."""
-    noise_map: Map | None = None
+    noise_map: Map | None = field(default=None, metadata=_in("Hz", 0.0, 1e5))
     """Measured noise, events a second of each pixel, ON and OFF, of shape (2, height, width), as `measure_noise` gives
     it. Replaces shot_rate_hz, leak_rate_hz and hot pixels; labelled shot, and independent of intensity."""
-    photoreceptor_noise: float = 0.0
+    photoreceptor_noise: float = field(default=0.0, metadata=_in("ln", 0.0, 1.0))
     """Standard deviation of the photoreceptor's noise in ln units; the pixel's low-pass limits its band, so cutoff_hz
     must not be 0. Its events are labelled shot; unlike shot_rate_hz it scatters the signal's times too."""
-    refractory_us: float = 0.0
+    refractory_us: float = field(default=0.0, metadata=_in("us", 0.0, 1e6))
     """Time in microseconds after an event during which a pixel is held in reset."""
-    dark: float = 1e-3
+    dark: float = field(default=1e-3, metadata=_in("white", 1e-6, 20 / 255))
     """Dark current of the photoreceptor as a luminance, white = 1: linear input L becomes ln(L + dark)."""
-    surround_pixels: float = 0.0
+    surround_pixels: float = field(default=0.0, metadata=_in("pixels", 0.0, 100.0))
     """Space constant, in pixels, of the surround that is subtracted from each pixel; 0: none. Mode v2e."""
-    surround_us: float = 0.0
+    surround_us: float = field(default=0.0, metadata=_in("us", 0.0, 1e6))
     """Time constant of the surround in microseconds; 0: it settles within every frame. Mode v2e."""
-    adaptive_us: float | Map = 0.0
+    adaptive_us: float | Map = field(default=0.0, metadata=_in("us", 0.0, 1e9))
     """Time constant of an adaptive high-pass in microseconds (v2e's SCIDVS: 10000); 0: none. A number is the median,
     a map is taken as it is. Mode v2e."""
-    adaptive_spread: float = 0.5
+    adaptive_spread: float = field(default=0.5, metadata=_in("ln", 0.0, 2.0))
     """Standard deviation over the pixels of ln of that time constant. Mode v2e."""
 
 
 PARAMETERS = tuple(field.name for field in fields(PixelModel))
-LIMITS = {
-    "theta": (0.01, 5.0),
-    "sigma": (0.0, 1.0),
-    "theta_on": (0.01, 5.0),
-    "theta_off": (0.01, 5.0),
-    "cutoff_hz": (0.0, 1e6),
-    "leak_rate_hz": (0.0, 1e3),
-    "leak_spread": (0.0, 1.0),
-    "leak_jitter": (0.0, 1.0),
-    "leak_map": (0.0, 1e3),
-    "shot_rate_hz": (0.0, 1e3),
-    "hot_share": (0.0, 1.0),
-    "hot_rate_hz": (0.0, 1e5),
-    "dead_share": (0.0, 1.0),
-    "noise_map": (0.0, 1e5),
-    "photoreceptor_noise": (0.0, 1.0),
-    "refractory_us": (0.0, 1e6),
-    "dark": (1e-6, 20 / 255),
-    "surround_pixels": (0.0, 100.0),
-    "surround_us": (0.0, 1e6),
-    "adaptive_us": (0.0, 1e9),
-    "adaptive_spread": (0.0, 2.0),
-}
+LIMITS: dict[str, tuple[float, float]] = {field.name: field.metadata["limits"] for field in fields(PixelModel)}
 """Physical limits of each number, and of each entry of a map."""
+UNITS: dict[str, str] = {field.name: field.metadata["unit"] for field in fields(PixelModel)}
+"""Unit of each parameter: ln is a change of log intensity, 1 a plain ratio, white the luminance of white."""
 MAPS = ("theta_on", "theta_off", "leak_map", "noise_map", "adaptive_us")
 """Parameters that may differ from pixel to pixel as given."""
 FOREIGN = {
     "v2e": ("hot_share", "hot_rate_hz", "dead_share", "noise_map", "photoreceptor_noise"),
     "accurate": ("surround_pixels", "surround_us", "adaptive_us", "adaptive_spread"),
 }
-"""What the rules of each mode do not know."""
+"""Parameters that each mode does not have."""
 
 PRESETS: dict[str, PixelModel] = {
     "davis346": PixelModel(
@@ -107,28 +91,10 @@ PRESETS: dict[str, PixelModel] = {
     "clean": PixelModel(theta=0.2, sigma=0.02),
     "noisy": PixelModel(theta=0.2, sigma=0.05, cutoff_hz=30.0, leak_rate_hz=0.1, shot_rate_hz=5.0),
 }
-"""Named settings.
-
-davis346: what the slip detection paper gave to v2e.
-clean, noisy: v2e's (Hu, Liu, Delbruck, v2e: from video frames to realistic DVS events, CVPR workshops 2021).
-
-dvxplorer: Samsung's VGA sensor (Son et al., A 640x480 dynamic vision sensor with a 9 um pixel and 300 Meps
-address-event representation, ISSCC 2017). refractory_us: it reads out whole event frames, 5000 a second by default
-(dv-processing: EFPS_VARIABLE_5000), so a pixel fires at most once in 200 us; in a DVXplorer's recording the events of a
-pixel are multiples of 197.5 us apart. The grid of time stamps that this makes is not modelled. cutoff_hz: time constant
-of 410 us, the longest latency, and shot_rate_hz: the noise, in the table of sensors of Gallego et al., Event-based
-vision: a survey, TPAMI 2022. theta: assumed, above the smallest that commercial sensors reach, 10 % (Graca et al.,
-SciDVS, arXiv:2409.09648, 2024).
-
-prophesee-like: Prophesee's Gen4 (Finateu et al., A 1280x720 back-illuminated stacked temporal contrast event-based
-vision sensor, ISSCC 2020) and its successor, Sony's IMX636. theta: nominal contrast threshold of 25 %, ln 1.25
-(specification of the IMX636 in the EVK4). cutoff_hz: time constant of 150 us, the longest latency in the survey's table
-(20 to 150 us; the EVK4's manual says 220 us, typically). shot_rate_hz: the survey's table. refractory_us: assumed; in a
-recording of a Gen3 sensor 1 % of the events follow another of their pixel within 11 us.
-
-Of both, sigma is that of the first sensor of the kind, 2.1 % (Lichtsteiner, Posch, Delbruck, JSSC 2008), and the leak
-is v2e's. Biases change all of these: `evslip calibrate-noise` measures the noise of a camera at hand.
-"""
+"""Named settings: davis346 is what the slip detection paper gave to v2e; clean and noisy are v2e's own (Hu, Liu,
+Delbruck, v2e: from video frames to realistic DVS events, CVPR workshops 2021). dvxplorer (Samsung VGA) and
+prophesee-like (Gen4, IMX636) follow what is public about these sensors; docs/explanation/event-camera.md gives the
+source of each value. Biases change all of them: `evslip calibrate-noise` measures the noise of a camera at hand."""
 
 
 def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> PixelModel:

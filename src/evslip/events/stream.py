@@ -31,7 +31,7 @@ class Events(NamedTuple):
         return len(self.t_us)
 
     def select(self, which: slice | np.ndarray) -> "Events":
-        """The events that a slice, a mask or an index array picks, labels included."""
+        """Events that a slice, a mask or an index array picks, labels included."""
         return Events._make(None if field is None else field[which] for field in self)
 
     def between(self, start_us: int, end_us: int) -> "Events":

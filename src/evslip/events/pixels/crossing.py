@@ -1,4 +1,4 @@
-"""Where a cubic first leaves a band."""
+"""Places where a cubic first leaves a band."""
 
 import math
 
@@ -7,7 +7,7 @@ from evslip.utils.jit import compiled
 
 @compiled(error_model="numpy")
 def _root(c0: float, c1: float, c2: float, c3: float, low: float, high: float) -> float:
-    """Where the cubic crosses zero between two points where its signs differ: Newton's method, kept in the bracket."""
+    """Zero of the cubic between two points where its signs differ: Newton's method, kept in the bracket."""
     at_low = c0 + low * (c1 + low * (c2 + low * c3))
     at_high = c0 + high * (c1 + high * (c2 + high * c3))
     if at_low * at_high >= 0.0:

@@ -14,7 +14,7 @@ from evslip.events.pixels.crossing import straight_crossing
 from evslip.events.pixels.kernel import CAPACITY, doubled
 from evslip.events.pixels.pixel import MEAN_LEAK, OFF, ON, RATE, REFERENCE, Parameters, word_of
 from evslip.events.pixels.screen import MARGIN, TILE
-from evslip.events.pixels.state import Pixels, Response, current_and_log, photocurrent_of
+from evslip.events.pixels.state import Pixels, Response, current_and_log
 from evslip.events.sensor.frame_buffer import GROUP, Frames, note_changes
 from evslip.events.stream import SIGNAL
 from evslip.utils.jit import compiled
@@ -42,17 +42,6 @@ class Bytes(NamedTuple):
     """Least byte whose logarithm is not below that of a step, int16 of shape (n,); 256: none."""
     greatest: np.ndarray
     """Greatest byte whose logarithm is not above; -1: none."""
-
-
-class Scratch(NamedTuple):
-    """Arrays for a tile, used again for the next one."""
-
-    changed: np.ndarray
-    """Groups whose light changes, see `frame_buffer.note_changes`."""
-    groups: np.ndarray
-    """Numbers of those groups, int64 of shape (groups,)."""
-    marks: np.ndarray
-    """1 for pixels outside of their range, uint8 of shape (TILE,)."""
 
 
 def is_ideal(params: Parameters, pixels: Pixels) -> bool:
@@ -127,18 +116,17 @@ def process_band(
     """Run a band of pixels through some frames; see `kernel.process_band`."""
     words = frames.words.shape[1] * GROUP // frames.images.shape[1]
     changed = np.empty((TILE // GROUP, words), np.uint8)
-    scratch = Scratch(changed, np.empty(TILE // GROUP, np.int64), np.empty(TILE, np.uint8))
-    return _process_band(frames, first, last, response, known, ranges, pixels, scratch)
+    groups, marks = np.empty(TILE // GROUP, np.int64), np.empty(TILE, np.uint8)
+    return _process_band(frames, first, last, response, known, ranges, pixels, changed, groups, marks)
 
 
 @compiled(error_model="numpy")
-def _process_band(frames, first_pixel, last_pixel, response, known, ranges, pixels, scratch):
+def _process_band(frames, first_pixel, last_pixel, response, known, ranges, pixels, changed, groups, marks):
     frames, response, known = without_refcount((frames, response, known))
-    ranges, pixels, scratch = without_refcount((ranges, pixels, scratch))
+    ranges, pixels, changed, groups, marks = without_refcount((ranges, pixels, changed, groups, marks))
     images, words, times_us, bodies, columns = frames
     table, logs, factor, offset = response.table, response.logs, response.factor, response.offset
     current, state = pixels.current, pixels.state
-    changed, groups, marks = scratch
     mark_words = marks.view(np.uint64)
     events, count = np.empty((CAPACITY, 2), np.int64), 0
     touched = 0.0
@@ -194,7 +182,7 @@ def _process_band(frames, first_pixel, last_pixel, response, known, ranges, pixe
                     _set_range(pixel, reference, on, off, known, response, ranges)
         for k in range(found):
             for pixel in range(groups[k] * GROUP, min((groups[k] + 1) * GROUP, len(current))):
-                current[pixel] = photocurrent_of(images[-1, pixel], table, factor, offset)
+                current[pixel], _ = current_and_log(images[-1, pixel], table, logs, factor, offset)
     # Used, so that the compiler cannot leave the touching out.
     marks[0] = np.uint8(touched > 0.0)
     return events[:count]

@@ -56,19 +56,7 @@ def doubled(events: np.ndarray) -> np.ndarray:
 
 
 @compiled(error_model="numpy")
-def _fire_marked(
-    k: int,
-    width: int,
-    frames: Frames,
-    span: Span,
-    response: Response,
-    epoch_us: float,
-    pixels: Pixels,
-    params: Parameters,
-    scratch: Scratch,
-    events: np.ndarray,
-    count: int,
-) -> tuple[int, int]:
+def _fire_marked(k, width, frames, span, response, epoch_us, pixels, params, scratch, events, count) -> tuple[int, int]:
     """Compute the marked pixels of a tile one by one, from the k-th of `width` active ones on.
 
     Returns the active pixel that comes next and the number of events so far; the former is less than `width` where the

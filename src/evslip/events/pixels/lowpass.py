@@ -1,4 +1,4 @@
-"""The photoreceptor: one-pole low-pass of log intensity whose corner rises with intensity.
+"""Photoreceptor: one-pole low-pass of log intensity whose corner rises with intensity.
 
 Between two frames the logarithm L of the photocurrent Y is taken as linear in time, as every event simulator without
 rendered sub-frames does. The filter obeys
@@ -66,7 +66,7 @@ def advance(
 
 @compiled(error_model="numpy")
 def halvings(change: float, exponent: float) -> int:
-    """How often an interval must be halved until `advance` holds for each part; exponent: K, or more."""
+    """Number of times that an interval must be halved until `advance` holds for each part; exponent: K, or more."""
     change = abs(change)
     count = 0
     while count < 16 and (change > MAX_CHANGE or change * exponent > MAX_PRODUCT):
@@ -80,7 +80,7 @@ def halvings(change: float, exponent: float) -> int:
 def advance_far(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, base: float, gain: float
 ) -> float:
-    """As `advance` for an interval of any size, by halving it; base and gain already multiplied by its length."""
+    """lp at the end of an interval of any size, by halving it; base and gain already multiplied by its length."""
     steepest = base + gain * max(current_0, current_1)
     count = 1 << halvings(log_1 - log_0, steepest)
     change = (log_1 - log_0) / count

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from evslip.events.pixels.pixel import Parameters, next_noise
+from evslip.events.pixels.pixel import next_noise
 from evslip.utils.jit import compiled
 
 
@@ -25,19 +25,11 @@ def _noise_at(grid: np.ndarray, first: int, time_us: float, step_us: float, out:
 
 
 @compiled(error_model="numpy")
-def cut_by_noise(
-    grid: np.ndarray,
-    first: int,
-    start_us: float,
-    end_us: float,
-    current_0: np.ndarray,
-    current_1: np.ndarray,
-    params: Parameters,
-    noise: np.ndarray,
-) -> float:
+def cut_by_noise(grid, first, start_us, end_us, current_0, current_1, params, noise) -> float:
     """End an interval of a tile where the photoreceptor's noise is drawn anew, if that comes first.
 
-    Moves current_1 to the new end and fills noise, of shape (2, n), at both ends. Returns the new end.
+    grid: `Pixels.photoreceptor_noise`; first: first pixel of the tile; params: `Parameters`. Moves current_1, float32
+    of shape (n,), to the new end and fills noise, of shape (2, n), at both ends. Returns the new end.
     """
     step_us = params.noise_step_us
     point = int(np.floor(start_us / step_us)) + 1

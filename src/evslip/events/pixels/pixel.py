@@ -28,9 +28,7 @@ from evslip.events.stream import LEAK as LEAK_CAUSE
 from evslip.utils.jit import compiled
 
 TOLERANCE, TOLERANCE_US = 2e-7, 0.1
-"""How far the cubics may lie from lp, in ln units, or how far they may shift it in time."""
-
-
+"""Largest distance of the cubics from lp, in ln units, or largest shift of it in time."""
 STATE = 8
 REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, ON, OFF, MEAN_LEAK = range(STATE)
 """State of a pixel since its last event: ref, NaN while held in reset; when ref was taken, or will be while it is NaN;
@@ -63,7 +61,7 @@ class Parameters(NamedTuple):
     shot_slope: float
     """Reduction of it for each unit of photocurrent."""
     shot_least: float
-    """The least chance, in bright light."""
+    """Least chance, in bright light."""
     photoreceptor_noise: float
     """Standard deviation of the photoreceptor's noise in ln units; 0: none."""
     noise_step_us: float
@@ -108,7 +106,7 @@ def next_candidate(params: Parameters, rate: float, pixel: int, candidates: int,
 
 @compiled(error_model="numpy")
 def next_noise(params: Parameters, noise: float, current: float, pixel: int, number: int) -> float:
-    """The photoreceptor's noise one grid step after `noise`: white noise through the pixel's own low-pass.
+    """Photoreceptor noise one grid step after `noise`: white noise through the pixel's own low-pass.
 
     number: of the grid point; current: photocurrent, which sets how fast the noise forgets.
     """
@@ -161,26 +159,14 @@ def word_of(address: int, sign: int, cause: int, body: int) -> int:
 
 
 @compiled(error_model="numpy", forceinline=True)
-def fire(
-    interval: Interval,
-    state: np.ndarray,
-    noise_process: np.ndarray,
-    params: Parameters,
-    row: int,
-    pixel: int,
-    address: int,
-    body_0: int,
-    body_1: int,
-    events: np.ndarray,
-    capacity: int,
-    count: int,
-) -> int:
+def fire(interval, state, noise_process, params, row, pixel, address, body_0, body_1, events, capacity, count) -> int:
     """Write one pixel's events of an interval, in order, and update its state.
 
     state, noise_process: of shapes (rows, STATE) and (rows, NOISE_PROCESS), the pixel's in `row`; pixel: its number,
-    which keys its random numbers. body_0, body_1: labels of what it sees at either end. events: (n, 2), time in
-    microseconds and word (see `Sensor.tasks`), of which `count` are filled and `capacity` may be; the body is that of
-    the frame nearer in time. Returns the new count; events beyond the capacity are not written.
+    which keys its random numbers. address: word of its events without body, cause and polarity. body_0, body_1: labels
+    of what it sees at either end; an event gets that of the frame nearer in time. events: (n, 2), time in microseconds
+    and word (see `Sensor.tasks`), of which `count` are filled and `capacity` may be. Returns the new count; events
+    beyond the capacity are not written.
     """
     on, off = state[row, ON], state[row, OFF]
     reference, reset_us = state[row, REFERENCE], state[row, RESET_US]

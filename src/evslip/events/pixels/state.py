@@ -101,22 +101,17 @@ def current_and_log(
 
 
 @compiled(error_model="numpy")
-def photocurrent_of(value: float, table: np.ndarray, factor: float, offset: float) -> float:
-    """Photocurrent of one value of an image; see `Response`."""
-    return table[np.uint8(value)] if factor == 0.0 else value * factor + offset
-
-
-@compiled(error_model="numpy")
 def begin(image: np.ndarray, response: Response, time_us: float, pixels: Pixels, params: Parameters) -> None:
     """Take the first frame, of shape (pixels,), as the settled state. Leaking pixels start anywhere in their cycle."""
-    factor, offset = np.float32(response.factor), np.float32(response.offset)
+    table, logs, factor, offset = response.table, response.logs, response.factor, response.offset
     pixels.screen[:] = np.float32(0)
     pixels.noise_process[:, CANDIDATES] = 0.0
     for p in range(len(image)):
         state, process = pixels.state[p], pixels.noise_process[p]
-        current = photocurrent_of(image[p], response.table, response.factor, response.offset)
+        current, _ = current_and_log(image[p], table, logs, factor, offset)
         pixels.current[p] = current
-        pixels.screen[CURRENT, p] = np.float32(current) if factor == 0.0 else image[p] * factor + offset
+        single = image[p] * np.float32(factor) + np.float32(offset)
+        pixels.screen[CURRENT, p] = np.float32(current) if factor == 0.0 else single
         state[REFERENCE], state[RESETS] = math.log(current), 0.0
         leak = next_leak(params, state[MEAN_LEAK], p, 0)
         state[LEAK_SLOPE] = leak

@@ -79,20 +79,10 @@ class EventTimes(NamedTuple):
 
 
 @compiled(error_model="numpy")
-def count_events(
-    signal: np.ndarray,
-    base: np.ndarray,
-    thresholds: Thresholds,
-    leak: np.ndarray,
-    dt: np.floating,
-    jitter: float,
-    seed: int,
-    frame: int,
-    counts: np.ndarray,
-) -> int:
-    """Rules 3 and 4 for one frame, where lp is `signal`.
+def count_events(signal, base, thresholds, leak, dt, jitter, seed, frame, counts) -> int:
+    """Rules 3 and 4 for one frame, where lp is `signal`. Maps are of shape (height, width).
 
-    counts, int32 of (height, width), gets the signed counts. Returns the largest.
+    thresholds: `Thresholds`; dt: in seconds, float32. counts, int32, gets the signed counts. Returns the largest.
     """
     on, off = thresholds.on, thresholds.off
     height, width = signal.shape
@@ -118,23 +108,12 @@ def count_events(
 
 @compiled(error_model="numpy")
 def emit_events(
-    counts: np.ndarray,
-    times: EventTimes,
-    signal: np.ndarray,
-    base: np.ndarray,
-    thresholds: Thresholds,
-    last_s: np.ndarray,
-    refractory_s: np.floating,
-    shot: np.ndarray,
-    seed: int,
-    frame: int,
-    masks: np.ndarray,
-    address: int,
+    counts, times, signal, base, thresholds, last_s, refractory_s, shot, seed, frame, masks, address
 ) -> np.ndarray:
     """Rules 6 and 7 for one frame. Returns raw events, see `Sensor.tasks`.
 
-    last_s: time of each pixel's last event, or empty where rule 6 does not apply; shot: p of every pixel, or empty;
-    address: of the frame.
+    times: `EventTimes`; last_s: time of each pixel's last event, or empty where rule 6 does not apply; shot: p of every
+    pixel, or empty; masks: body masks at both ends, or empty; address: of the frame.
     """
     seconds, times_us = times.seconds, times.microseconds
     on, off, on_share, off_share = thresholds.on, thresholds.off, thresholds.on_share, thresholds.off_share
@@ -253,35 +232,16 @@ class V2EPixels:
         if self._adapts:
             adapt(self._lowpass, before, self._high, self._adaptive_s, self._float(dt))
         signal = self._signal()
-        most = count_events(
-            signal,
-            self._base,
-            self._thresholds,
-            self._leak,
-            np.float32(dt),
-            model.leak_jitter,
-            self._seed,
-            int(frame),
-            self._counts,
-        )
+        pixels, key = (signal, self._base, self._thresholds), (self._seed, int(frame))
+        most = count_events(*pixels, self._leak, np.float32(dt), model.leak_jitter, *key, self._counts)
         steps = max(most, 1)
         times_us = start_us + (end_us - start_us) / steps * np.arange(1, steps + 1)
-        shot = 0.5 * model.shot_rate_hz * dt
+        times = EventTimes(_stamps(start_s + dt / steps, end_s, steps), times_us)
         refractory_s = 1e-6 * model.refractory_us
-        return emit_events(
-            self._counts,
-            EventTimes(_stamps(start_s + dt / steps, end_s, steps), times_us),
-            signal,
-            self._base,
-            self._thresholds,
-            self._last_s if refractory_s > dt / steps else self._last_s[:0],
-            np.float32(refractory_s),
-            shot * (1.0 - 0.75 * i01) if shot else np.empty((0, 0), self._float),
-            self._seed,
-            int(frame),
-            masks,
-            address,
-        )
+        last_s = self._last_s if refractory_s > dt / steps else self._last_s[:0]
+        rate = 0.5 * model.shot_rate_hz * dt
+        shot = rate * (1.0 - 0.75 * i01) if rate else np.empty((0, 0), self._float)
+        return emit_events(self._counts, times, *pixels, last_s, np.float32(refractory_s), shot, *key, masks, address)
 
     def _seen(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log intensity, float32, and i01 in the type of the state."""
