@@ -1,4 +1,4 @@
-"""What a file of events holds, found in one reading part by part, in memory that does not grow with the file."""
+"""Facts of a file of events, found in one reading part by part, in memory that does not grow with the file."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -12,14 +12,14 @@ from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.stream import CAUSES, Events
 
 MOST_PIXELS = 1 << 24
-"""On larger sensors pixels are not counted."""
+"""Largest sensor whose pixels are counted."""
 PEAK_US = 10_000
 """Length of time over which the peak rate is measured."""
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What a stream of events is like."""
+    """Size, rates, gaps and errors of a stream of events."""
 
     format: str
     size: tuple[int, int] | None
@@ -39,7 +39,7 @@ class Facts:
     gap_us: int
     """The longest pause."""
     gap_start_us: int
-    """When it began."""
+    """Time at which it began."""
     disorder: int
     """Events that are earlier than the one before."""
     outside: int
@@ -55,7 +55,7 @@ class Facts:
 
     @property
     def seconds(self) -> float:
-        """From the earliest event to the latest."""
+        """Seconds from the earliest event to the latest."""
         return (self.end_us - self.start_us) / 1e6
 
     def as_json(self) -> dict[str, Any]:
@@ -176,7 +176,7 @@ class _Tally:
             np.add.at(self._pixels.reshape(-1), which, 1)
 
     def facts(self, name: str) -> Facts:
-        """What was found."""
+        """Facts of the parts so far."""
         counted = self._pixels.size > 0
         row, column = divmod(int(self._pixels.argmax()), self._pixels.shape[1]) if counted else (0, 0)
         body, cause = self._labels.get("body"), self._labels.get("cause")

@@ -1,4 +1,4 @@
-"""What a file of events says about how it was made."""
+"""Settings with which a file of events was made."""
 
 import json
 from pathlib import Path

@@ -25,7 +25,7 @@ class Dataset(Samples):
         self.root = root = Path(root)
         self.splits = splits
         self.entries = [entry for key, entry in sorted(finished(root).items(), key=_order) if key[0] in splits]
-        """Of every finished sample, rejected ones included."""
+        """Entries of all finished samples, rejected ones included."""
         self.rejections = [entry for entry in self.entries if entry["kind"] == "rejected"]
         self.listing = [_listed(root, entry) for entry in self.entries if entry["kind"] == "simulated"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from evslip.utils.errors import DataError
 
 MOST_BYTES = 1 << 30
-"""Of the frames of a record, which is kept in memory: 11,000 grey ones of a DAVIS346."""
+"""Size of the frames of a record, which is kept in memory: 11,000 grey ones of a DAVIS346."""
 
 
 class Footage(NamedTuple):

@@ -19,7 +19,7 @@ class Interval(NamedTuple):
     """A stretch of time with one label."""
 
     start_us: int
-    """In the record's time, whose 0 is the first event of the recording."""
+    """Microseconds of the record's time, whose 0 is the first event of the recording."""
     end_us: int
     label: Label
 

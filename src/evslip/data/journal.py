@@ -1,4 +1,4 @@
-"""What has been written into a data set: one line a record, in a file of its own for each process that writes."""
+"""Journals of what is written into a data set: a line a record, in a file of its own for each process that writes."""
 
 import json
 import os
@@ -21,7 +21,7 @@ class Entry(TypedDict):
     kind: str
     """simulated or rejected."""
     sha256: str
-    """Of the file, in hexadecimal."""
+    """Sum of the file, in hexadecimal."""
     bytes: int
     events: int
     label: NotRequired[str]

@@ -15,12 +15,12 @@ _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.tmp")
 
 
 def sample_path(root: Path, split: str, index: int) -> Path:
-    """Where a sample's record is."""
+    """Path of a sample's record."""
     return root / SAMPLES / split / f"{index // 1000:03d}" / f"{index:07d}.h5"
 
 
 def plan_path(root: Path, split: str) -> Path:
-    """Where it says how many samples a split was asked for."""
+    """File with the number of samples that a split was asked for."""
     return root / f"plan-{split}.json"
 
 
@@ -36,7 +36,7 @@ def sweep(path: Path) -> None:
 
 
 def sha256_of(path: Path) -> str | None:
-    """Of a file's content, in hexadecimal; None if it cannot be read."""
+    """Sum of a file's content, in hexadecimal; None if it cannot be read."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

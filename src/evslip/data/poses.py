@@ -6,11 +6,11 @@ import numpy as np
 
 
 class Poses(NamedTuple):
-    """Where gripper and object are, in one world frame."""
+    """Poses of gripper and object in one world frame."""
 
     t_us: np.ndarray
     """Times in microseconds, int64 of shape (n,), each greater than the one before."""
     gripper_pose: np.ndarray
     """Position in metres, then quaternion wxyz; float32 of shape (n, 7)."""
     object_pose: np.ndarray
-    """As gripper_pose."""
+    """Position and quaternion in the layout of gripper_pose."""

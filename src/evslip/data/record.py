@@ -47,11 +47,11 @@ class Record:
     poses: Poses | None = None
     """Poses of a recording that another simulator made."""
     notes: dict[str, str] = field(default_factory=dict)
-    """What is known of a recording: its file, the sensor, the mount, and more by name."""
+    """Facts of a recording: its file, the sensor, the mount, and more by name."""
 
     @property
     def onset_us(self) -> int | None:
-        """When the first slip begins, by a person's labels if there are any, else by the ground truth."""
+        """Time at which the first slip begins, by a person's labels if there are any, else by the ground truth."""
         if self.intervals:
             return next((interval.start_us for interval in self.intervals if interval.label == "slip"), None)
         return None if self.truth is None else self.truth.onset_us
@@ -71,7 +71,7 @@ def provenance(*packages: str) -> dict[str, str]:
 
 
 def about(record: Record) -> dict[str, str]:
-    """What a record knows beside its events, for a person."""
+    """Facts of a record beside its events, for a person."""
     said = {"record": f"{record.name}, {record.kind}" + (f": {record.rejection[1]}" if record.rejection else "")}
     if record.truth is not None:
         onset = record.truth.onset_us

@@ -1,4 +1,4 @@
-"""How many samples a split was asked for: a small file that also vouches for the configuration."""
+"""Number of samples that a split was asked for: a small file that also vouches for the configuration."""
 
 import json
 import zlib
@@ -24,13 +24,13 @@ def request(root: Path, split: str, count: int) -> None:
 
 
 def requested_count(root: Path, split: str) -> int:
-    """How many samples a split was asked for; 0 without a plan that can be read."""
+    """Number of samples that a split was asked for; 0 without a plan that can be read."""
     count = _read(root, split).get("count")
     return count if isinstance(count, int) else 0
 
 
 def problems(root: Path, split: str, is_needed: bool) -> list[str]:
-    """What is wrong with a plan and, by the hash in it, with the configuration; one line a problem."""
+    """Problems of a plan and, by the hash in it, with the configuration; one line a problem."""
     path = plan_path(root, split)
     if not path.is_file():
         return [f"{path}: missing"] if is_needed else []

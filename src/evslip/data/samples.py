@@ -26,7 +26,7 @@ class Listing(NamedTuple):
     events: int | None = None
     """Number of events; None: only its file knows."""
     sha256: str | None = None
-    """Of the file as it was written; None where nobody knows."""
+    """Sum of the file as it was written; None where nobody knows."""
 
 
 class Samples(ABC):
@@ -34,7 +34,7 @@ class Samples(ABC):
 
     root: Path
     listing: Sequence[Listing]
-    """What there is, in order."""
+    """All records, in order."""
     splits: tuple[str, ...] = ()
     """Splits that the records are divided into, if they are."""
     config_toml: str = ""
@@ -62,7 +62,7 @@ class Samples(ABC):
         return record_file.read(self.listing[position].path, events)
 
     def positions(self, names: Container[str]) -> list[int]:
-        """Where the records of some names are."""
+        """Positions of the records of some names."""
         return [position for position, listed in enumerate(self.listing) if listed.name in names]
 
     def __len__(self) -> int:

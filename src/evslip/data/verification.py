@@ -10,7 +10,7 @@ from evslip.utils.seeds import SPLITS
 
 
 def find_problems(root: Path, splits: tuple[str, ...], progress: Callable[[int, int], None] | None = None) -> list[str]:
-    """As `dataset.Dataset.verify`, of some splits."""
+    """Problems of some splits; see `dataset.Dataset.verify`."""
     entries, problems = read_journals(root / JOURNAL)
     begun = {split for split, _ in entries}
     lines = [line for split in splits for line in requested.problems(root, split, split in begun)]

@@ -71,7 +71,7 @@ def write_into(file: BinaryIO, data: bytes | memoryview, path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """As write_bytes, in UTF-8."""
+    """Write a text in UTF-8 as `staged` does. Raises StorageError."""
     write_bytes(path, text.encode())
 
 

@@ -1,4 +1,4 @@
-"""What a person sees while long work goes on."""
+"""Bars, tables and lines for a person at a terminal."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

@@ -13,7 +13,7 @@ from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
 CHUNK_BYTES = 1 << 20
-"""Small enough to read in part; smaller chunks compress worse, 64 kB ones by 3 %."""
+"""Size of a chunk, small enough to read in part; smaller chunks compress worse, 64 kB ones by 3 %."""
 GZIP_LEVEL = 4
 """Records are 6 % smaller than with level 1 for at most 0.1 s per million events; level 6 takes twice as long."""
 _MOST_COMPRESSED = 1040

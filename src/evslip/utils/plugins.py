@@ -7,7 +7,7 @@ from evslip.utils.errors import ConfigError
 
 
 def installed(group: str) -> dict[str, str]:
-    """What installed packages offer in a group of entry points: name -> `module` or `module:object`, not yet loaded."""
+    """Offers of installed packages in a group of entry points: name -> `module` or `module:object`, not yet loaded."""
     return {entry.name: entry.value for entry in sorted(entry_points(group=group), key=lambda entry: entry.name)}
 
 

@@ -96,7 +96,7 @@ class Sink(sink.Sink):
         self._check_disk()
 
     def _index(self, t: np.ndarray, last_ms: int) -> None:
-        """Where the milliseconds up to `last_ms` begin; t: the times that come after those stored."""
+        """Store where the milliseconds up to `last_ms` begin; t: the times that come after those stored."""
         starts = np.arange(self._indexed_ms, last_ms + 1) * 1000
         if len(starts):
             _append(self._hdf5["ms_to_idx"], self._stored + np.searchsorted(t, starts))

@@ -24,7 +24,7 @@ _MOST_COMPRESSED = 1040
 
 
 class Arrays(NamedTuple):
-    """What an .npz file holds, all but the pixels."""
+    """Content of an .npz file, all but the pixels."""
 
     path: Path
     frames: str

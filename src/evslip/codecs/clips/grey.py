@@ -1,4 +1,4 @@
-"""From pictures of any kind to one number a pixel, in the scale that the event camera is told to expect."""
+"""Pictures of any kind as one number a pixel, in the scale that the event camera is told to expect."""
 
 import numpy as np
 

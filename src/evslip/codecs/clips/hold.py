@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from evslip.codecs.clips.sources import TimedImage
 
 STEP_US = 1.0
-"""How long the change from one frame to the next takes."""
+"""Time that the change from one frame to the next takes."""
 
 
 def held(frames: Iterable[TimedImage]) -> Iterator[TimedImage]:

@@ -28,7 +28,7 @@ class Clip:
     count: int | None
     """Number of frames, None where only reading them all would tell."""
     intensity: Intensity
-    """What an EventCamera must be told so that it understands the images."""
+    """Meaning of the images' numbers, for an EventCamera."""
     labelled: bool
     """Whether the frames bring masks of bodies."""
     _read: Callable[[], Iterator[TimedImage]]

@@ -22,7 +22,7 @@ _ROW = np.dtype([("address", ">u4"), ("t", ">u4")])
 _LONGEST_HEADER = 1 << 20
 _SENSORS = {"DVS128": (128, 128), "DAVIS240": (240, 180), "DAVIS346": (346, 260), "DAVIS640": (640, 480)}
 _UNNAMED = (346, 260)
-"""Of files that do not name the chip, as those of v2e, whose events fit on no smaller DAVIS."""
+"""Sensor of files that do not name the chip, as those of v2e, whose events fit on no smaller DAVIS."""
 
 
 def stream(path: Path) -> Source:

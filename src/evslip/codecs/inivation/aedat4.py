@@ -34,10 +34,10 @@ _DAMAGE = (struct.error, ValueError, RuntimeError, MemoryError, ElementTree.Pars
 
 
 class _Header(NamedTuple):
-    """What the beginning of a file says."""
+    """Beginning of a file."""
 
     begin: int
-    """Where the packets begin and end."""
+    """Bytes at which the packets begin and end."""
     end: int
     compression: int
     streams: dict[int, tuple[str, Any]]

@@ -88,7 +88,7 @@ class Sink(sink.Sink):
         return buffer(b"IOHE", *fields)
 
     def _table(self) -> bytes:
-        """What packets there are: offsets, the tables' common vtable, the tables."""
+        """Table of the packets: offsets, the tables' common vtable, the tables."""
         count = len(self._places)
         vtable = 4 * count + -4 * count % 8
         start = vtable + 16

@@ -13,7 +13,7 @@ LATEST_US = 2**40 - 1
 """The format has no end of time, but each 16.8 s that pass take five words."""
 _ADDR_Y, _ADDR_X, _BASE_X, _VECT_12, _VECT_8, _TIME_LOW, _TIME_HIGH = 0, 2, 3, 4, 5, 6, 8
 _QUARTER = 1024
-"""Of the range of the times' upper half."""
+"""Quarter of the range of the times' upper half."""
 
 
 class Decoder:

@@ -1,4 +1,4 @@
-"""What Prophesee's files share: a header of text, times that wrap, few bits for a coordinate."""
+"""Parts that Prophesee's files share: a header of text, times that wrap, few bits for a coordinate."""
 
 from pathlib import Path
 

@@ -43,7 +43,7 @@ CONTEXT = {
     "rai": "http://mlcommons.org/croissant/RAI/",
     "samplingRate": "cr:samplingRate",
 }
-"""As the specification prints it."""
+"""Context in the words of the specification."""
 
 
 def croissant(

@@ -16,7 +16,7 @@ class Shards:
         self._tar: tarfile.TarFile | None = None
         self._size = 0
         self.names: list[str] = []
-        """Of the shards so far."""
+        """Names of the shards so far."""
 
     @property
     def current(self) -> str:
