@@ -26,6 +26,7 @@ from scipy.spatial.transform import Rotation
 
 import evslip
 from evslip.config.params import Params
+from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.physics import scene_model
 from evslip.physics.grip import grip_point_m
 from evslip.physics.inertia import centre_of_mass_m
@@ -35,7 +36,6 @@ from evslip.utils.errors import GraspFailed
 DEPTHS_MM, OFFSETS_MM = (-4, 0, 4, 8, 12), (0, 5, 10, 15, 20)
 FORCES_N, FRICTIONS = (2, 5, 20), (0.3, 0.5, 1.0)
 RATIO = 0.97, 1.03
-HOLD, SLIP = 0.85, 1.25
 CREEP_DEG, CREEP_MM = 0.01, 0.06
 WINDOW_S = 0.16
 COST_S = 0.6
@@ -106,17 +106,17 @@ def bisected(params: Params, low: float = 0.8, high: float = 1.25) -> float:
 
 def motion(count: int, seed: int, robot: str) -> bool:
     """Whether the whole pick-and-place holds and slips where it should."""
-    right = {HOLD: 0, SLIP: 0}
+    right = {SURE_HOLD: 0, SURE_SLIP: 0}
     wrong = []
     for index in progress(range(count)):
         params = params_of(index, seed, robot, VARIED)
-        for multiple, slips in ((HOLD, False), (SLIP, True)):
+        for multiple, slips in ((SURE_HOLD, False), (SURE_SLIP, True)):
             slipped = _slips(weighing(params, multiple * evslip.onset_mass(params)))
             right[multiple] += slipped == slips
             if slipped != slips:
                 wrong.append(f"index {index} at {multiple}")
     print("| mass, multiples of the onset | as predicted |\n|---|---|")
-    print(f"| {HOLD} | {right[HOLD]} of {count} hold |\n| {SLIP} | {right[SLIP]} of {count} slip |")
+    print(f"| {SURE_HOLD} | {right[SURE_HOLD]} of {count} hold |\n| {SURE_SLIP} | {right[SURE_SLIP]} of {count} slip |")
     print("\n".join(wrong))
     return not wrong
 

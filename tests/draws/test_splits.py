@@ -13,10 +13,14 @@ from evslip.draws.separation import separate
 from evslip.draws.splits import Dimension, divide
 from evslip.utils.errors import ConfigError
 
-NUMBERS = ("object.width_m", "object.height_m", "object.mass_kg", "light.distance_m")
 TEXTURES = ("object.texture", "surface.texture", "background.texture")
-LIMITS = {"object.width_m": (0.03, 0.07), "object.height_m": (0.06, 0.11), "object.mass_kg": (0.01, 0.1),
-          "light.distance_m": (20.0, 40.0)}  # fmt: skip
+LIMITS = {
+    "object.width_m": (0.03, 0.07),
+    "object.height_m": (0.06, 0.11),
+    "object.mass_kg": (0.01, 0.1),
+    "light.distance_m": (20.0, 40.0),
+}
+NUMBERS = tuple(LIMITS)
 
 
 @st.composite
@@ -37,9 +41,8 @@ def configurations(draw_):
     changes = {"sampling": draw_(st.sampled_from(["grid", "random"])), "test_share": draw_(st.floats(0.05, 0.9))}
     changes["seed"] = draw_(st.integers(0, 9))
     for key in NUMBERS:
-        changes[key] = draw_(st.lists(atoms(*LIMITS[key]), min_size=1, max_size=5)) if draw_(st.booleans()) else draw_(
-            atoms(*LIMITS[key])
-        )  # fmt: skip
+        atom = atoms(*LIMITS[key])
+        changes[key] = draw_(st.lists(atom, min_size=1, max_size=5) if draw_(st.booleans()) else atom)
     names = st.sampled_from([f"wood-{i}" for i in range(6)] + ["stone-*", "brick-1"])
     for key in TEXTURES:
         changes[key] = draw_(st.lists(names, min_size=1, max_size=4) | names)
@@ -139,8 +142,8 @@ def test_lists_that_go_together_walk_in_step():
     names = ["wood-0", "wood-1", "wood-2"]
     widths, keys = [0.03, 0.05, 0.07], ("object.texture", "object.width_m")
     for sampling in ("grid", "random"):
-        config = load_config("simple", {"sampling": sampling, "together": [keys], "object.texture": names,
-                                        "object.width_m": widths})  # fmt: skip
+        lists = {"object.texture": names, "object.width_m": widths}
+        config = load_config("simple", {"sampling": sampling, "together": [keys], **lists})
         pairs = {(p.object.texture, p.object.width_m) for p in (draw(config, i) for i in range(500))}
         assert pairs == set(zip(names, widths, strict=True))
 
