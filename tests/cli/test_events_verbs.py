@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from evslip.cli import main
-from evslip.cli.pixels import GROUPS, PixelOptions, parameters_of
+from evslip.cli.events import PixelOptions, parameters_of
 from evslip.data.record_file import read_recording
 from evslip.events import EventCamera, save_noise_map
 from evslip.events.presets import PARAMETERS
@@ -97,7 +97,7 @@ def evslip(monkeypatch, text: str) -> int:
         ("clip.npz out/e.bin", ["e.bin", ".h5"]),
         ("clip.npz five.csv/e.h5", ["five.csv/e.h5"]),
         ("clip.npz OUT --thetta 1", ["--thetta"]),
-        ("clip.npz", ["Missing"]),
+        ("clip.npz", ["missing: OUT"]),
     ],
 )
 def test_what_is_wrong_takes_one_line_and_leaves_nothing(arguments, words, work, monkeypatch, capfd):
@@ -111,21 +111,17 @@ def test_what_is_wrong_takes_one_line_and_leaves_nothing(arguments, words, work,
 
 def test_every_parameter_of_the_camera_is_an_option():
     options: Any = PixelOptions()
-    groups: list[Any] = [getattr(options, group.name) for group in dataclasses.fields(options)]
-    named = [option.name for group in groups for option in dataclasses.fields(group)]
-    assert sorted(named) == sorted(PARAMETERS)
+    assert [option.name for option in dataclasses.fields(options)] == list(PARAMETERS)
     assert parameters_of(options) == {}
-    assert all(name in PARAMETERS for names in GROUPS.values() for name in names)
 
 
-def test_help_gives_units_limits_and_groups(monkeypatch, capfd):
+def test_help_gives_units_and_limits(monkeypatch, capfd):
     assert evslip(monkeypatch, "events --help") == 0
     text = " ".join(capfd.readouterr().out.replace("│", " ").split())
     for name in PARAMETERS:
         assert f"--{name.replace('_', '-')} " in text
     assert "[us, 0 to 1e+06]" in text
-    assert "thresholds options" in text
-    assert "linear|none|rife" in text
+    assert "none: a frame stands still" in text
 
 
 def test_options_reach_the_camera(work, monkeypatch, capfd):

@@ -14,7 +14,8 @@ from evslip.codecs import read_events, write_events
 from evslip.config.loading import dump_config
 from evslip.data import building, layout, record_file, requested
 from evslip.exchange.importing import Importing, import_recording
-from evslip.exchange.publishing import Publication, publish
+from evslip.exchange.publishing.publication import Publication
+from evslip.exchange.publishing.publish import publish
 from evslip.exchange.publishing.table import COLUMNS
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import CONFIG, assert_equal, random_events, simulated

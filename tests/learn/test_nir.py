@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from evslip.cli.detecting import export
+from evslip.cli.detect import export
 from evslip.learn import build_model
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.layers import patterns

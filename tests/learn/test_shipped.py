@@ -11,7 +11,7 @@ import pytest
 import torch
 
 import evslip
-from evslip.cli import detecting
+from evslip.cli import detect as verbs
 from evslip.config.loading import config_from_text
 from evslip.data import record_file
 from evslip.draws.draw import draw
@@ -48,8 +48,8 @@ def test_a_name_and_a_path_are_the_same_model(folder: Path) -> None:
 
 
 def test_both_forms_of_detect_answer_alike(folder: Path, recording: Path) -> None:
-    detecting.detect((recording,), model=Path("default"), out=Path("by-name"))
-    detecting.detect((folder, recording), out=Path("by-folder"))
+    verbs.detect((recording,), model=Path("default"), out=Path("by-name"))
+    verbs.detect((folder, recording), out=Path("by-folder"))
     by_name, by_folder = (np.genfromtxt(name, delimiter=",") for name in ("by-name.csv", "by-folder.csv"))
     np.testing.assert_array_equal(by_name, by_folder)
     assert len(by_name) > 50
@@ -61,12 +61,12 @@ def test_both_forms_of_detect_answer_alike(folder: Path, recording: Path) -> Non
 )
 def test_detect_wants_one_model_and_one_recording(positional: tuple[str, ...], model: str | None) -> None:
     with pytest.raises(ConfigError, match="expected a model and a recording"):
-        detecting.detect(tuple(map(Path, positional)), model=None if model is None else Path(model))
+        verbs.detect(tuple(map(Path, positional)), model=None if model is None else Path(model))
 
 
 def test_an_evaluation_leaves_the_package_alone(folder: Path, recording: Path) -> None:
     before = sorted(path.name for path in folder.iterdir())
-    detecting.evaluate((Path("default"), recording), resamples=20)
+    verbs.evaluate((Path("default"), recording), resamples=20)
     assert (Path("evaluation") / "evaluation.json").is_file()
     assert sorted(path.name for path in folder.iterdir()) == before
 

@@ -1,63 +1,100 @@
 """The command line: a function a verb, each of which calls one function of the library.
 
-Begin with `VERBS`; mistakes of use are understood in `usage`.
+Begin with `VERBS`; words are understood, and mistakes told, in `usage`; options made from settings are in `options`.
 A new verb is a function whose docstring is its help, and one line in VERBS.
 """
 
+import ast
+import importlib
 import os
 import sys
-from collections.abc import Callable
+from pathlib import Path
 
-from evslip.cli import detecting, drawing, first_steps, making, seeing, sensing, showing, sweeping
-from evslip.cli.usage import chosen
-from evslip.utils.errors import EvslipError
+from evslip.utils.errors import ConfigError, EvslipError
 from evslip.utils.version import __version__
 
-DESCRIPTION = (
-    "Event-camera data for slip detection: generate, label, train, measure. `evslip VERB --help` explains a verb."
-)
-VERBS: dict[str, Callable[..., None]] = {
-    "demo": first_steps.demo,
-    "show": showing.show,
-    "generate": making.generate,
-    "status": making.status,
-    "verify": making.verify,
-    "render": drawing.render,
-    "publish": making.publish,
-    "windows": detecting.windows,
-    "train": detecting.train,
-    "sweep": sweeping.sweep,
-    "evaluate": detecting.evaluate,
-    "report": detecting.report,
-    "events": sensing.events,
-    "calibrate-noise": sensing.calibrate_noise,
-    "convert": sensing.convert,
-    "import": sensing.import_,
-    "info": sensing.info,
-    "detect": detecting.detect,
-    "export": detecting.export,
-    "view": seeing.view,
-    "video": seeing.video,
-    "rerun": seeing.rerun,
-    "label": seeing.label,
-    "label-agreement": seeing.label_agreement,
-    "doctor": first_steps.doctor,
+DESCRIPTION = "Event-camera data for slip detection: generate, label, train, measure."
+VERBS = {
+    "demo": "demo",
+    "show": "show",
+    "generate": "dataset",
+    "status": "dataset",
+    "verify": "dataset",
+    "render": "look",
+    "publish": "dataset",
+    "windows": "windows",
+    "train": "train",
+    "sweep": "train",
+    "evaluate": "detect",
+    "report": "look",
+    "events": "events",
+    "calibrate-noise": "recordings",
+    "convert": "recordings",
+    "import": "recordings",
+    "info": "recordings",
+    "detect": "detect",
+    "export": "detect",
+    "view": "look",
+    "video": "look",
+    "rerun": "look",
+    "label": "label",
+    "label-agreement": "label",
+    "doctor": "doctor",
 }
+"""File of each verb's function; it is imported when the verb is named, so that --help is quick."""
 
 
 def main() -> None:
     """Entry point. Errors of use: one line on stderr, exit code 2. Ctrl-C: exit code 130."""
-    if sys.argv[1:] in (["--version"], ["-V"]):
-        print(f"evslip {__version__}")
-        return
+    words = sys.argv[1:]
     try:
-        chosen(VERBS, DESCRIPTION)()
+        if words[:1] in (["--version"], ["-V"]):
+            print(f"evslip {__version__}")
+        elif words[:1] in (["--help"], ["-h"]):
+            print(overview())
+        else:
+            run(words)
     except EvslipError as error:
         sys.exit(_fail(str(error), 2))
     except KeyboardInterrupt:
         sys.exit(_fail("stopped; what was finished is kept", 130))
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def run(words: list[str]) -> None:
+    """Do what the words of a command line say. Raises EvslipError."""
+    if not words or words[0] not in VERBS:
+        told = f"{words[0]!r} is no verb" if words else "no verb is named"
+        raise ConfigError(f"{told}; expected one of {', '.join(VERBS)}; `evslip --help` explains")
+    from evslip.cli.usage import understood
+
+    verb, *rest = words
+    function = getattr(importlib.import_module(f"evslip.cli.{VERBS[verb]}"), function_of(verb))
+    try:
+        understood(function, verb, rest)()
+    except ModuleNotFoundError as error:
+        from evslip.cli.doctor import remedy
+
+        raise remedy(error) from None
+
+
+def function_of(verb: str) -> str:
+    """Name of a verb's function."""
+    return "import_" if verb == "import" else verb.replace("-", "_")
+
+
+def overview() -> str:
+    """The verbs, each with the first line of its help."""
+    texts: dict[str, str] = {}
+    for file in sorted(set(VERBS.values())):
+        for node in ast.parse(Path(__file__).with_name(f"{file}.py").read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef):
+                texts[node.name] = (ast.get_docstring(node) or "").partition("\n")[0]
+    lines = [f"  {verb:<17}{texts[function_of(verb)]}" for verb in VERBS]
+    return "\n".join(
+        ["usage: evslip VERB ...", "", DESCRIPTION, "", *lines, "", "`evslip VERB --help` explains a verb."]
+    )
 
 
 def _fail(message: str, code: int) -> int:

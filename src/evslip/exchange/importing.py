@@ -1,7 +1,7 @@
 """Recordings of real cameras, and samples of other simulators, as records of evslip."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +15,10 @@ from evslip.data.intervals import Interval, Label, read_intervals
 from evslip.data.record import Record, provenance
 from evslip.data.record_file import is_record, read_recording
 from evslip.events.stream import Events, concatenate
+from evslip.exchange.importing_settings import Importing
+from evslip.exchange.part import Part
 from evslip.exchange.pose_files import even, read_poses, truth_of
-from evslip.exchange.translation import Flip, Part, Selection
+from evslip.exchange.translation import Selection
 from evslip.utils.errors import ConfigError, DataError
 
 POSES, EVENTS, FRAMES = ("isaac_stats.csv", "poses.csv"), ("events_v2e", "events"), "frames"
@@ -24,44 +26,6 @@ POSES, EVENTS, FRAMES = ("isaac_stats.csv", "poses.csv"), ("events_v2e", "events
 VT_SNN = "prophesee_recordings"
 VT_SNN_LABELS: dict[str, Label] = {"rotate": "slip", "rotation": "slip", "stable": "hold"}
 """Folder of the files of VT-SNN, and what the first word of their names says."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Importing:
-    """How a recording is brought in."""
-
-    labels: Path | None = None
-    """CSV file of intervals, see evslip.data.intervals."""
-    crop: tuple[int, int, int, int] | None = None
-    """x, y, width and height of the pixels that are kept."""
-    rotate: int = 0
-    """Degrees by which the picture is turned, clockwise, after the crop."""
-    flip: Flip | None = None
-    """Mirror it after that: left and right ("x"), or top and bottom ("y")."""
-    frames: bool = True
-    """Keep the frames, if there are any."""
-    sensor: str = ""
-    mount: str = ""
-    """What a person notes of the sensor and of how it was mounted."""
-    size: tuple[int, int] | None = None
-    """Width and height of the sensor where a file does not state them; None: its events' extent, and (346, 260) for a
-    simulator, whose frames are brought to that size."""
-    camera: str = "davis346"
-    """Event camera of a simulator's frames that come without events."""
-    seed: int = 0
-    """Seed of that camera."""
-    centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """The point between the fingers in the frame of a simulator's gripper."""
-
-    @property
-    def part(self) -> Part:
-        """What of the picture is kept, and how it is turned."""
-        return Part(self.crop, rotate=self.rotate, flip=self.flip)
-
-    @property
-    def simulated_size(self) -> tuple[int, int]:
-        """Width and height of the sensor that looks at a simulator's frames."""
-        return self.size or (346, 260)
 
 
 def import_recording(source: str | Path, out: str | Path, how: Importing | None = None) -> Record:

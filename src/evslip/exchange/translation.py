@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -11,29 +11,8 @@ from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
 from evslip.data.record_file import is_record
 from evslip.events.stream import Events
+from evslip.exchange.part import EVERYTHING, Part, Rotation
 from evslip.utils.errors import ConfigError, DataError
-
-Flip = Literal["x", "y"]
-ROTATIONS = (0, 90, 180, 270)
-
-
-class Part(NamedTuple):
-    """What of a stream is kept, and how the picture is turned."""
-
-    crop: tuple[int, int, int, int] | None = None
-    """x, y, width and height of the pixels that are kept; the corner x, y becomes 0, 0."""
-    slice_s: tuple[float, float] | None = None
-    """Seconds after the first event, the end excluded."""
-    polarity: Literal["on", "off"] | None = None
-    from_zero: bool = False
-    """Shift the times so that the first event that is kept is at 0."""
-    rotate: int = 0
-    """Degrees by which the picture is turned, clockwise, after the crop: 0, 90, 180 or 270."""
-    flip: Flip | None = None
-    """Mirror the picture after that: left and right ("x"), or top and bottom ("y")."""
-
-
-EVERYTHING = Part()
 
 
 class Translated(NamedTuple):
@@ -99,8 +78,8 @@ class Selection:
                 f"crop: {width} x {height} pixels from ({x}, {y}); expected some that lie within the sensor's "
                 f"{size[0]} x {size[1]}"
             )
-        if part.rotate not in ROTATIONS:
-            raise ConfigError(f"rotate: {part.rotate} is not one of {', '.join(map(str, ROTATIONS))}")
+        if part.rotate not in get_args(Rotation):
+            raise ConfigError(f"rotate: {part.rotate} is not one of {', '.join(map(str, get_args(Rotation)))}")
         self._part = part
         self._corner, self._kept = (x, y), (width, height)
         self.size = (height, width) if part.rotate in (90, 270) else (width, height)

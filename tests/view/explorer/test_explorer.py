@@ -253,11 +253,11 @@ def test_a_port_in_use_is_named(samples: Path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         with pytest.raises(ConfigError, match="give another one"):
-            explore(open_shelf(samples), port=taken.getsockname()[1], show=print, browser=False)
+            explore(open_shelf(samples), port=taken.getsockname()[1], browser=False)
     with pytest.raises(ConfigError, match="0 to 65535"):
-        explore(open_shelf(samples), port=70_000, show=print, browser=False)
+        explore(open_shelf(samples), port=70_000, browser=False)
     with pytest.raises(DataError, match=r"model\.json: no such file"):
-        explore(open_shelf(samples), port=0, show=print, model=samples / "none")
+        explore(open_shelf(samples), port=0, model=samples / "none")
 
 
 def test_a_sample_says_the_label_of_the_data_set_and_doubts_it():

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evslip.cli import detecting, main
+from evslip.cli import main
+from evslip.cli.look import report
 from evslip.config.loading import dump_config
 from evslip.data import building
 from evslip.data.dataset import Dataset, open_dataset
@@ -317,20 +318,20 @@ def test_what_another_program_wrote_is_refused_and_nothing_is_written(
 def test_a_data_set_of_another_version_is_refused(samples: Dataset):
     (samples.root / "config.toml").write_text("future = 1\n" + samples.config_toml)
     with pytest.raises(ConfigError, match=r"config\.toml.*future"):
-        detecting.report(samples.root)
+        report(samples.root)
     (samples.root / "config.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(DataError, match=r"config\.toml: cannot be read"):
-        detecting.report(samples.root)
+        report(samples.root)
     assert not (samples.root / "report.html").exists()
 
 
 def test_wrong_uses_of_the_command_are_told(tmp_path: Path, samples: Dataset, model: Path):
     with pytest.raises(ConfigError, match="windows"):
-        detecting.report(model, windows=tmp_path / "w.h5")
+        report(model, windows=tmp_path / "w.h5")
     with pytest.raises(ConfigError, match="pictures"):
-        detecting.report(samples.root, pictures=-1)
+        report(samples.root, pictures=-1)
     with pytest.raises(DataError, match=r"none\.aedat4"):
-        detecting.report(samples.root, compare=(tmp_path / "none.aedat4",))
+        report(samples.root, compare=(tmp_path / "none.aedat4",))
     with pytest.raises(DataError, match="is a file"):
         write_report(tmp_path / "r.html", samples, model_dir=model / "model.json", picture=picture)
     assert not (samples.root / "report.html").exists()

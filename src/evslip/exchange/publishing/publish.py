@@ -5,57 +5,17 @@ import os
 import shutil
 import uuid
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 from evslip.data.recordings import open_samples
 from evslip.exchange.publishing.card import card
 from evslip.exchange.publishing.croissant import croissant
+from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.shards import Shards
 from evslip.exchange.publishing.table import Item, items, json_lines, row
 from evslip.utils import atomic
-from evslip.utils.errors import ConfigError, DataError
-
-
-@dataclass(frozen=True, kw_only=True)
-class Publication:
-    """What a data set is published as."""
-
-    name: str | None = None
-    """Default: that of its folder."""
-    license: str = "cc-by-4.0"
-    """Identifier of SPDX."""
-    webdataset: bool = False
-    """Records in tar shards instead of single files."""
-    huggingface: bool = False
-    """Let `datasets.load_dataset(FOLDER)` of Hugging Face find the splits."""
-    shard_mb: float = 500.0
-    """A shard is closed once it holds this much, in MB."""
-    date_published: str | None = None
-    """YYYY-MM-DD."""
-    cite_as: str | None = None
-    """How to cite it, as BibTeX or a sentence."""
-
-    def __post_init__(self) -> None:
-        if not 0.001 <= self.shard_mb <= 1e6:
-            raise ConfigError(f"shard_mb: {self.shard_mb:g} is out of range, expected 0.001 to 1000000")
-        if self.date_published is not None and not _is_day(self.date_published):
-            raise ConfigError(f"date_published: {self.date_published!r} is no day, expected YYYY-MM-DD")
-
-    @property
-    def told(self) -> dict[str, str]:
-        """What is known of date and citation, by their names in schema.org and Croissant."""
-        known = {"datePublished": self.date_published, "citeAs": self.cite_as}
-        return {name: value for name, value in known.items() if value}
-
-
-def _is_day(text: str) -> bool:
-    try:
-        return date.fromisoformat(text).isoformat() == text
-    except ValueError:
-        return False
+from evslip.utils.errors import DataError
 
 
 def publish(

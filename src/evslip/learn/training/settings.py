@@ -8,6 +8,8 @@ from evslip.utils.errors import ConfigError
 Optimiser = Literal["adam", "rmsprop"]
 Schedule = Literal["cycle", "constant"]
 Protocol = Literal["trajectory", "paper"]
+BY_NETWORK = ("epochs", "batch", "lr", "schedule", "optimiser", "weight_decay", "smoothing", "patience")
+"""Settings that `Network.recommended` may name."""
 
 
 @dataclass(frozen=True)

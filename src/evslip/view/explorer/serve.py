@@ -2,9 +2,9 @@
 
 import socket
 import webbrowser
-from collections.abc import Callable
 from pathlib import Path
 
+from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, MissingExtraError
 from evslip.view.explorer.labels import Labels
 from evslip.view.explorer.shelf import Shelf
@@ -16,12 +16,11 @@ def explore(
     shelf: Shelf,
     *,
     port: int,
-    show: Callable[[str], None],
     model: Path | None = None,
     labels: Labels | None = None,
     browser: bool = True,
 ) -> None:
-    """Serve the pages until Ctrl-C. Port 0 takes a free one; `show` is told the address when the pages answer there.
+    """Serve the pages until Ctrl-C. Port 0 takes a free one; the address is printed when the pages answer there.
 
     With `labels`, the page that edits them. Raises ConfigError, DataError, MissingExtraError.
     """
@@ -49,7 +48,7 @@ def explore(
         server = uvicorn.Server(uvicorn.Config(app, log_level="warning", ws="none", lifespan="off"))
         listener.listen()
         address = f"http://{ADDRESS}:{port}/"
-        show(address)
+        console.print(f"{address}  (Ctrl-C ends it)", soft_wrap=True)
         if browser:
             webbrowser.open(address)
         server.run([listener])

@@ -1,9 +1,7 @@
 """A video of records: what the camera sees, its events, and how far the object has turned, in slow motion."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -11,11 +9,11 @@ from PIL import Image, ImageDraw, ImageFont
 from evslip.data.record import Record
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
+from evslip.view.pictures.film_settings import FilmSettings
 from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import overlay
 from evslip.view.pictures.video import FPS, check_video, video
 
-What = Literal["both", "frames", "events"]
 CAPTION, STRIP = 26, 96
 """Rows of the text above a picture and of the curve below it."""
 _LEAST_WIDTH = 480
@@ -24,29 +22,6 @@ _LEFT, _RIGHT = 52, 8
 """Columns beside the curve."""
 _HEAD = (200, 30, 30)
 MOST_PICTURES = 200_000
-
-
-@dataclass(frozen=True)
-class FilmSettings:
-    """How a film is made."""
-
-    what: What = "both"
-    """Events over frames, frames alone, or events alone."""
-    speed: float = 0.1
-    """Of playing, against true time."""
-    window_ms: float = 10.0
-    """Each picture shows the events of this time before it."""
-    start_s: float | None = None
-    """First time; default: the beginning of what is recorded."""
-    end_s: float | None = None
-    """Last time; default: its end."""
-
-    def __post_init__(self) -> None:
-        if self.what not in get_args(What):
-            raise ConfigError(f"what: {self.what!r}: expected one of {', '.join(get_args(What))}")
-        for name, least, most in (("speed", 1e-4, 10.0), ("window_ms", 0.01, 1e5)):
-            if not least <= getattr(self, name) <= most:
-                raise ConfigError(f"{name}: {getattr(self, name):g} is out of range, expected {least:g} to {most:g}")
 
 
 class Film:

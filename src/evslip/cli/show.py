@@ -2,13 +2,16 @@
 
 from json import dumps
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.config.config import Config
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
+
+if TYPE_CHECKING:
+    from evslip.config.config import Config
 
 
 def show(
@@ -92,14 +95,14 @@ def _textures(name: str | None, out: Path) -> None:
     console.print(f"{out}: {len(names)} textures")
 
 
-def _draw(config: Config, index: int, split: str, json: bool) -> None:
+def _draw(config: "Config", index: int, split: str, json: bool) -> None:
     from evslip.draws.draw import draw
     from evslip.draws.draw_sheet import draw_sheet
 
     print(draw(config, index, split).model_dump_json(indent=2) if json else draw_sheet(config, index, split).rstrip())
 
 
-def _counts(config: Config, count: int | None, test_count: int) -> dict[str, int]:
+def _counts(config: "Config", count: int | None, test_count: int) -> dict[str, int]:
     from evslip.draws.draw import grid_size
 
     if count is None:
@@ -110,7 +113,7 @@ def _counts(config: Config, count: int | None, test_count: int) -> dict[str, int
     return {"train": count, "test": test_count} if config.test_share else {"train": count}
 
 
-def _check_split(config: Config, source: str, count: int | None, test_count: int) -> None:
+def _check_split(config: "Config", source: str, count: int | None, test_count: int) -> None:
     from evslip.draws.separation import separate, textures_of
 
     counts = _counts(config, count, test_count)
@@ -131,7 +134,7 @@ def _check_split(config: Config, source: str, count: int | None, test_count: int
     console.print(f"{counts['train']} + {counts['test']} samples drawn: train and test share no value")
 
 
-def _masses(config: Config, count: int | None) -> None:
+def _masses(config: "Config", count: int | None) -> None:
     from evslip.draws.draw import sure_masses
     from evslip.utils.units import tell
 
@@ -142,7 +145,7 @@ def _masses(config: Config, count: int | None) -> None:
     )
 
 
-def _plot(config: Config, path: Path, count: int | None, test_count: int) -> None:
+def _plot(config: "Config", path: Path, count: int | None, test_count: int) -> None:
     from evslip.view.pictures.distributions import write_distributions
 
     counts = _counts(config, count, test_count)

@@ -1,12 +1,48 @@
-"""The verb that searches settings of training."""
+"""Verbs that train detectors: one, or many to search their settings."""
 
 import shlex
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, get_type_hints
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
+from evslip.cli.options import given, options_of
+from evslip.learn.networks import NETWORKS
+from evslip.learn.training.settings import BY_NETWORK, TrainSettings
 from evslip.utils.console import console, print_table
+
+_KINDS = get_type_hints(TrainSettings)
+_SUITABLE = arg(help_behavior_hint="(default: what suits the network)")
+_NETWORK = f"Name of a network: {', '.join(NETWORKS)}; of one that an installed package offers; or module:Class."
+TrainOptions = options_of(
+    TrainSettings,
+    {name: Annotated[_KINDS[name] | None, _SUITABLE] for name in BY_NETWORK}
+    | {"model": Annotated[str | None, arg(help=_NETWORK, help_behavior_hint=f"(default: {TrainSettings.model})")]},
+)
+
+
+def train(
+    windows: Positional[Path],
+    out: Positional[Path],
+    *,
+    settings: Annotated[TrainSettings, arg(constructor=TrainOptions)],
+    wandb: bool = False,
+) -> None:
+    """Train a detector on windows; validation is on trajectories kept apart. Run it again after a stop to go on.
+
+    The course of the training is in the folder `tensorboard` of the model: tensorboard --logdir OUT.
+
+    Args:
+        windows: HDF5 file made by `evslip windows`.
+        out: Folder for the model.
+        wandb: Log to Weights & Biases, too; WANDB_MODE=offline keeps it on this machine.
+    """
+    from evslip.learn import train as run
+    from evslip.windows.window_set import load_windows
+
+    settings = TrainSettings.of(**{"model": TrainSettings.model} | given(settings))
+    result = run(load_windows(windows), out, settings, wandb=wandb)
+    console.print(f"{out}: {result.summary()}")
 
 
 def sweep(
@@ -38,9 +74,10 @@ def sweep(
         goal: What is best: the least loss, or the greatest AUROC or balanced accuracy, of validation.
         seed: Seed of the draws and of every training.
     """
+    from evslip.learn import SweepSettings
+    from evslip.learn import sweep as run
     from evslip.learn.search.spaces import space_of
-    from evslip.learn.search.sweep import SweepSettings, Trial
-    from evslip.learn.search.sweep import sweep as run
+    from evslip.learn.search.sweep import Trial
     from evslip.view.evaluation.sweep import sweep_table, write_sweep
     from evslip.windows.window_set import load_windows
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
-from evslip.generation.progress import samples_bar
+from evslip.exchange.publishing.publication import Publication
 from evslip.utils.console import console, progress_bar
 from evslip.utils.errors import ConfigError, EvslipError
 
@@ -38,6 +38,7 @@ def generate(
     from evslip.config.loading import load_config
     from evslip.generation.generate import STAGES
     from evslip.generation.generate import generate as run
+    from evslip.generation.progress import samples_bar
 
     config = load_config(preset, overrides(set))
     options = {"split": split, "part": _part(part), "workers": workers, "runner_name": runner, "limit_s": limit_s}
@@ -74,40 +75,17 @@ def status(dataset: Positional[Path]) -> None:
         console.print(f"{name:>12}  {value}")
 
 
-def publish(
-    dataset: Positional[Path],
-    out: Positional[Path],
-    *,
-    name: str | None = None,
-    license: str = "cc-by-4.0",
-    webdataset: bool = False,
-    huggingface: bool = False,
-    shard_mb: float = 500.0,
-    date_published: str | None = None,
-    cite_as: str | None = None,
-) -> None:
+def publish(dataset: Positional[Path], out: Positional[Path], *, settings: Publication = Publication()) -> None:  # noqa: B008
     """Write a data set as others want it: a card, Croissant metadata, a table, the records. Needs no network.
 
     Args:
         dataset: Folder of the data set, or of imported recordings.
         out: New folder.
-        name: Of the data set; default: that of its folder.
-        license: Identifier of SPDX.
-        webdataset: Records in tar shards of WebDataset instead of single files.
-        huggingface: Say in the card's header what `datasets.load_dataset` loads.
-        shard_mb: A shard is closed once it holds this much, MB.
-        date_published: For the metadata, YYYY-MM-DD.
-        cite_as: For the metadata, how to cite it: BibTeX or a sentence.
     """
-    from evslip.exchange.publishing import Publication
-    from evslip.exchange.publishing import publish as run
+    from evslip.exchange.publishing.publish import publish as run
 
-    how = Publication(
-        name=name, license=license, webdataset=webdataset, huggingface=huggingface, shard_mb=shard_mb,
-        date_published=date_published, cite_as=cite_as,
-    )  # fmt: skip
     with progress_bar("publish", None) as advance:
-        count = run(dataset, out, how, advance)
+        count = run(dataset, out, settings, advance)
     console.print(f"{out}: {count} samples, README.md and croissant.json")
 
 

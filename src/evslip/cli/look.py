@@ -1,0 +1,171 @@
+"""Verbs that show: pages in the browser, videos, pictures, a report."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import Positional, UseAppendAction, arg
+
+from evslip.utils.console import console, progress_bar
+from evslip.utils.errors import ConfigError
+from evslip.view.pictures.film_settings import FilmSettings
+
+Times = Annotated[UseAppendAction[tuple[float, ...]], arg(metavar="SECONDS")]
+LEAST, MOST = 16, 4096
+
+
+def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 8899, browser: bool = True) -> None:
+    """Look at a data set or a recording in the browser: frames, events, curves, labels. Ctrl-C ends it.
+
+    Args:
+        dataset: Folder of a data set, or a file of events of any known format.
+        model: Folder of a detector, or `default`, the one of the package, whose slip probability is drawn over time.
+        port: Port on this machine, which alone can reach it; 0 takes a free one.
+        browser: Open the page.
+    """
+    from evslip.view.explorer.serve import explore
+    from evslip.view.explorer.shelf import open_shelf
+
+    explore(open_shelf(dataset), model=model, port=port, browser=browser)
+
+
+def video(
+    records: Positional[tuple[Path, ...]],
+    *,
+    out: Path,
+    settings: FilmSettings = FilmSettings(),  # noqa: B008
+) -> None:
+    """Write a slow-motion video of a sample or a recording, of several side by side: frames, events, angle.
+
+    Args:
+        records: Files of events of any known format; only samples of evslip have frames and angles.
+        out: Video to write (.mp4, .mkv, .mov, .avi).
+    """
+    from evslip.data.record_file import read_recording
+    from evslip.view.pictures.slip_video import Film
+    from evslip.view.pictures.video import check_video
+
+    check_video("out", out)
+    if not records:
+        raise ConfigError("records: expected one or more files")
+    film = Film([read_recording(path) for path in records], settings)
+    with progress_bar("video", len(film)) as advance:
+        film.write(out, advance)
+    console.print(f"{out}: {len(film)} pictures")
+
+
+def rerun(source: Positional[Path], out: Positional[Path], *, count: int = 4) -> None:
+    """Write a file for the Rerun viewer: robot, poses, camera, frames, events and curves on one time line.
+
+    Args:
+        source: Folder of a data set, or a file of events of any known format.
+        out: File to write (.rrd); `rerun FILE` opens it.
+        count: Samples of a data set, from the first on.
+    """
+    from evslip.view.explorer.shelf import open_shelf
+    from evslip.view.rerun_log import check_rerun, write_rerun
+
+    check_rerun(out)
+    if count < 1:
+        raise ConfigError(f"count: {count} is out of range, expected 1 or more")
+    shelf = open_shelf(source)
+    number = min(count, len(shelf))
+    with progress_bar("rerun", number) as advance:
+        write_rerun(out, (shelf.read(position) for position in range(number)), advance)
+    console.print(f"{out}: {number} samples")
+
+
+def report(
+    folder: Positional[Path],
+    *,
+    model: Path | None = None,
+    windows: Path | None = None,
+    compare: tuple[Path, ...] = (),
+    pictures: int = 60,
+    out: Path | None = None,
+) -> None:
+    """Write one HTML page that shows a data set, a model or an evaluation. It needs no network.
+
+    Args:
+        folder: A data set, imported recordings, or one record; a model; or what `evslip evaluate` wrote.
+        model: Of a data set: folder of a model trained on it, or of its evaluation.
+        windows: Of a data set: HDF5 file of its windows.
+        compare: Of a data set: real recordings, files of events of any known format, to compare its events with.
+        pictures: Of a data set: most samples to draw in the gallery, which lists all.
+        out: Page to write; default: report.html in the folder.
+    """
+    from evslip.data.record_file import read_recording
+    from evslip.data.recordings import open_samples
+    from evslip.view.report.report import is_model_or_evaluation, write_model_report, write_report
+
+    if pictures < 0:
+        raise ConfigError(f"pictures: {pictures} is out of range, expected 0 or more")
+    where = out or (folder.parent if folder.is_file() else folder) / "report.html"
+    if is_model_or_evaluation(folder):
+        given = {"model": model, "windows": windows, "compare": compare}
+        for name, value in given.items():
+            if value:
+                raise ConfigError(f"{name}: {folder} is no data set, to which alone {name} belongs")
+        console.print(f"report: {write_model_report(where, folder)}")
+        return
+    samples, real = open_samples(folder), [read_recording(path) for path in compare]
+    page = write_report(where, samples, windows, model, compare=real, most_pictures=pictures)
+    console.print(f"report: {page}")
+
+
+def render(
+    record: Positional[Path],
+    *,
+    out: Path,
+    renderer: Literal["raycast", "pathtrace"] | None = None,
+    camera: Literal["wrist", "scene"] = "wrist",
+    size: Annotated[str | None, arg(metavar="WxH")] = None,
+    color: bool = False,
+    spp: int | None = None,
+    key_motion: float = 0.0,
+    every: float | None = None,
+    times: Times = (),
+    phase: str | None = None,
+    outputs: str = "",
+) -> None:
+    """Draw a stored record again, at any size, in colour, with either renderer: a video or a folder of pictures.
+
+    Args:
+        record: The record, such as data/train/0000007.h5.
+        out: Video (.mp4, .mkv, .mov, .avi; 30 pictures a second) or folder for PNG files.
+        renderer: Raycast or pathtrace; default: the one that the record was made with.
+        camera: Wrist, as the record has it, or scene: the whole robot, for which pathtrace is needed.
+        size: Width and height in pixels, such as 1730x1300; default: the record's.
+        color: In colour instead of grey.
+        spp: Light paths a pixel of pathtrace; more of them, less noise. Default: the record's.
+        key_motion: Pathtrace, wrist: pixels that anything may move between two pictures that are traced; those between
+            follow by re-projection. 0 traces all.
+        every: Milliseconds between pictures; default: 33.3, which plays at true speed.
+        times: Draw these instants only, in seconds; may be given several times.
+        phase: Draw this phase only, such as tilt; default: all that is recorded.
+        outputs: Any of depth,normal,motion, separated by commas: as .npz beside the pictures.
+    """
+    from evslip.data import record_file
+    from evslip.view.pictures.replay import check_target, instants, redrawn, replay
+
+    names = tuple(name for name in outputs.split(",") if name)
+    check_target(out, names, camera)
+    shape = _size(size)
+    stored = record_file.read(record, events=False)
+    stored = redrawn(stored, renderer=renderer, spp=spp, key_motion_px=key_motion)
+    times_us = instants(stored, every_ms=every, times_s=times, phase=phase)
+    if stored.params is not None and stored.params.render.renderer == "pathtrace":
+        from evslip.rendering.pathtrace.variant import describe
+
+        console.print(describe())
+    with progress_bar("render", len(times_us)) as advance:
+        replay(stored, out, times_us, size=shape, view=camera, color=color, outputs=names, progress=advance)
+    console.print(f"{out}: {len(times_us)} pictures")
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdecimal() and LEAST <= int(part) <= MOST for part in parts):
+        raise ConfigError(f"size: {text!r}: expected WIDTHxHEIGHT, such as 692x520, each from {LEAST} to {MOST}")
+    return int(parts[0]), int(parts[1])

@@ -1,0 +1,149 @@
+"""Verbs about recordings of event cameras."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from tyro.conf import Positional, arg
+
+from evslip.exchange.importing_settings import Importing
+from evslip.exchange.part import Flip, Rotation
+from evslip.utils.console import console, progress_bar
+from evslip.utils.errors import ConfigError
+
+RESTLESS = 3.0
+"""A scene of more `unrest` is not still."""
+
+
+def import_(
+    recording: Positional[Path],
+    out: Positional[Path],
+    *,
+    settings: Importing = Importing(),  # noqa: B008
+    length_s: float = 0.15,
+) -> None:
+    """Bring a real recording, or a sample of another simulator, into evslip's own format.
+
+    Args:
+        recording: File of an event camera that `evslip convert` reads; or a simulator's folder with isaac_stats.csv or
+            poses.csv, frames/ and perhaps events; or a folder with VT-SNN's prophesee_recordings.
+        out: HDF5 file to write; of VT-SNN's layout a folder for one file each.
+        length_s: How long a file of VT-SNN's layout lasts, s.
+    """
+    from evslip.exchange.importing import import_recording, import_vt_snn, is_vt_snn
+
+    if is_vt_snn(recording):
+        made = import_vt_snn(recording, out, length_s, settings.size)
+        console.print(f"{out}: {len(made)} records")
+        return
+    record = import_recording(recording, out, settings)
+    console.print(f"{out}: {describe(record.events, record.size)}")
+    parts = [f"{len(record.intervals)} labelled intervals"] if record.intervals else []
+    parts += [f"{len(record.footage.t_us)} frames"] if record.footage is not None else []
+    parts += [f"poses and ground truth of {record.truth.t_us[-1] / 1e6:.3f} s"] if record.truth is not None else []
+    if parts:
+        console.print(f"{'; '.join(parts)}; label of the whole: {record.label}")
+
+
+def convert(
+    source: Positional[Path],
+    out: Positional[Path],
+    *,
+    crop: Annotated[tuple[int, int, int, int] | None, arg(metavar="X Y WIDTH HEIGHT")] = None,
+    slice: Annotated[tuple[float, float] | None, arg(metavar="START END")] = None,
+    polarity: Annotated[Literal["on", "off"] | None, arg(metavar="on|off")] = None,
+    from_zero: bool = False,
+    rotate: Rotation = 0,
+    flip: Flip | None = None,
+) -> None:
+    """Write the events of a file in another format, or a part of them.
+
+    Args:
+        source: File of events: HDF5, AEDAT4, AEDAT2, Prophesee RAW or DAT, Event Stream (.es), rosbag, .npz, .csv,
+            v2e's .txt, VT-SNN's .mat.
+        out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw.
+        crop: Pixels to keep; the corner X Y becomes 0 0.
+        slice: Time to keep, seconds after the first event.
+        polarity: Keep the ON or the OFF events alone.
+        from_zero: Shift the times so that the first event is at 0; for formats that hold only short times.
+        rotate: Turn the picture clockwise, after the crop.
+        flip: Mirror the picture after that: left and right (x), or top and bottom (y).
+    """
+    from evslip.exchange.translation import Part, translate
+
+    part = Part(crop, slice, polarity, from_zero, rotate, flip)
+    with progress_bar("events", None) as advance:
+        done = translate(source, out, part, advance)
+    console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
+    if done.lost:
+        console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
+
+
+def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) -> None:
+    """Say what a file of events or a record holds: sensor, duration, rates, polarity, gaps, order errors.
+
+    Args:
+        file: File of any format that `evslip convert` reads.
+        gap_ms: From this length on a pause of all pixels is counted as a gap, ms.
+        json: For a machine.
+    """
+    from json import dumps
+
+    from evslip.codecs.facts import facts_of
+    from evslip.data.record import about
+    from evslip.data.record_file import is_record, read
+
+    if not 0 <= gap_ms < 1e12:
+        raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")
+    gap_us = round(gap_ms * 1e3)
+    known = about(read(file, events=False)) if is_record(file) else {}
+    if json:
+        print(dumps(facts_of(file, gap_us).as_json() | {"record": known}, indent=2))
+        return
+    with progress_bar("events", None) as advance:
+        facts = facts_of(file, gap_us, advance)
+    for line in [*facts.lines(gap_us), *(f"{name:>9}  {text}" for name, text in known.items())]:
+        console.print(line)
+
+
+def calibrate_noise(recording: Positional[Path], out: Positional[Path]) -> None:
+    """Measure the noise of each pixel of a real sensor, from a recording of a still scene in constant light.
+
+    Args:
+        recording: File of events; several minutes long, since rare events need time.
+        out: File to write, .npz: for `evslip events --noise-map`, or the camera's parameter noise_map.
+    """
+    from evslip.data.record_file import read_recording
+    from evslip.events.noise_map import check_noise_suffix, measure_noise, save_noise_map, unrest
+
+    check_noise_suffix(out)
+    record = read_recording(recording)
+    rates = measure_noise(record.events, record.size)
+    save_noise_map(out, rates)
+    on, off = rates.mean((1, 2))
+    busiest = float(rates.sum(0).max())
+    console.print(f"{recording}: {describe(record.events, record.size)}")
+    console.print(f"{out}: {on:.3g} ON and {off:.3g} OFF events/s a pixel; the busiest pixel has {busiest:.3g}/s")
+    silent = float((rates.sum(0) == 0).mean())
+    if silent > 0.5:
+        console.print(f"{silent:.0%} of the pixels never fired: record for longer to measure them")
+    moved = unrest(record.events, record.size)
+    if moved > RESTLESS:
+        console.print(
+            f"note: the scene was not still: the pixels' counts differ {moved:.3g} times as much between the halves of "
+            "the recording as noise does; the rates contain what moved"
+        )
+
+
+def describe(stream: Any, size: tuple[int, int]) -> str:
+    """One line about a stream of events."""
+    start, end = (int(stream.t_us[0]), int(stream.t_us[-1])) if stream.count else (0, 0)
+    return summarise(stream.count, int(stream.p.sum()), start, end, size)
+
+
+def summarise(count: int, on: int, start_us: int, end_us: int, size: tuple[int, int]) -> str:
+    """One line about a stream of `count` events, `on` of them ON, between two times."""
+    if not count:
+        return f"no events, {size[0]}x{size[1]}"
+    seconds = (end_us - start_us) / 1e6
+    rate = f", {count / seconds / 1e3:,.1f} k events/s" if seconds else ""
+    return f"{count:,} events in {seconds:.3f} s{rate}, {on / count:.0%} ON, {size[0]}x{size[1]}"

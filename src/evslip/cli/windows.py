@@ -1,0 +1,63 @@
+"""The verb that cuts records into labelled windows."""
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+from evslip.cli.options import HIDDEN, Split, given, options_of
+from evslip.utils.console import console, progress_bar
+from evslip.utils.errors import ConfigError
+from evslip.windows.settings import WindowSettings
+
+CROP = ("left", "top", "width", "height", "sensor_width", "sensor_height")
+WindowOptions = options_of(WindowSettings, dict.fromkeys(CROP, HIDDEN))
+
+
+def windows(
+    datasets_and_out: Annotated[Positional[tuple[Path, ...]], arg(metavar="DATASET... OUT")],
+    *,
+    settings: Annotated[WindowSettings, arg(constructor=WindowOptions)],
+    split: Split | None = None,
+    visualize: Path | None = None,
+    vt_snn: Path | None = None,
+) -> None:
+    """Cut data sets, or imported recordings, into labelled windows.
+
+    Args:
+        datasets_and_out: Folders of data sets, or of imported recordings, or single records; then the HDF5 file to
+            write. Recordings have windows where a person's labels say slip or hold. Of several, windows carry the name
+            of their folder, and all must be from sensors of one size.
+        split: Only this split; default: all there is.
+        visualize: Folder for a video and single pictures of every window, named by label and change of angle; 17 files
+            and about 4 s a window.
+        vt_snn: Folder in which to write the windows in VT-SNN's layout, too: prophesee_recordings/rotate_01_td.mat ...
+    """
+    from evslip.data.recordings import open_samples
+    from evslip.exchange.vt_snn import export_windows
+    from evslip.windows.cutting import windows_of
+    from evslip.windows.mixture import mixture
+
+    settings = WindowSettings(**given(settings))
+    if len(datasets_and_out) < 2:
+        told = " ".join(map(str, datasets_and_out)) or "nothing"
+        raise ConfigError(f"windows: {told} alone is named; expected one or more data sets, then the file to write")
+    *datasets, out = datasets_and_out
+    sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]
+    if visualize is not None and (len(sets) > 1 or not sets[0].splits):
+        which = "several are given" if len(sets) > 1 else f"{datasets[0]} is none"
+        raise ConfigError(f"visualize: expected one data set of simulated samples, whose frames can be drawn; {which}")
+    if visualize is not None:
+        from evslip.view.pictures.window_pictures import check_folder
+
+        check_folder(visualize)
+    cut = windows_of(mixture(sets), settings)
+    cut.save(out)
+    console.print(f"{out}: {cut.summary()}")
+    if vt_snn is not None:
+        console.print(f"{vt_snn}: {export_windows(cut, vt_snn)} files")
+    if visualize is not None:
+        from evslip.view.pictures.window_pictures import write_windows
+
+        with progress_bar("windows", len(cut)) as advance:
+            write_windows(visualize, cut, sets[0], advance)
