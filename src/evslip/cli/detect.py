@@ -47,7 +47,7 @@ def evaluate(
 
     if len(models_and_data) < 2:
         told = " ".join(map(str, models_and_data)) or "nothing"
-        raise ConfigError(f"evaluate: {told} alone is named; expected one or more models, then the data")
+        raise ConfigError(f"evaluate: {told} given; expected one or more models, then the data")
     *models, data = models_and_data
     if network is not None:
         register(network)
