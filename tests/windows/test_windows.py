@@ -16,7 +16,8 @@ from evslip.events.frame import BACKGROUND, OBJECT
 from evslip.events.stream import empty_events
 from evslip.utils.errors import ConfigError, DataError, StorageError
 from evslip.windows.cutting import UNCERTAIN, Movement, label_of, movements, windows_of
-from evslip.windows.window_set import HOLD, SLIP, LabelMode, Windows, WindowSettings, load_windows
+from evslip.windows.settings import LabelMode
+from evslip.windows.window_set import HOLD, SLIP, Windows, WindowSettings, load_windows
 from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of, turning
 
 ALL = WindowSettings(balance=False)
