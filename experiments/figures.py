@@ -12,7 +12,7 @@ from plan import Plan
 from evslip.data.dataset import Dataset, open_dataset
 from evslip.data.layout import CONFIG
 from evslip.learn.evaluation.alarms import quantile
-from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.learn.evaluation.stored import FILE, read_evaluation
 from evslip.view.report.detector_files import DESCRIPTION, HISTORY, read_detector
 
@@ -49,7 +49,7 @@ def training(folder: Path) -> Training | None:
 
 
 @cache
-def assessment(folder: Path) -> Assessment | None:
+def assessment(folder: Path) -> Evaluation | None:
     """What `evslip evaluate` says of one detector; None if it is not there."""
     found = read_evaluation(folder / FILE) if (folder / FILE).is_file() else None
     return found[0] if isinstance(found, list) else None
@@ -84,19 +84,19 @@ def percent(values: list[float], digits: int = 1) -> str:
     return spread(values, digits, 100.0)
 
 
-def latency(found: Assessment, share: float) -> float:
+def latency(found: Evaluation, share: float) -> float:
     """Seconds, a quantile over all slips, at one false alarm a minute; inf where too many are missed."""
     return math.nan if found.allowed is None else quantile(found.allowed.latency_s, share)
 
 
-def detected(found: Assessment) -> float:
+def detected(found: Evaluation) -> float:
     """Share of the slips that are detected at one false alarm a minute."""
     return math.nan if found.allowed is None else found.allowed.detection_rate
 
 
-def tested(plan: Plan, exam: str, network: str) -> list[Assessment]:
+def tested(plan: Plan, test_set: str, network: str) -> list[Evaluation]:
     """Evaluations of all seeds of a network on one set of data."""
-    return of_seeds(lambda seed: assessment(plan.evaluation(exam, network, seed)), plan.seeds)
+    return of_seeds(lambda seed: assessment(plan.evaluation(test_set, network, seed)), plan.seeds)
 
 
 def validated(plan: Plan, group: str, network: str) -> list[Training]:

@@ -8,7 +8,7 @@ from figures import MISSING, PAPER, detected, latency, mean, spread, tested, val
 from plan import Plan
 from tables import table
 
-from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.evaluation import Evaluation
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Goal:
 
     title: str
     wanted: float
-    of: Callable[[Assessment], float]
+    of: Callable[[Evaluation], float]
     lower: bool
     """Whether less is better."""
     factor: float
@@ -58,7 +58,7 @@ def goals(plan: Plan) -> str:
     return table(("network", *(goal.wish for goal in GOALS), "reached"), lines)
 
 
-def failed(found: list[Assessment]) -> list[str]:
+def failed(found: list[Evaluation]) -> list[str]:
     """What the seeds of a network do not reach."""
     return [goal.wish for goal in GOALS if not goal.reached([goal.of(one) for one in found])]
 
@@ -101,13 +101,13 @@ def _percent(shares: list[float]) -> float | None:
     return 100 * mean(shares) if shares else None
 
 
-def _accuracy(found: list[Assessment]) -> float:
+def _accuracy(found: list[Evaluation]) -> float:
     return mean([one.scores.balanced_accuracy for one in found])
 
 
 def everything(plan: Plan) -> str:
     """What else the evaluation measures on the test set."""
-    columns: dict[str, Callable[[Assessment], float]] = {
+    columns: dict[str, Callable[[Evaluation], float]] = {
         "accuracy": lambda one: one.scores.accuracy,
         "F1": lambda one: one.scores.f1,
         "AUPRC": lambda one: one.scores.auprc,

@@ -87,8 +87,8 @@ class Plan:
     def sweep(self, place: str) -> Path:
         return self.out / "sweeps" / place
 
-    def evaluation(self, exam: str, network: str, seed: int) -> Path:
-        return self.out / "evaluations" / exam / f"{network}-{seed}"
+    def evaluation(self, test_set: str, network: str, seed: int) -> Path:
+        return self.out / "evaluations" / test_set / f"{network}-{seed}"
 
     def options(self, network: str) -> list[str]:
         """What `evslip train` is told of a network besides its name and seed."""

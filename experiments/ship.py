@@ -9,7 +9,7 @@ from plan import Plan
 from steps import read_json
 
 from evslip.data.layout import CONFIG
-from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.evaluation import Evaluation
 
 TEMPLATE = Path(__file__).with_name("card_template.md")
 SCORES = {"balanced_accuracy": "balanced accuracy", "auroc": "AUROC", "ece": "ECE", "brier": "Brier"}
@@ -47,7 +47,7 @@ def chosen(plan: Plan) -> tuple[str, int]:
     return max(known, key=lambda which: known[which])
 
 
-def card(plan: Plan, folder: Path, found: Assessment) -> str:
+def card(plan: Plan, folder: Path, found: Evaluation) -> str:
     """The model's card, from what the product wrote of the model, its training and its test."""
     known, learned = read_json(folder / "model.json"), training(folder)
     assert learned is not None
@@ -72,7 +72,7 @@ def card(plan: Plan, folder: Path, found: Assessment) -> str:
     )
 
 
-def measured(found: Assessment) -> dict[str, str]:
+def measured(found: Evaluation) -> dict[str, str]:
     """Figures by title, with intervals where there are some."""
     lines = {}
     for name, title in SCORES.items():

@@ -151,12 +151,12 @@ def tuned(plan: Plan) -> list[Step]:
     return steps
 
 
-def evaluated(plan: Plan, exam: str, network: str, seed: int, model: Step, made: Step, folder: Path) -> Step:
+def evaluated(plan: Plan, test_set: str, network: str, seed: int, model: Step, made: Step, folder: Path) -> Step:
     """Examine a detector on the test split of a data set."""
-    out = plan.evaluation(exam, network, seed)
+    out = plan.evaluation(test_set, network, seed)
     words = ("evaluate", str(result(model).parent), str(folder), "--split", "test", "--out", str(out))
     more = ("--hop-s", f"{plan.hop_s:g}", "--resamples", str(plan.resamples))
-    return Step(f"evaluate {exam}/{network}-{seed}", (*words, *more), out / "evaluation.json", (model, made))
+    return Step(f"evaluate {test_set}/{network}-{seed}", (*words, *more), out / "evaluation.json", (model, made))
 
 
 def test(plan: Plan) -> list[Step]:

@@ -10,7 +10,7 @@ from plan import PAPERS, Plan
 from steps import done_path, log_path, read_json, seconds_of
 from worlds import FIXED, WORLDS
 
-from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.evaluation import Evaluation
 
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
@@ -86,8 +86,8 @@ def worlds(plan: Plan) -> str:
     head = ("world", "windows, trajectories", *(f"`{name}`: balanced accuracy, %; AUROC" for name in plan.finals))
     rows = {"the Complex test set itself": "test"} | {WORLDS[name].title: f"worlds/{name}" for name in plan.worlds}
     lines = []
-    for title, exam in rows.items():
-        found = {network: tested(plan, exam, network) for network in plan.finals}
+    for title, test_set in rows.items():
+        found = {network: tested(plan, test_set, network) for network in plan.finals}
         first = next((each[0] for each in found.values() if each), None)
         counts = MISSING if first is None else f"{first.scores.windows}, {first.scores.trajectories}"
         lines.append([title, counts, *(_two_scores(each) for each in found.values())])
@@ -106,7 +106,7 @@ def ablation(plan: Plan) -> str:
     return table(head, lines)
 
 
-def _two_scores(found: Sequence[Assessment]) -> str:
+def _two_scores(found: Sequence[Evaluation]) -> str:
     if not found:
         return MISSING
     accuracy, area = ([getattr(one.scores, name) for one in found] for name in ("balanced_accuracy", "auroc"))

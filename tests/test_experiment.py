@@ -80,11 +80,11 @@ def test_every_cell_is_what_the_product_measured(tmp_path: Path) -> None:
     swept = rows(text, "best run")["simple/mlp"]
     found, again = (validation(out / name) for name in ("sweeps/simple/mlp/trials/0000", "models/simple-tuned/mlp-0"))
     assert swept[:5] == ["1", found, again, table2["`mlp`"][2], "98"]
-    for head, line, exam in (
+    for head, line, test_set in (
         ("world", "camera in front of the hand", "worlds/front"),
         ("fixed", "noise", "ablation/noise"),
     ):
-        found = scores(out / f"evaluations/{exam}/event_rate-0")["scores"]
+        found = scores(out / f"evaluations/{test_set}/event_rate-0")["scores"]
         assert rows(text, head)[line][-1] == f"{100 * found['balanced_accuracy']:.1f}; {found['auroc']:.3f}"
     entries = [
         json.loads(line) for path in out.glob("data/simple/journal/*/*") for line in path.read_text().splitlines()

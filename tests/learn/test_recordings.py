@@ -9,7 +9,7 @@ import torch
 
 from evslip.data.intervals import Interval
 from evslip.data.record import Record
-from evslip.learn.evaluation.predictions import Answers, on_records
+from evslip.learn.evaluation.predictions import Predictions, on_records
 from evslip.utils.errors import DataError
 from evslip.windows.window_set import HOLD, SLIP, WindowEvents, WindowSettings
 from slip_records import slip_record, turning
@@ -34,7 +34,7 @@ def by_hand(record: Record) -> Record:
     return replace(record, kind="recording", split=None, truth=None, intervals=spans)
 
 
-def ask(records: list[Record]) -> Answers:
+def ask(records: list[Record]) -> Predictions:
     network: Any = Counts()
     return on_records(network, WindowSettings(), records, hop_s=0.02)
 

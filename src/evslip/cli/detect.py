@@ -38,9 +38,9 @@ def evaluate(
         network: Class of the models' network, module:Class, where it is of another package that does not offer it.
     """
     from evslip.learn import load_model
-    from evslip.learn.evaluation.assessment import assess
     from evslip.learn.evaluation.comparison import compare
-    from evslip.learn.evaluation.test_data import open_exam
+    from evslip.learn.evaluation.evaluation import evaluate_model
+    from evslip.learn.evaluation.test_data import open_evaluation_data
     from evslip.learn.networks import register
     from evslip.learn.shipped import is_shipped
     from evslip.view.evaluation.evaluation import alarm_table, comparison_table, short_names, write_evaluation
@@ -53,16 +53,18 @@ def evaluate(
         register(network)
     for model in models:
         load_model(model)  # a wrong name shows now, not after the models before it
-    exam = open_exam(data, split)
+    examined = open_evaluation_data(data, split)
     found = []
     for model in models:
-        with progress_bar(f"evaluate {model.name}", exam.steps) as advance:
-            found.append(assess(model, exam, hop_s=hop_s, resamples=resamples, align=align, progress=advance))
+        with progress_bar(f"evaluate {model.name}", examined.steps) as advance:
+            found.append(
+                evaluate_model(model, examined, hop_s=hop_s, resamples=resamples, align=align, progress=advance)
+            )
     own = len(models) == 1 and not is_shipped(models[0])
     folder = out or (models[0] if own else Path("evaluation"))
-    write_evaluation(folder, found, exam)
+    write_evaluation(folder, found, examined)
     scores = found[0].scores
-    console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {exam.name}")
+    console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {examined.name}")
     print_table(comparison_table(compare(found)))
     if any(one.own for one in found):
         print_table(list(zip(*alarm_table(found, short_names(found)), strict=True)))

@@ -1,6 +1,6 @@
 """Detectors: networks, training, evaluation, streaming. Needs the extra `learn`; never imports the physics.
 
-Begin with `networks.network.Network` (what every detector is), then `training.train` and `evaluation.assessment`.
+Begin with `networks.network.Network` (what every detector is), then `training.train` and `evaluation.evaluation`.
 A new network is a file in `networks` and a line in its register; your own needs neither: docs/how-to/own-network.md.
 """
 

@@ -1,4 +1,4 @@
-"""Under which circumstances a window was taken: what the arm did, how the light fell, how far the slip had gone."""
+"""Conditions of a window: what the arm did, how the light fell, how far the slip had gone."""
 
 from dataclasses import dataclass, fields
 
@@ -20,7 +20,7 @@ SHADING_RATIO = 0.16
 
 
 @dataclass(frozen=True)
-class Circumstances:
+class Conditions:
     """Of n windows, arrays of shape (n,); nan where nobody knows."""
 
     phase: np.ndarray
@@ -37,7 +37,7 @@ class Circumstances:
     """The same of the slide."""
 
     @classmethod
-    def unknown(cls, n: int) -> "Circumstances":
+    def unknown(cls, n: int) -> "Conditions":
         """Nothing is known of n windows."""
         return cls(np.full(n, NO_PHASE, np.uint8), *(np.full(n, np.nan) for _ in fields(cls)[1:]))
 
@@ -46,19 +46,19 @@ class Circumstances:
         """Whether shadows and shading change on the object though it may be held still; bool of shape (n,)."""
         return (self.light_turn_deg >= SHADING_TURN_DEG) & (self.light_ratio >= SHADING_RATIO)
 
-    def take(self, which: np.ndarray) -> "Circumstances":
+    def take(self, which: np.ndarray) -> "Conditions":
         """Those of a mask or an index array."""
-        return Circumstances(*(getattr(self, field.name)[which] for field in fields(self)))
+        return Conditions(*(getattr(self, field.name)[which] for field in fields(self)))
 
     @classmethod
-    def concatenate(cls, parts: "list[Circumstances]") -> "Circumstances":
+    def concatenate(cls, parts: "list[Conditions]") -> "Conditions":
         """Those of several records in a row."""
         return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
 
-def circumstances(record: Record, start_us: np.ndarray, length_us: int) -> Circumstances:
+def conditions(record: Record, start_us: np.ndarray, length_us: int) -> Conditions:
     """Of a record's windows that start at the given times, int64 of shape (n,). What a recording lacks is unknown."""
-    found = Circumstances.unknown(len(start_us))
+    found = Conditions.unknown(len(start_us))
     truth, trajectory, params = record.truth, record.trajectory, record.params
     values = {field.name: getattr(found, field.name) for field in fields(found)}
     if truth is not None:
@@ -71,7 +71,7 @@ def circumstances(record: Record, start_us: np.ndarray, length_us: int) -> Circu
         values["light_ratio"] = np.full(len(start_us), light_ratio(params))
     if trajectory is not None and params is not None:
         values["light_turn_deg"] = _light_turn(trajectory, params, start_us, length_us)
-    return Circumstances(**values)
+    return Conditions(**values)
 
 
 def light_ratio(params: Params) -> float:

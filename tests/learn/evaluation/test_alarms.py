@@ -5,16 +5,16 @@ import pytest
 
 from evslip.learn.evaluation import alarms
 from evslip.learn.evaluation.groups import groupings
-from evslip.learn.evaluation.predictions import Answers, Track
+from evslip.learn.evaluation.predictions import Predictions, Track
 from evslip.learn.scores.bootstrap import draws
-from evslip.windows.conditions import Circumstances
+from evslip.windows.conditions import Conditions
 from evslip.windows.cutting import UNCERTAIN
 from evslip.windows.window_set import HOLD, SLIP, WindowSettings
 
 LENGTH_US, HOP_US = 160_000, 20_000
 
 
-def answers_of(*trajectories: tuple[str, str], onsets: tuple[int | None, ...]) -> Answers:
+def answers_of(*trajectories: tuple[str, str], onsets: tuple[int | None, ...]) -> Predictions:
     """Trajectories of (labels, answers), a sign a hop: h, s or b (between) and the probability in tenths. `onsets` are
     the hops whose window ends at the first slip's onset; slips end 0.4 s after it."""
     tracks, parts = [], []
@@ -31,15 +31,15 @@ def answers_of(*trajectories: tuple[str, str], onsets: tuple[int | None, ...]) -
     label = np.array([code[c] for labels, *_ in parts for c in labels])
     p_slip = np.array([int(c) / 10 for _, told, *_ in parts for c in told])
     track, start_us = (np.concatenate([part[i] for part in parts]) for i in (2, 3))
-    around = Circumstances.unknown(row)
+    conditions = Conditions.unknown(row)
     onset_of = np.array([t.onset_us if t.onset_us is not None else 10**9 for t in tracks])[track]
     late_s = np.maximum(start_us + LENGTH_US - onset_of, 0) / 1e6
-    around.since_onset_deg[:] = 50 * late_s
-    around.since_onset_mm[:] = 2 * late_s
-    return Answers(
+    conditions.since_onset_deg[:] = 50 * late_s
+    conditions.since_onset_mm[:] = 2 * late_s
+    return Predictions(
         p_slip=p_slip, label=label, counted=np.arange(row) % 8 == 0, track=track, start_us=start_us,
         rotation_deg=np.zeros(row), translation_mm=np.zeros(row), recent=np.zeros(row, bool),
-        events=np.zeros(row, int), object_events=np.zeros(row, int), around=around, tracks=tuple(tracks),
+        events=np.zeros(row, int), object_events=np.zeros(row, int), conditions=conditions, tracks=tuple(tracks),
         length_us=LENGTH_US, hop_us=HOP_US,
     )  # fmt: skip
 

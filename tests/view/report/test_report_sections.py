@@ -19,7 +19,7 @@ from evslip.data.record import Record
 from evslip.data.record_file import encode
 from evslip.events.stream import SIGNAL, Events
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.evaluation.assessment import plain
+from evslip.learn.evaluation.evaluation import plain
 from evslip.learn.evaluation.stored import read_evaluation, restored
 from evslip.learn.networks import build_model
 from evslip.learn.scores.metrics import measured

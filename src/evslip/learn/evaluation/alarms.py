@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evslip.learn.evaluation.predictions import Answers
+from evslip.learn.evaluation.predictions import Predictions
 from evslip.windows.window_set import HOLD
 
 MERGE_US = 200_000
@@ -31,7 +31,7 @@ class Alarms:
     holding_min: float
     """Time in which the object holds, in minutes."""
     false_flagged: int
-    """Of the false alarms, those that begin in a flagged window, see Answers.flagged."""
+    """Of the false alarms, those that begin in a flagged window, see Predictions.flagged."""
     false_share: float
     """Share of the holding time in which an alarm stands, of any cause."""
     slips: int
@@ -60,13 +60,13 @@ def quantile(values: np.ndarray, share: float) -> float:
     return float(np.quantile(values, share, method="inverted_cdf")) if len(values) else float("nan")
 
 
-def alarms_at(answers: Answers, threshold: float) -> Alarms:
+def alarms_at(predictions: Predictions, threshold: float) -> Alarms:
     """What the detector does at one threshold."""
-    begins = beginnings(answers, threshold)
-    holding = answers.label == HOLD
-    falsely = begins & holding & ~_about_onset(answers)
-    rows, slips = first_alarms(answers, begins)
-    onset_us = np.array([answers.tracks[i].onset_us for i in slips], np.int64)
+    begins = beginnings(predictions, threshold)
+    holding = predictions.label == HOLD
+    falsely = begins & holding & ~_about_onset(predictions)
+    rows, slips = first_alarms(predictions, begins)
+    onset_us = np.array([predictions.tracks[i].onset_us for i in slips], np.int64)
     missed = rows < 0
 
     def at_alarm(values: np.ndarray) -> np.ndarray:
@@ -75,46 +75,46 @@ def alarms_at(answers: Answers, threshold: float) -> Alarms:
     return Alarms(
         threshold=threshold,
         false_alarms=int(falsely.sum()),
-        holding_min=holding.sum() * answers.hop_us / 60e6,
-        false_flagged=int((falsely & answers.flagged).sum()),
-        false_share=float((answers.p_slip[holding] >= threshold).mean()) if holding.any() else float("nan"),
+        holding_min=holding.sum() * predictions.hop_us / 60e6,
+        false_flagged=int((falsely & predictions.flagged).sum()),
+        false_share=float((predictions.p_slip[holding] >= threshold).mean()) if holding.any() else float("nan"),
         slips=len(slips),
         detected=int((~missed).sum()),
-        latency_s=np.where(missed, np.inf, (answers.end_us[rows] - onset_us) / 1e6),
-        slipped_deg=at_alarm(answers.around.since_onset_deg),
-        slipped_mm=at_alarm(answers.around.since_onset_mm),
+        latency_s=np.where(missed, np.inf, (predictions.end_us[rows] - onset_us) / 1e6),
+        slipped_deg=at_alarm(predictions.conditions.since_onset_deg),
+        slipped_mm=at_alarm(predictions.conditions.since_onset_mm),
     )
 
 
-def beginnings(answers: Answers, threshold: float) -> np.ndarray:
+def beginnings(predictions: Predictions, threshold: float) -> np.ndarray:
     """At which answers an alarm begins; bool of shape (n,)."""
-    loud = np.flatnonzero(answers.p_slip >= threshold)
-    begins = np.zeros(len(answers.p_slip), bool)
+    loud = np.flatnonzero(predictions.p_slip >= threshold)
+    begins = np.zeros(len(predictions.p_slip), bool)
     if len(loud):
-        pause_us = np.diff(answers.start_us[loud])
-        same_run = (np.diff(answers.track[loud]) == 0) & (pause_us < MERGE_US + answers.hop_us)
+        pause_us = np.diff(predictions.start_us[loud])
+        same_run = (np.diff(predictions.track[loud]) == 0) & (pause_us < MERGE_US + predictions.hop_us)
         begins[loud[np.r_[True, ~same_run]]] = True
     return begins
 
 
-def first_alarms(answers: Answers, begins: np.ndarray) -> tuple[np.ndarray, list[int]]:
+def first_alarms(predictions: Predictions, begins: np.ndarray) -> tuple[np.ndarray, list[int]]:
     """The answer at which each first slip is detected, -1 where it is missed; and the positions of their tracks."""
     rows, slips = [], []
-    for position, track in enumerate(answers.tracks):
+    for position, track in enumerate(predictions.tracks):
         if track.onset_us is None or track.end_us is None or track.rows.start == track.rows.stop:
             continue
-        times = answers.end_us[track.rows]
-        inside = (times >= track.onset_us - EARLY_US) & (times <= track.end_us + answers.length_us)
+        times = predictions.end_us[track.rows]
+        inside = (times >= track.onset_us - EARLY_US) & (times <= track.end_us + predictions.length_us)
         found = np.flatnonzero(begins[track.rows] & inside)
         rows.append(track.rows.start + int(found[0]) if len(found) else -1)
         slips.append(position)
     return np.array(rows, np.int64), slips
 
 
-def thresholds(answers: Answers) -> np.ndarray:
+def thresholds(predictions: Predictions) -> np.ndarray:
     """Falling thresholds that between them tell the holding answers apart, at most a thousand, and one that nothing
     reaches."""
-    holding = np.unique(answers.p_slip[answers.label == HOLD].astype(float))
+    holding = np.unique(predictions.p_slip[predictions.label == HOLD].astype(float))
     if len(holding) > MOST_THRESHOLDS:
         # Closely where few answers are exceeded: there the allowed rate lies.
         holding = holding[np.unique(np.round(np.geomspace(1, len(holding), MOST_THRESHOLDS)).astype(int)) * -1]
@@ -122,9 +122,9 @@ def thresholds(answers: Answers) -> np.ndarray:
     return np.unique(np.concatenate([just_above, [0.0, 2.0]]))[::-1]
 
 
-def sweep(answers: Answers) -> list[Alarms]:
+def sweep(predictions: Predictions) -> list[Alarms]:
     """Alarms over falling thresholds."""
-    return [alarms_at(answers, float(threshold)) for threshold in thresholds(answers)]
+    return [alarms_at(predictions, float(threshold)) for threshold in thresholds(predictions)]
 
 
 def at_allowed_rate(found: list[Alarms], per_min: float = ALLOWED_PER_MIN) -> Alarms:
@@ -137,8 +137,8 @@ def at_allowed_rate(found: list[Alarms], per_min: float = ALLOWED_PER_MIN) -> Al
     return best
 
 
-def _about_onset(answers: Answers) -> np.ndarray:
-    """Answers given from 0.1 s before the onset of their trajectory's first slip to the onset; bool of shape (n,)."""
-    onset_us = np.array([np.iinfo(np.int64).max if t.onset_us is None else t.onset_us for t in answers.tracks])
-    before_us = onset_us[answers.track] - answers.end_us
+def _about_onset(predictions: Predictions) -> np.ndarray:
+    """Predictions from 0.1 s before the onset of their trajectory's first slip to the onset; bool of shape (n,)."""
+    onset_us = np.array([np.iinfo(np.int64).max if t.onset_us is None else t.onset_us for t in predictions.tracks])
+    before_us = onset_us[predictions.track] - predictions.end_us
     return (before_us >= 0) & (before_us <= EARLY_US)

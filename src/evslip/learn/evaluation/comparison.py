@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from evslip.learn.evaluation.alarms import quantile
-from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.learn.scores.bootstrap import Interval
 
 
@@ -19,7 +19,7 @@ class Figure:
     name: str
     title: str
     digits: int
-    of: Callable[[Assessment], float]
+    of: Callable[[Evaluation], float]
     """inf: not reached, since too many slips are missed; nan: not measured."""
     lower_is_better: bool = False
 
@@ -44,11 +44,11 @@ class Row:
     cells: dict[str, Cell]
 
 
-def _score(name: str) -> Callable[[Assessment], float]:
+def _score(name: str) -> Callable[[Evaluation], float]:
     return lambda found: getattr(found.scores, name)
 
 
-def _alarm(name: str, share: float) -> Callable[[Assessment], float]:
+def _alarm(name: str, share: float) -> Callable[[Evaluation], float]:
     return lambda found: math.nan if found.allowed is None else quantile(getattr(found.allowed, name), share)
 
 
@@ -75,9 +75,9 @@ FIGURES = (
 )  # fmt: skip
 
 
-def compare(found: Iterable[Assessment]) -> list[Row]:
+def compare(found: Iterable[Evaluation]) -> list[Row]:
     """A row for each network and way of training, in the order in which they come."""
-    groups: dict[str, list[Assessment]] = {}
+    groups: dict[str, list[Evaluation]] = {}
     for one in found:
         groups.setdefault(_kind(one), []).append(one)
     names = _names(list(groups.values()))
@@ -87,13 +87,13 @@ def compare(found: Iterable[Assessment]) -> list[Row]:
     ]
 
 
-def _kind(one: Assessment) -> str:
+def _kind(one: Evaluation) -> str:
     settings = {name: value for name, value in one.settings.items() if name != "seed"}
     # A model that does not say how it was trained is like no other one.
     return f"{one.network} {sorted(settings.items())}" if settings else one.model
 
 
-def _names(groups: Sequence[Sequence[Assessment]]) -> list[str]:
+def _names(groups: Sequence[Sequence[Evaluation]]) -> list[str]:
     """The network's name, and the folder's where several rows have the same network."""
     networks = [group[0].network for group in groups]
     return [
@@ -102,7 +102,7 @@ def _names(groups: Sequence[Sequence[Assessment]]) -> list[str]:
     ]
 
 
-def _cell(figure: Figure, group: Sequence[Assessment]) -> Cell:
+def _cell(figure: Figure, group: Sequence[Evaluation]) -> Cell:
     values = np.array([figure.of(one) for one in group], float)
     spread = float(values.std(ddof=1)) if len(values) > 1 and np.isfinite(values).all() else math.nan
     return Cell(float(values.mean()), spread, group[0].scores.intervals.get(figure.name) if len(group) == 1 else None)

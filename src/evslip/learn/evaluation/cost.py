@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from evslip.learn.evaluation.evaluate import BATCH, answer
+from evslip.learn.evaluation.evaluate import BATCH, predict
 from evslip.learn.networks.network import Network
 from evslip.windows.window_set import WindowEvents
 
@@ -42,18 +42,18 @@ class Cost:
 def measure_cost(network: Network, windows: Sequence[WindowEvents]) -> Cost:
     """Time a network on some windows, at least one."""
     for window in windows[:WARM_UP]:
-        answer(network, [network.prepare(window)])
+        predict(network, [network.prepare(window)])
     whole, prepared, inputs = [], [], []
     with one_core():
         for window in windows:
             start = time.perf_counter()
             inputs.append(network.prepare(window))
             middle = time.perf_counter()
-            answer(network, inputs[-1:])
+            predict(network, inputs[-1:])
             whole.append(time.perf_counter() - start)
             prepared.append(middle - start)
     start = time.perf_counter()
-    answer(network, inputs)
+    predict(network, inputs)
     together = time.perf_counter() - start
     events = [len(window.t_us) for window in windows]
     return Cost(

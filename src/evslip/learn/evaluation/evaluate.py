@@ -17,7 +17,7 @@ from evslip.windows.window_set import Windows, WindowSettings
 BATCH = 32
 
 
-def answer(network: Network, inputs: Sequence[Any]) -> np.ndarray:
+def predict(network: Network, inputs: Sequence[Any]) -> np.ndarray:
     """Slip probabilities of prepared windows, float32 of shape (n,)."""
     if not len(inputs):
         return np.empty(0, np.float32)
@@ -33,7 +33,7 @@ def probabilities(network: Network, windows: Windows, progress: Callable[[int], 
     parts = [np.empty(0, np.float32)]
     for first in range(0, len(windows), BATCH):  # prepared a batch at a time, to keep little in memory
         last = min(first + BATCH, len(windows))
-        parts.append(answer(network, [network.prepare(windows[i]) for i in range(first, last)]))
+        parts.append(predict(network, [network.prepare(windows[i]) for i in range(first, last)]))
         if progress:
             progress(last - first)
     network.train(training)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from evslip.learn.evaluation.predictions import UNKNOWN, Answers
+from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
 from evslip.learn.scores import bootstrap, tally
 from evslip.physics.motion.phases import PHASE_NAMES
 from evslip.windows.conditions import NO_PHASE
@@ -46,12 +46,14 @@ class Grouping:
     groups: tuple[Group, ...]
 
 
-def groupings(answers: Answers, settings: WindowSettings, threshold: float, draws: np.ndarray) -> list[Grouping]:
+def groupings(
+    predictions: Predictions, settings: WindowSettings, threshold: float, draws: np.ndarray
+) -> list[Grouping]:
     """The counted windows by every circumstance that is known of some of them; empty groups are left out.
 
     `draws` are the resamples of the trajectories, see evslip.learn.scores.bootstrap.
     """
-    counted = answers.take(answers.counted)
+    counted = predictions.take(predictions.counted)
     found = []
     for name, title, unit, members in _divisions(counted, settings):
         groups = [group_of(counted, which, label, threshold, draws) for label, which in members.items() if which.any()]
@@ -60,9 +62,9 @@ def groupings(answers: Answers, settings: WindowSettings, threshold: float, draw
     return found
 
 
-def group_of(answers: Answers, which: np.ndarray, name: str, threshold: float, draws: np.ndarray) -> Group:
+def group_of(predictions: Predictions, which: np.ndarray, name: str, threshold: float, draws: np.ndarray) -> Group:
     """The windows of a mask."""
-    part = answers.take(which)
+    part = predictions.take(which)
     clear = np.isin(part.label, (HOLD, SLIP))
     labels, p_slip, track = part.label[clear], part.p_slip[clear], part.track[clear]
     told = tally.tally(labels, p_slip)
@@ -89,29 +91,29 @@ def group_of(answers: Answers, which: np.ndarray, name: str, threshold: float, d
 _Division = tuple[str, str, str, dict[str, np.ndarray]]
 
 
-def _divisions(answers: Answers, settings: WindowSettings) -> list[_Division]:
+def _divisions(predictions: Predictions, settings: WindowSettings) -> list[_Division]:
     length_s = settings.length_s
-    around = answers.around
+    conditions = predictions.conditions
     turn = _speed_edges(settings.hold_deg / length_s, settings.slip_deg / length_s)
     slide = _speed_edges(settings.hold_mm / length_s, settings.slip_mm / length_s)
-    on_object = np.where(answers.object_events == UNKNOWN, np.nan, answers.object_events)
+    on_object = np.where(predictions.object_events == UNKNOWN, np.nan, predictions.object_events)
     count = (100, 1000, 10_000, 30_000)
     numbers: list[tuple[str, str, str, np.ndarray, Sequence[float]]] = [
-        ("turning_deg_s", "Turning in the hand", "°/s", answers.rotation_deg / length_s, turn),
-        ("sliding_mm_s", "Sliding in the hand", "mm/s", answers.translation_mm / length_s, slide),
-        ("arm_speed_m_s", "Speed of the arm", "m/s", around.arm_speed_m_s, (0.02, 0.1, 0.2, 0.4)),
-        ("light_ratio", "Lamp over surroundings", "", around.light_ratio, (1, 5, 25)),
-        ("light_turn_deg", "Turn of the lamp around the hand", "° in a window", around.light_turn_deg, (0.2, 1, 3)),
+        ("turning_deg_s", "Turning in the hand", "°/s", predictions.rotation_deg / length_s, turn),
+        ("sliding_mm_s", "Sliding in the hand", "mm/s", predictions.translation_mm / length_s, slide),
+        ("arm_speed_m_s", "Speed of the arm", "m/s", conditions.arm_speed_m_s, (0.02, 0.1, 0.2, 0.4)),
+        ("light_ratio", "Lamp over surroundings", "", conditions.light_ratio, (1, 5, 25)),
+        ("light_turn_deg", "Turn of the lamp around the hand", "° in a window", conditions.light_turn_deg, (0.2, 1, 3)),
         ("object_events", "Events on the object", "in a window", on_object, count),
-        ("events", "Events in the crop", "in a window", answers.events.astype(float), (*count, 100_000)),
+        ("events", "Events in the crop", "in a window", predictions.events.astype(float), (*count, 100_000)),
     ]
     by_number = [(name, title, unit, _intervals(values, edges)) for name, title, unit, values, edges in numbers]
-    phases = {name: around.phase == code for code, name in enumerate(PHASE_NAMES) if code != NO_PHASE}
-    return [*by_number[:3], ("phase", "Phase of the task", "", phases), *by_number[3:], _flags(answers)]
+    phases = {name: conditions.phase == code for code, name in enumerate(PHASE_NAMES) if code != NO_PHASE}
+    return [*by_number[:3], ("phase", "Phase of the task", "", phases), *by_number[3:], _flags(predictions)]
 
 
-def _flags(answers: Answers) -> _Division:
-    recent, shading = answers.recent, answers.around.shading
+def _flags(predictions: Predictions) -> _Division:
+    recent, shading = predictions.recent, predictions.conditions.shading
     members = {
         "all": np.ones(len(recent), bool),
         "not just after a slip": ~recent,

@@ -8,11 +8,11 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.events.frame import OBJECT
 from evslip.events.stream import Events
-from evslip.learn.evaluation.evaluate import BATCH, answer, probabilities
+from evslip.learn.evaluation.evaluate import BATCH, predict, probabilities
 from evslip.learn.networks.network import Network
 from evslip.utils.errors import DataError
 from evslip.windows.alignment import Align, require_sensor
-from evslip.windows.conditions import Circumstances, circumstances
+from evslip.windows.conditions import Conditions, conditions
 from evslip.windows.cutting import crop, entering, labelled, moved_before
 from evslip.windows.window_set import WindowEvents, Windows, WindowSettings
 
@@ -34,7 +34,7 @@ class Track:
 
 
 @dataclass(frozen=True)
-class Answers:
+class Predictions:
     """Windows at every hop, n of them. Arrays of shape (n,) unless said otherwise."""
 
     p_slip: np.ndarray
@@ -55,7 +55,7 @@ class Answers:
     """In the crop."""
     object_events: np.ndarray
     """Of the object, in the crop; UNKNOWN in real recordings."""
-    around: Circumstances
+    conditions: Conditions
     tracks: tuple[Track, ...]
     length_us: int
     """Of a window."""
@@ -71,17 +71,17 @@ class Answers:
     def flagged(self) -> np.ndarray:
         """Windows in which even a good detector may see movement that is none: just after a slip, or while shadows and
         shading change on the object; bool of shape (n,)."""
-        return self.recent | self.around.shading
+        return self.recent | self.conditions.shading
 
     @property
     def names(self) -> np.ndarray:
         """Name of each window's trajectory."""
         return np.array([track.name for track in self.tracks])[self.track]
 
-    def take(self, which: np.ndarray) -> "Answers":
+    def take(self, which: np.ndarray) -> "Predictions":
         """The answers of a mask; the tracks' rows are those of the whole."""
         arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name in _ARRAYS}
-        return replace(self, **arrays, around=self.around.take(which))
+        return replace(self, **arrays, conditions=self.conditions.take(which))
 
 
 _ARRAYS = (
@@ -90,13 +90,13 @@ _ARRAYS = (
 )  # fmt: skip
 
 
-def on_windows(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Answers:
-    """Answers on windows that were cut before, of the network's size. `progress` is called with numbers of windows."""
+def on_windows(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Predictions:
+    """Predictions on windows cut before, of the network's size. `progress` is called with numbers of windows."""
     names, track = np.unique(windows.name, return_inverse=True)
     bodies = windows.by_body.sum(1) > 0
     settings = windows.settings
     n = len(windows)
-    return Answers(
+    return Predictions(
         p_slip=probabilities(network, windows, progress).astype(float),
         label=windows.label,
         counted=np.ones(n, bool),
@@ -107,7 +107,7 @@ def on_windows(network: Network, windows: Windows, progress: Callable[[int], Non
         recent=windows.recent.astype(bool),
         events=windows.events,
         object_events=np.where(bodies, windows.by_body[:, OBJECT], 0) if bodies.any() else np.full(n, UNKNOWN),
-        around=Circumstances.unknown(n),
+        conditions=Conditions.unknown(n),
         tracks=tuple(Track(str(name), slice(0, 0), None, None) for name in names),
         length_us=round(settings.length_s * 1e6),
         hop_us=0,
@@ -116,14 +116,14 @@ def on_windows(network: Network, windows: Windows, progress: Callable[[int], Non
 
 def on_records(
     network: Network, settings: WindowSettings, records: Iterable[Record], hop_s: float, align: Align | None = None
-) -> Answers:
-    """Answers at every hop of the held time of records, from its first moment on, or of windows in a person's
+) -> Predictions:
+    """Predictions at every hop of the held time of records, from its first moment on, or of windows in a person's
     intervals, cut and labelled as the settings say; none is left out.
 
     Records without either say nothing and are passed over. Raises DataError if nothing is left, and for a record of
     another sensor unless `align` says how the crop lies on it.
     """
-    parts: list[Answers] = []
+    parts: list[Predictions] = []
     for record in records:
         own = require_sensor(settings, record.size, align, record.name)
         part = _on_record(network, replace(own, hop_s=hop_s), record)
@@ -134,7 +134,7 @@ def on_records(
     return _joined(parts)
 
 
-def _on_record(network: Network, settings: WindowSettings, record: Record) -> Answers | None:
+def _on_record(network: Network, settings: WindowSettings, record: Record) -> Predictions | None:
     inside_held = labelled(record, settings)
     if not inside_held:
         return None
@@ -150,8 +150,8 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> An
     for first in range(0, len(moved), BATCH):
         chosen = range(first, min(first + BATCH, len(moved)))
         windows = [_window(inside, slice(*bounds[:, i]), int(start_us[i])) for i in chosen]
-        p_slip.append(answer(network, [network.prepare(window) for window in windows]))
-    return Answers(
+        p_slip.append(predict(network, [network.prepare(window) for window in windows]))
+    return Predictions(
         p_slip=np.concatenate(p_slip).astype(float),
         label=np.array([label for _, label in found], np.uint8),
         counted=np.concatenate([np.zeros(len(before), bool), _apart(start_us[len(before) :], length_us)]),
@@ -162,7 +162,7 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> An
         recent=np.array([moved_before(record, int(start), settings) for start in start_us]),
         events=bounds[1] - bounds[0],
         object_events=np.full(len(moved), UNKNOWN) if on_object is None else np.diff(on_object[bounds], axis=0)[0],
-        around=circumstances(record, start_us, length_us),
+        conditions=conditions(record, start_us, length_us),
         tracks=(Track(record.name, slice(0, len(moved)), record.onset_us, _end_of_slip(record)),),
         length_us=length_us,
         hop_us=round(settings.hop_s * 1e6),
@@ -196,7 +196,7 @@ def _end_of_slip(record: Record) -> int | None:
     return int(truth.t_us[held[-1]]) if len(held) else None
 
 
-def _joined(parts: list[Answers]) -> Answers:
+def _joined(parts: list[Predictions]) -> Predictions:
     arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS}
     arrays["track"] = np.repeat(np.arange(len(parts)), [len(part.p_slip) for part in parts])
     ends = np.cumsum([len(part.p_slip) for part in parts]).tolist()
@@ -204,4 +204,6 @@ def _joined(parts: list[Answers]) -> Answers:
         replace(part.tracks[0], rows=slice(start, end))
         for part, start, end in zip(parts, [0, *ends[:-1]], ends, strict=True)
     )
-    return replace(parts[0], **arrays, around=Circumstances.concatenate([part.around for part in parts]), tracks=tracks)
+    return replace(
+        parts[0], **arrays, conditions=Conditions.concatenate([part.conditions for part in parts]), tracks=tracks
+    )

@@ -8,7 +8,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from evslip.learn.documents import Format, read_document
-from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.learn.scores.metrics import FORMAT as SCORES
 from evslip.learn.scores.metrics import Metrics
 from evslip.utils.errors import DataError
@@ -17,8 +17,8 @@ FILE = "evaluation.json"
 FORMAT = Format("evslip evaluation", 1, "an evaluation that `evslip evaluate` wrote")
 
 
-def read_evaluation(path: str | Path) -> list[Assessment] | Metrics:
-    """The assessments in a file evaluation.json, or the scores alone that `Metrics.save` wrote. Raises DataError."""
+def read_evaluation(path: str | Path) -> list[Evaluation] | Metrics:
+    """The evaluations in a file evaluation.json, or the scores alone that `Metrics.save` wrote. Raises DataError."""
     path = Path(path)
     stored = read_document(path, FORMAT, SCORES)
     try:
@@ -26,13 +26,13 @@ def read_evaluation(path: str | Path) -> list[Assessment] | Metrics:
             return restored(Metrics, stored)
         if not stored["models"]:
             raise ValueError("no model")
-        return restored(list[Assessment], stored["models"])
+        return restored(list[Evaluation], stored["models"])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:100]}; evaluate again") from None
 
 
 def restored(kind: Any, value: Any) -> Any:
-    """The inverse of `assessment.plain` for a type: null is nan where a number is wanted, and inf in an array (a slip
+    """The inverse of `evaluation.plain` for a type: null is nan where a number is wanted, and inf in an array (a slip
     that was missed). Raises KeyError, TypeError, ValueError."""
     if get_origin(kind) in (Union, UnionType):
         return None if value is None else restored(next(k for k in get_args(kind) if k is not NoneType), value)

@@ -18,7 +18,7 @@ from evslip.windows.window_set import FORMAT, WindowEvents, Windows, WindowSetti
 
 
 @dataclass(frozen=True)
-class Exam:
+class EvaluationData:
     """Data to examine detectors on. Either windows, or records that are read when asked for."""
 
     name: str
@@ -64,7 +64,7 @@ class Exam:
         return [cut[int(i)] for i in chosen]
 
 
-def open_exam(path: str | Path, split: str | None = None) -> Exam:
+def open_evaluation_data(path: str | Path, split: str | None = None) -> EvaluationData:
     """Open a data set's folder, a folder of records, one record, or a file of windows. Raises DataError.
 
     Of a data set, `split` is examined; without one, the test split if it has one, else everything.
@@ -78,16 +78,16 @@ def open_exam(path: str | Path, split: str | None = None) -> Exam:
         files = tuple(sorted(path.glob("*.h5")))
         if not files:
             raise DataError(f"{path}: neither a data set nor a folder with records (*.h5)")
-        return Exam(f"{path}, {len(files)} records", paths=files)
+        return EvaluationData(f"{path}, {len(files)} records", paths=files)
     if _is_windows(path):
         windows = load_windows(path)
         if not len(windows):
             raise DataError(f"{path}: there is no window to evaluate on")
-        return Exam(str(path), windows=windows)
-    return Exam(str(path), paths=(path,))
+        return EvaluationData(str(path), windows=windows)
+    return EvaluationData(str(path), paths=(path,))
 
 
-def _of_dataset(dataset: Dataset, split: str | None) -> Exam:
+def _of_dataset(dataset: Dataset, split: str | None) -> EvaluationData:
     notes: tuple[str, ...] = ()
     if split is None:
         held_out = dataset.split("test")
@@ -99,7 +99,7 @@ def _of_dataset(dataset: Dataset, split: str | None) -> Exam:
         dataset = dataset.split(split)
     if not len(dataset):
         raise DataError(f"{dataset.root}: no sample{f' in split {split}' if split else ''} to evaluate on")
-    return Exam(f"{dataset.root}, {split or 'all samples'}", dataset=dataset, notes=notes)
+    return EvaluationData(f"{dataset.root}, {split or 'all samples'}", dataset=dataset, notes=notes)
 
 
 def _is_windows(path: Path) -> bool:

@@ -32,10 +32,11 @@ def pooled_size(pixels: int, padding: int = 1) -> int:
 
 
 @compiled()
-def _occupy(t_us, x, y, p, length_us, bins, rows, columns, padding, masks, touched, cells, values):
+def _occupy(t_us, x, y, p, grid, masks, touched, cells, values):
     """Set one bit a pixel in its cell's mask, bin by bin: events come in order of time, so the masks of one bin are
     enough, and stay in the nearest cache. Returns how many cells there are, in order of first touch; -1 if an event is
     earlier than the bin of the one before."""
+    length_us, bins, rows, columns, padding = grid
     number, count, time_bin, begins, ends = 0, 0, 0, 0, 0
     for i in range(len(t_us)):
         t = np.int64(t_us[i])
@@ -90,10 +91,8 @@ class Binner:
         """t_us since the window's start, ascending; x and y in the crop, p True for ON; each of shape (n,). Raises
         DataError for events that are not in order of time."""
         cells, values = np.empty(len(t_us), np.int64), np.empty(len(t_us), np.float32)
-        count = _occupy(
-            t_us, x, y, p, self.length_us, self.bins, self.rows, self.columns,
-            self.padding, self._masks, self._touched, cells, values,
-        )  # fmt: skip
+        grid = self.length_us, self.bins, self.rows, self.columns, self.padding
+        count = _occupy(t_us, x, y, p, grid, self._masks, self._touched, cells, values)
         if count < 0:
             raise DataError("the events of a window are not in order of time")
         return Occupancy(cells[:count].copy(), values[:count].copy())

@@ -7,7 +7,7 @@ import numpy as np
 
 from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
-from evslip.learn.evaluation.evaluate import BATCH, answer
+from evslip.learn.evaluation.evaluate import BATCH, predict
 from evslip.learn.streaming.recent import Recent
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import Align, require_sensor
@@ -68,7 +68,7 @@ class Detector:
         self._last_us: int | None = None
         self._next_us = 0
         self._newest = float("nan")
-        self._silent = float(answer(self._network, [self._network.prepare(_NOTHING)])[0])
+        self._silent = float(predict(self._network, [self._network.prepare(_NOTHING)])[0])
 
     def push(self, events: Events, until_us: int | None = None) -> float:
         """Take the next events of the stream; the newest slip probability, nan until a first window is complete.
@@ -95,7 +95,7 @@ class Detector:
         busy = np.flatnonzero(counts)
         for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
             windows = [self._window(slice(*bounds[:, i]), int(ends[i]) - self._length_us) for i in chosen]
-            p_slip[chosen] = answer(self._network, [self._network.prepare(window) for window in windows])
+            p_slip[chosen] = predict(self._network, [self._network.prepare(window) for window in windows])
         if len(ends):
             self._next_us = int(ends[-1]) + self._hop_us
         self._kept.forget(self._next_us - self._length_us)

@@ -9,11 +9,11 @@ import numpy as np
 
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluation.alarms import ALLOWED_PER_MIN, Alarms, quantile
-from evslip.learn.evaluation.assessment import Assessment, plain
 from evslip.learn.evaluation.comparison import FIGURES, Cell, Figure, Row, compare
+from evslip.learn.evaluation.evaluation import Evaluation, plain
 from evslip.learn.evaluation.groups import Group
 from evslip.learn.evaluation.stored import FILE, FORMAT
-from evslip.learn.evaluation.test_data import Exam
+from evslip.learn.evaluation.test_data import EvaluationData
 from evslip.utils import atomic
 from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
@@ -24,21 +24,21 @@ from evslip.view.report import page
 from evslip.windows.window_set import WindowSettings
 
 
-def write_evaluation(folder: Path, found: Sequence[Assessment], exam: Exam | None = None) -> None:
+def write_evaluation(folder: Path, found: Sequence[Evaluation], data: EvaluationData | None = None) -> None:
     """evaluation.json, evaluation.html, scores.png, circumstances.png and, of what was examined, pictures of the worst
     windows. Raises DataError, StorageError."""
     names = short_names(found)
     write_json(folder / FILE, found)
-    if exam is not None:
+    if data is not None:
         worst = [failure for one in found for failure in failures.worst(vars(one.scores))]
-        settings = WindowSettings() if exam.windows is not None else load_model(found[0].model)[1].windows
-        failures.save_pictures(folder / failures.FOLDER, pictures(exam, worst, settings, found[0].align or "centre"))
+        settings = WindowSettings() if data.windows is not None else load_model(found[0].model)[1].windows
+        failures.save_pictures(folder / failures.FOLDER, pictures(data, worst, settings, found[0].align or "centre"))
     write_evaluation_page(folder / "evaluation.html", found, failures.from_folder(folder / failures.FOLDER))
     write_scores_png(folder / "scores.png", found, names)
     write_circumstances_png(folder / "circumstances.png", found, names)
 
 
-def write_json(path: Path, found: Sequence[Assessment]) -> None:
+def write_json(path: Path, found: Sequence[Evaluation]) -> None:
     """Everything, as numbers; what is not defined, or not reached as slips are missed, is null. Raises StorageError."""
     content = FORMAT.head() | {"models": plain(list(found)), "comparison": plain(compare(found))}
     atomic.write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
@@ -64,7 +64,7 @@ def cell_text(figure: Figure, cell: Cell) -> str:
     return text
 
 
-def write_evaluation_page(path: Path, found: Sequence[Assessment], show: failures.Show = lambda failure: None) -> None:
+def write_evaluation_page(path: Path, found: Sequence[Evaluation], show: failures.Show = lambda failure: None) -> None:
     """The page; `show` gives pictures of windows. Raises StorageError."""
     first = found[0]
     subtitle = (
@@ -74,7 +74,7 @@ def write_evaluation_page(path: Path, found: Sequence[Assessment], show: failure
     page.write_page(path, "evslip: detectors examined", subtitle, evaluation_parts(found, show))
 
 
-def evaluation_parts(found: Sequence[Assessment], show: failures.Show) -> list[str]:
+def evaluation_parts(found: Sequence[Evaluation], show: failures.Show) -> list[str]:
     """All sections about some detectors."""
     names = short_names(found)
     worst = [(n, one.scores.threshold, failures.worst(vars(one.scores))) for n, one in zip(names, found, strict=True)]
@@ -89,7 +89,7 @@ def evaluation_parts(found: Sequence[Assessment], show: failures.Show) -> list[s
     ]
 
 
-def short_names(found: Sequence[Assessment]) -> list[str]:
+def short_names(found: Sequence[Evaluation]) -> list[str]:
     """Names of the models, each once: the network's, with the folder's where needed."""
     networks = [one.network for one in found]
     folders = [Path(one.model).name for one in found]
@@ -100,7 +100,7 @@ def short_names(found: Sequence[Assessment]) -> list[str]:
     return [one.model for one in found]
 
 
-def _comparison_note(first: Assessment) -> str:
+def _comparison_note(first: Evaluation) -> str:
     return (
         "Models that differ in the seed alone are one column: mean ± standard deviation over the seeds. Of a single "
         "model: the value and the range that 95 % of resamples of the trajectories give. Latency, detection and slip "
@@ -113,7 +113,7 @@ def _table(lines: Sequence[Sequence[str]]) -> str:
     return page.table(lines[0], lines[1:])
 
 
-def _notes(found: Sequence[Assessment], names: Sequence[str]) -> str:
+def _notes(found: Sequence[Evaluation], names: Sequence[str]) -> str:
     lines = {note: None for one in found for note in one.notes}
     if not lines:
         return ""
@@ -121,7 +121,7 @@ def _notes(found: Sequence[Assessment], names: Sequence[str]) -> str:
     return page.section("To keep in mind", "", f"<ul>{items}</ul>")
 
 
-def _scores(found: Sequence[Assessment], names: Sequence[str]) -> str:
+def _scores(found: Sequence[Evaluation], names: Sequence[str]) -> str:
     pairs = [
         ("roc", "false positive rate", "true positive rate", "chance", [(0.0, 0.0), (1.0, 1.0)]),
         ("precision_recall", "recall", "precision", "", []),
@@ -147,7 +147,7 @@ def _xy(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]
     return [x for x, _ in points], [y for _, y in points]
 
 
-def _alarms(found: Sequence[Assessment], names: Sequence[str]) -> str:
+def _alarms(found: Sequence[Evaluation], names: Sequence[str]) -> str:
     detection, delays = [], []
     for i, one in enumerate(found):
         if one.alarm_curve is not None and one.allowed is not None and one.allowed.slips:
@@ -181,7 +181,7 @@ def _alarms(found: Sequence[Assessment], names: Sequence[str]) -> str:
     )
 
 
-def alarm_table(found: Sequence[Assessment], names: Sequence[str]) -> list[list[str]]:
+def alarm_table(found: Sequence[Evaluation], names: Sequence[str]) -> list[list[str]]:
     """Head and lines: two lines a model, at its own threshold and at the allowed rate."""
     head = [
         "", "threshold", "detected", "false alarms", "a minute", "of them flagged", "share of holding in alarm",
@@ -224,7 +224,7 @@ def _delays(alarms: Alarms) -> tuple[list[float], list[float]]:
     return [-0.1, *times.tolist(), LATENCY_S], [0.0, *shares.tolist(), *last]
 
 
-def _groups(found: Sequence[Assessment], names: Sequence[str]) -> list[str]:
+def _groups(found: Sequence[Evaluation], names: Sequence[str]) -> list[str]:
     titles = {grouping.name: grouping for one in found for grouping in one.groupings}
     figures, tables = [], []
     for name, grouping in titles.items():
@@ -278,7 +278,7 @@ def _group_table(groups: dict[str, Group]) -> str:
     )  # fmt: skip
 
 
-def _costs(found: Sequence[Assessment], names: Sequence[str]) -> str:
+def _costs(found: Sequence[Evaluation], names: Sequence[str]) -> str:
     head = [
         "", "parameters", "events a window", "ms a window, median", "p95", "of it binning", "ms in a batch",
         "million events/s", "synaptic operations",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evslip.learn.evaluation.alarms import ALLOWED_PER_MIN
-from evslip.learn.evaluation.assessment import Assessment
+from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.utils import atomic
 from evslip.view.pictures.charts import color
 
@@ -20,7 +20,7 @@ RATE_PER_MIN = 12.0
 GREY = "0.55"
 
 
-def write_scores_png(path: Path, found: Sequence[Assessment], names: Sequence[str]) -> None:
+def write_scores_png(path: Path, found: Sequence[Evaluation], names: Sequence[str]) -> None:
     """ROC, precision over recall, calibration and, where records were examined, alarms. Raises StorageError."""
     from matplotlib.figure import Figure
 
@@ -50,7 +50,7 @@ def write_scores_png(path: Path, found: Sequence[Assessment], names: Sequence[st
     _save(figure, path)
 
 
-def write_circumstances_png(path: Path, found: Sequence[Assessment], names: Sequence[str]) -> None:
+def write_circumstances_png(path: Path, found: Sequence[Evaluation], names: Sequence[str]) -> None:
     """Accuracy by each circumstance, with the range of 95 % of resamples; diamonds: the share of the windows between
     hold and slip that is called slip. Raises StorageError."""
     from matplotlib.figure import Figure
@@ -71,7 +71,7 @@ def write_circumstances_png(path: Path, found: Sequence[Assessment], names: Sequ
     _save(figure, path)
 
 
-def _alarms(left: Any, right: Any, found: Sequence[Assessment]) -> None:
+def _alarms(left: Any, right: Any, found: Sequence[Evaluation]) -> None:
     left.axvline(ALLOWED_PER_MIN, color=GREY, lw=0.8, ls="--")
     left.set(xlabel="false alarms a minute of holding", ylabel="share of slips detected", xlim=(0, RATE_PER_MIN))
     right.axvline(0, color=GREY, lw=0.8, ls="--")

@@ -10,7 +10,7 @@ from evslip.utils.errors import DataError
 
 if TYPE_CHECKING:
     from evslip.learn.checkpoint import Description
-    from evslip.learn.evaluation.assessment import Assessment
+    from evslip.learn.evaluation.evaluation import Evaluation
 
 DESCRIPTION, EVALUATION, HISTORY = "model.json", "evaluation.json", "history.json"
 
@@ -22,8 +22,8 @@ class DetectorFiles(NamedTuple):
     description: "Description | None" = None
     history: Sequence[Mapping[str, Any]] = ()
     """A table an epoch."""
-    found: "Sequence[Assessment] | Mapping[str, Any]" = ()
-    """The assessments of an evaluation, or the fields of Metrics."""
+    found: "Sequence[Evaluation] | Mapping[str, Any]" = ()
+    """The evaluations, or the fields of Metrics."""
 
     @property
     def accuracy(self) -> float | None:

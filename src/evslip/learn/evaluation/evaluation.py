@@ -15,8 +15,8 @@ from evslip.learn.evaluation.alarms import Alarms
 from evslip.learn.evaluation.cost import Cost, measure_cost
 from evslip.learn.evaluation.evaluate import check_windows
 from evslip.learn.evaluation.groups import Grouping, groupings
-from evslip.learn.evaluation.predictions import UNKNOWN, Answers
-from evslip.learn.evaluation.test_data import Exam
+from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
+from evslip.learn.evaluation.test_data import EvaluationData
 from evslip.learn.scores import bootstrap, tally
 from evslip.learn.scores.metrics import Metrics, measured
 from evslip.utils.errors import ConfigError
@@ -52,7 +52,7 @@ class AlarmCurve:
 
 
 @dataclass(frozen=True)
-class Assessment:
+class Evaluation:
     """One detector on one set of data."""
 
     model: str
@@ -79,28 +79,28 @@ class Assessment:
     """What could not be measured, and what a reader should know."""
 
 
-def assess(
+def evaluate_model(
     model: str | Path,
-    exam: Exam,
+    data: EvaluationData,
     *,
     hop_s: float = HOP_S,
     resamples: int = bootstrap.RESAMPLES,
     align: Align | None = None,
     progress: Callable[[int], None] | None = None,
-) -> Assessment:
+) -> Evaluation:
     """Examine a saved detector. `progress` is called with how many more records, or windows, are done with. Raises
     DataError, ConfigError; DataError for another sensor than it was trained on, too, unless `align` says how the crop
     lies on that one."""
     if not 0.001 <= hop_s <= 10 or resamples < 0:
         raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
     network, description = load_model(model)
-    if exam.windows is not None:
-        check_windows(exam.windows, description.windows, align)
-        found, settings = predictions.on_windows(network, exam.windows, progress), exam.windows.settings
+    if data.windows is not None:
+        check_windows(data.windows, description.windows, align)
+        found, settings = predictions.on_windows(network, data.windows, progress), data.windows.settings
     else:
         settings = description.windows
         hop_s = min(hop_s, settings.length_s)
-        found = predictions.on_records(network, settings, _told(exam, progress), hop_s, align)
+        found = predictions.on_records(network, settings, _told(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (HOLD, SLIP)))
     scores = measured(
         clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip, description.threshold, resamples
@@ -111,22 +111,22 @@ def assess(
         swept = alarms.sweep(found)
         own, allowed = alarms.alarms_at(found, description.threshold), alarms.at_allowed_rate(swept)
         curve = _alarm_curve(swept)
-    return Assessment(
+    return Evaluation(
         model=str(model),
         network=description.model,
         parameters=sum(parameter.numel() for parameter in network.parameters()),
         settings=dict(description.training.get("settings", {})),
-        data=exam.name,
+        data=data.name,
         scores=scores,
         curves=_curves(clear),
         own=own,
         allowed=allowed,
         alarm_curve=curve,
         groupings=groupings(found, settings, description.threshold, draws),
-        cost=measure_cost(network, exam.some_windows(replace(settings, balance=False))),
+        cost=measure_cost(network, data.some_windows(replace(settings, balance=False))),
         hop_s=found.hop_us / 1e6,
         align=align,
-        notes=[*exam.notes, *_notes(found, own, len(exam), description)],
+        notes=[*data.notes, *_notes(found, own, len(data), description)],
     )
 
 
@@ -146,14 +146,14 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _told(exam: Exam, progress: Callable[[int], None] | None) -> Iterator[Record]:
-    for record in exam:
+def _told(data: EvaluationData, progress: Callable[[int], None] | None) -> Iterator[Record]:
+    for record in data:
         yield record
         if progress:
             progress(1)
 
 
-def _curves(clear: Answers) -> Curves:
+def _curves(clear: Predictions) -> Curves:
     found = tally.tally(clear.label, clear.p_slip)
     slips, holds = (np.concatenate([[0.0], np.cumsum(side[::-1])]) for side in (found.slip, found.hold))
     recalled, precision = tally.precision_recall(found)
@@ -181,7 +181,7 @@ def _alarm_curve(swept: list[Alarms]) -> AlarmCurve:
     )
 
 
-def _notes(found: Answers, own: Alarms | None, records: int, description: Description) -> list[str]:
+def _notes(found: Predictions, own: Alarms | None, records: int, description: Description) -> list[str]:
     notes = []
     if not found.hop_us:
         notes.append("windows of a file do not follow one another: alarms, latency and speeds of the arm need records")
@@ -197,9 +197,9 @@ def _notes(found: Answers, own: Alarms | None, records: int, description: Descri
         text
         for text, known in {
             "events on the object": (found.object_events != UNKNOWN).any(),
-            "phases": (found.around.phase != 255).any(),
-            "speed of the arm": np.isfinite(found.around.arm_speed_m_s).any(),
-            "light and shading": np.isfinite(found.around.light_ratio).any(),
+            "phases": (found.conditions.phase != 255).any(),
+            "speed of the arm": np.isfinite(found.conditions.arm_speed_m_s).any(),
+            "light and shading": np.isfinite(found.conditions.light_ratio).any(),
         }.items()
         if not known
     ]

@@ -10,11 +10,11 @@ import pytest
 from evslip.data.record import Record
 from evslip.learn import build_model, evaluate
 from evslip.learn.checkpoint import Description, load_model, save_model
-from evslip.learn.evaluation.assessment import assess, plain
 from evslip.learn.evaluation.comparison import compare
 from evslip.learn.evaluation.cost import measure_cost
+from evslip.learn.evaluation.evaluation import evaluate_model, plain
 from evslip.learn.evaluation.predictions import on_records
-from evslip.learn.evaluation.test_data import Exam, open_exam
+from evslip.learn.evaluation.test_data import EvaluationData, open_evaluation_data
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.evaluation.evaluation import write_evaluation
 from evslip.windows.cutting import windows_of
@@ -22,7 +22,7 @@ from evslip.windows.window_set import WindowSettings
 from slip_records import slip_record, slip_records, turning
 
 
-class Records(Exam):
+class Records(EvaluationData):
     """Records in memory."""
 
     def __init__(self, records: list[Record]):
@@ -49,7 +49,7 @@ def model(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(model):
-    return assess(model, Records(slip_records(6)), hop_s=0.02, resamples=100)
+    return evaluate_model(model, Records(slip_records(6)), hop_s=0.02, resamples=100)
 
 
 def test_a_perfect_detector_is_found_to_be_one(found) -> None:
@@ -70,16 +70,16 @@ def test_scores_are_those_of_windows_cut_by_themselves(model, found) -> None:
     cut = windows_of(records, WindowSettings(balance=False))
     assert evaluate(model, cut).confusion == found.scores.confusion
     steps: list[int] = []
-    exam = Exam("cut", windows=cut)
-    same = assess(model, exam, resamples=0, progress=steps.append)
-    assert sum(steps) == exam.steps == len(cut)
+    data = EvaluationData("cut", windows=cut)
+    same = evaluate_model(model, data, resamples=0, progress=steps.append)
+    assert sum(steps) == data.steps == len(cut)
     assert same.scores.confusion == found.scores.confusion
     assert same.own is None and any("need records" in note for note in same.notes)
     assert same.scores.probabilities == pytest.approx(found.scores.probabilities, abs=1e-6)
 
 
 def test_every_window_is_in_a_group_and_the_zone_between_is_counted(found) -> None:
-    slow = assess(found.model, Records([slip_record("slow", turning(600, 1900, 4.0))]), resamples=0)
+    slow = evaluate_model(found.model, Records([slip_record("slow", turning(600, 1900, 4.0))]), resamples=0)
     turning_groups = next(g for g in slow.groupings if g.name == "turning_deg_s").groups
     assert sum(group.between for group in turning_groups) > 5
     assert all(np.isnan(group.accuracy) for group in turning_groups if group.windows == group.between)
@@ -131,24 +131,24 @@ def test_what_json_does_not_know_becomes_null() -> None:
 
 def test_a_record_without_truth_is_left_out_and_said(model) -> None:
     silent = Record(kind="recording", name="real", size=(346, 260), events=slip_record("a", np.zeros(2400)).events)
-    notes = assess(model, Records([silent, *slip_records(2)]), resamples=0).notes
+    notes = evaluate_model(model, Records([silent, *slip_records(2)]), resamples=0).notes
     assert any("1 of 3 records" in note for note in notes)
     with pytest.raises(DataError, match="no record with a truth or labels"):
-        assess(model, Records([silent]), resamples=0)
+        evaluate_model(model, Records([silent]), resamples=0)
 
 
 def test_wrong_data_are_refused_in_one_line(model, tmp_path) -> None:
     with pytest.raises(DataError, match="no such file"):
-        open_exam(tmp_path / "absent")
+        open_evaluation_data(tmp_path / "absent")
     with pytest.raises(DataError, match="neither a data set"):
-        open_exam(tmp_path)
+        open_evaluation_data(tmp_path)
     (tmp_path / "text.h5").write_text("no")
     with pytest.raises(DataError, match="not an HDF5 file"):
-        open_exam(tmp_path / "text.h5")
+        open_evaluation_data(tmp_path / "text.h5")
     with pytest.raises(DataError, match="has no split"):
-        open_exam(tmp_path / "text.h5", "test")
+        open_evaluation_data(tmp_path / "text.h5", "test")
     with pytest.raises(ConfigError, match="hop_s"):
-        assess(model, Records(slip_records(1)), hop_s=0)
+        evaluate_model(model, Records(slip_records(1)), hop_s=0)
 
 
 @pytest.mark.slow
@@ -188,6 +188,6 @@ def test_records_of_two_sensors_are_examined_once_they_are_aligned(model) -> Non
     small, wide = slip_records(2)
     mixed = Records([small, replace(wide, size=(500, 300))])
     with pytest.raises(DataError, match="from a sensor of 500x300 pixels"):
-        assess(model, mixed, resamples=0)
-    found = assess(model, mixed, resamples=0, align="corner")
-    assert found.scores.confusion == assess(model, Records([small, wide]), resamples=0).scores.confusion
+        evaluate_model(model, mixed, resamples=0)
+    found = evaluate_model(model, mixed, resamples=0, align="corner")
+    assert found.scores.confusion == evaluate_model(model, Records([small, wide]), resamples=0).scores.confusion
