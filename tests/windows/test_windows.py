@@ -38,9 +38,7 @@ def windows() -> Windows:
     return slip_windows()
 
 
-@given(
-    rate=st.floats(-50, 50), begin=st.integers(0, STEPS), end=st.integers(0, STEPS), slide=st.floats(-20, 20)
-)  # fmt: skip
+@given(rate=st.floats(-50, 50), begin=st.integers(0, STEPS), end=st.integers(0, STEPS), slide=st.floats(-20, 20))
 @settings(max_examples=40)
 def test_movement_of_a_constant_turn_and_slide(rate: float, begin: int, end: int, slide: float) -> None:
     clock = np.clip(np.arange(STEPS), min(begin, end), max(begin, end)) / 1e3

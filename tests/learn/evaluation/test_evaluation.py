@@ -158,8 +158,10 @@ def test_the_command_line_evaluates_a_file_of_windows(model, tmp_path) -> None:
     run = [sys.executable, "-c", "from evslip.cli import main; main()", *command[3:]]
     done = subprocess.run(
         [*run, str(model), str(tmp_path / "w.h5"), "--out", str(tmp_path / "out"), "--resamples", "50"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     assert "AUROC" in done.stdout and (tmp_path / "out" / "evaluation.html").exists()
     alone = subprocess.run([*run, str(model)], capture_output=True, text=True, check=False)

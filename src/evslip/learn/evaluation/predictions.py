@@ -84,10 +84,7 @@ class Predictions:
         return replace(self, **arrays, conditions=self.conditions.take(which))
 
 
-_ARRAYS = (
-    "p_slip", "label", "counted", "track", "start_us", "rotation_deg", "translation_mm", "recent", "events",
-    "object_events",
-)  # fmt: skip
+_ARRAYS = tuple(field.name for field in fields(Predictions) if field.type is np.ndarray)
 
 
 def on_windows(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Predictions:

@@ -30,9 +30,11 @@ class CountNet(Network):
         super().__init__(geometry)
         rows, columns = cells(self.geometry.height, POOL), cells(self.geometry.width, POOL)
         self.net = nn.Sequential(
-            *convolution(2 * BINS + 3, 32, stride=1), *convolution(32, 32), *convolution(32, 64),
-            nn.Conv2d(64, 8, 1), nn.ReLU(),
-        )  # fmt: skip
+            *convolution(2 * BINS + 3, 32, stride=1),
+            *convolution(32, 32),
+            *convolution(32, 64),
+            *(nn.Conv2d(64, 8, 1), nn.ReLU()),
+        )
         self.head = nn.Sequential(nn.Flatten(), nn.Dropout(0.5), nn.Linear(8 * cells(rows, 4) * cells(columns, 4), 2))
         self.register_buffer("places", places(rows, columns), persistent=False)
         self.register_buffer("prior", torch.zeros(rows, columns))

@@ -33,9 +33,11 @@ class EvGRU(Network):
         self.hops = max(1, round(self.geometry.length_us / HOP_US))
         rows, columns = cells(self.geometry.height, POOL), cells(self.geometry.width, POOL)
         self.encoder = nn.Sequential(
-            *convolution(4, 8, 5), *convolution(8, 16), *convolution(16, 16), nn.Flatten(),
-            nn.Linear(16 * cells(rows, 8) * cells(columns, 8), 64), nn.ReLU(), nn.Dropout(0.3),
-        )  # fmt: skip
+            *convolution(4, 8, 5),
+            *convolution(8, 16),
+            *convolution(16, 16),
+            *(nn.Flatten(), nn.Linear(16 * cells(rows, 8) * cells(columns, 8), 64), nn.ReLU(), nn.Dropout(0.3)),
+        )
         self.gru = nn.GRU(64, 64, batch_first=True)
         self.head = nn.Linear(64, 2)
         self.register_buffer("places", places(rows, columns), persistent=False)

@@ -108,7 +108,5 @@ class Flow(FeatureNetwork):
         agreement = np.linalg.norm(normal.mean(0)) / max(speeds.mean(), 1e-9) if len(speeds) else 0.0
         fitted = len(normal) / max(1, len(flow.thinned(events, 4 * flow.MOST_EVENTS).t_us))
         vx, vy = motion.velocity_px_s
-        return np.array(
-            [vx / 100, vy / 100, np.log1p(np.hypot(vx, vy)), np.log(motion.gain), *across, agreement, fitted,
-             np.log1p(len(events.t_us))]
-        )  # fmt: skip
+        sharpest = vx / 100, vy / 100, np.log1p(np.hypot(vx, vy)), np.log(motion.gain)
+        return np.array([*sharpest, *across, agreement, fitted, np.log1p(len(events.t_us))])

@@ -54,9 +54,8 @@ def tally(labels: np.ndarray, p_slip: np.ndarray, weights: np.ndarray | None = N
 def counts(found: Tally, threshold: float) -> Counts:
     """Answers when probabilities from the threshold on are called slip."""
     said = found.p >= threshold
-    return Counts(*(side[..., part].sum(-1) for side, part in (
-        (found.slip, said), (found.slip, ~said), (found.hold, ~said), (found.hold, said)
-    )))  # fmt: skip
+    parts = (found.slip, said), (found.slip, ~said), (found.hold, ~said), (found.hold, said)
+    return Counts(*(side[..., part].sum(-1) for side, part in parts))
 
 
 def accuracy(answers: Counts) -> np.ndarray:

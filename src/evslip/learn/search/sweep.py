@@ -151,10 +151,8 @@ def _open(out: Path, settings: SweepSettings | None):
         if settings is None:
             return optuna.load_study(study_name="sweep", storage=storage)
         direction = "minimize" if settings.goal == "loss" else "maximize"
-        return optuna.create_study(
-            study_name="sweep", storage=storage, load_if_exists=True, direction=direction,
-            sampler=_sampler(settings), pruner=_pruner(settings),
-        )  # fmt: skip
+        chosen = {"sampler": _sampler(settings), "pruner": _pruner(settings), "direction": direction}
+        return optuna.create_study(study_name="sweep", storage=storage, load_if_exists=True, **chosen)
     except OSError as error:
         raise DataError(f"{out / JOURNAL}: {os.strerror(error.errno or 0)}") from None
     except (KeyError, ValueError, AssertionError) as error:
@@ -197,10 +195,8 @@ def _identify(study: Any, out: Path, settings: SweepSettings, windows: Windows) 
     for values in (windows.label, windows.start_us, windows.name.astype("S")):
         digest.update(np.ascontiguousarray(values).tobytes())
     space = {"searched": {k: _plain(v) for k, v in settings.space.searched.items()}, "fixed": settings.space.fixed}
-    here = {
-        "model": settings.model, "goal": settings.goal, "seed": settings.seed, "windows": digest.hexdigest()[:16],
-        "space": json.dumps(space, sort_keys=True),
-    }  # fmt: skip
+    here = {name: getattr(settings, name) for name in ("model", "goal", "seed")}
+    here |= {"windows": digest.hexdigest()[:16], "space": json.dumps(space, sort_keys=True)}
     there = study.user_attrs.get("of")
     if there is None:
         study.set_user_attr("of", here)
@@ -268,10 +264,8 @@ def _value(result: TrainResult, goal: Goal) -> float:
 
 
 def _figures(result: TrainResult, seconds: float) -> dict[str, float]:
-    return {
-        "val_accuracy": result.val_accuracy, "val_auroc": result.val_auroc, "best_epoch": result.best_epoch,
-        "epochs": len(result.history), "seconds": round(seconds, 1),
-    }  # fmt: skip
+    figures = {name: getattr(result, name) for name in ("val_accuracy", "val_auroc", "best_epoch")}
+    return figures | {"epochs": len(result.history), "seconds": round(seconds, 1)}
 
 
 def _counted(study: Any) -> int:
