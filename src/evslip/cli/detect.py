@@ -40,7 +40,7 @@ def evaluate(
     from evslip.learn import load_model
     from evslip.learn.evaluation.comparison import compare
     from evslip.learn.evaluation.evaluation import evaluate_model
-    from evslip.learn.evaluation.test_data import open_evaluation_data
+    from evslip.learn.evaluation.evaluation_data import open_evaluation_data
     from evslip.learn.networks import register
     from evslip.learn.shipped import is_shipped
     from evslip.view.evaluation.evaluation import alarm_table, comparison_table, short_names, write_evaluation

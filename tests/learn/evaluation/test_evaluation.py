@@ -13,8 +13,8 @@ from evslip.learn.checkpoint import Description, load_model, save_model
 from evslip.learn.evaluation.comparison import compare
 from evslip.learn.evaluation.cost import measure_cost
 from evslip.learn.evaluation.evaluation import evaluate_model, plain
+from evslip.learn.evaluation.evaluation_data import EvaluationData, open_evaluation_data
 from evslip.learn.evaluation.predictions import on_records
-from evslip.learn.evaluation.test_data import EvaluationData, open_evaluation_data
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.evaluation.evaluation import write_evaluation
 from evslip.windows.cutting import windows_of

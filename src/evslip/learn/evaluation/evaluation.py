@@ -14,9 +14,9 @@ from evslip.learn.evaluation import alarms, predictions
 from evslip.learn.evaluation.alarms import Alarms
 from evslip.learn.evaluation.cost import Cost, measure_cost
 from evslip.learn.evaluation.evaluate import check_windows
+from evslip.learn.evaluation.evaluation_data import EvaluationData
 from evslip.learn.evaluation.groups import Grouping, groupings
 from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
-from evslip.learn.evaluation.test_data import EvaluationData
 from evslip.learn.scores import bootstrap, tally
 from evslip.learn.scores.metrics import Metrics, measured
 from evslip.utils.errors import ConfigError

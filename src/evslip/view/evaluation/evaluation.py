@@ -11,9 +11,9 @@ from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluation.alarms import ALLOWED_PER_MIN, Alarms, quantile
 from evslip.learn.evaluation.comparison import FIGURES, Cell, Figure, Row, compare
 from evslip.learn.evaluation.evaluation import Evaluation, plain
+from evslip.learn.evaluation.evaluation_data import EvaluationData
 from evslip.learn.evaluation.groups import Group
 from evslip.learn.evaluation.stored import FILE, FORMAT
-from evslip.learn.evaluation.test_data import EvaluationData
 from evslip.utils import atomic
 from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
