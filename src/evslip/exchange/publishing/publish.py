@@ -4,18 +4,22 @@ import hashlib
 import os
 import shutil
 import uuid
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from evslip.data.recordings import open_samples
+from evslip.data.samples import Listing
 from evslip.exchange.publishing.card import card
 from evslip.exchange.publishing.croissant import croissant
 from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.shards import Shards
-from evslip.exchange.publishing.table import Item, items, json_lines, row
+from evslip.exchange.publishing.table import json_lines, row
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
+
+RECORDINGS = "recordings"
+"""Split of records that are in no split."""
 
 
 def publish(
@@ -29,8 +33,7 @@ def publish(
     """
     how, out = how or Publication(), Path(out)
     samples = open_samples(source)
-    chosen = items(samples)
-    if not chosen:
+    if not samples.listing:
         raise DataError(f"{source}: holds no finished sample")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise DataError(f"{out}: is there already; expected a new folder")
@@ -40,7 +43,7 @@ def publish(
     try:
         with atomic.storage_errors(out):
             (temporary / "data").mkdir(parents=True)
-            splits = _write_data(chosen, temporary / "data", how, progress)
+            splits = _write_data(samples.listing, temporary / "data", how, progress)
             tables = {split: _write(temporary / f"{split}.jsonl", json_lines(rows)) for split, rows in splits.items()}
             text = card(name, how.license, splits, config, how.webdataset, how.huggingface)
             _write(temporary / "README.md", [text.encode()])
@@ -62,26 +65,27 @@ def publish(
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
-    return len(chosen)
+    return len(samples)
 
 
 def _write_data(
-    chosen: list[Item], folder: Path, how: Publication, progress: Callable[[], None]
+    listing: Sequence[Listing], folder: Path, how: Publication, progress: Callable[[], None]
 ) -> dict[str, list[dict[str, Any]]]:
     """The table of each split; the records are written on the way."""
-    splits: dict[str, list[dict[str, Any]]] = {item.split: [] for item in chosen}
+    splits: dict[str, list[dict[str, Any]]] = {item.split or RECORDINGS: [] for item in listing}
     for split, rows in splits.items():
         shards = Shards(folder, split, round(how.shard_mb * 1e6))
-        for item in chosen:
-            if item.split != split:
+        for item in listing:
+            if (item.split or RECORDINGS) != split:
                 continue
-            file = f"data/{shards.current}/{item.key}.h5" if how.webdataset else f"data/{split}/{item.key}.h5"
+            key = item.path.stem
+            file = f"data/{shards.current}/{key}.h5" if how.webdataset else f"data/{split}/{key}.h5"
             values, data = row(item, file)
             if how.webdataset:
-                shards.add(item.key, data, values)
+                shards.add(key, data, values)
             else:
                 (folder / split).mkdir(exist_ok=True)
-                _write(folder / split / f"{item.key}.h5", [data])
+                _write(folder / split / f"{key}.h5", [data])
             rows.append(values)
             progress()
         shards.close()

@@ -3,11 +3,10 @@
 import hashlib
 import json
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from evslip.data import record_file
-from evslip.data.samples import Samples
+from evslip.data.samples import Listing
 from evslip.utils.errors import DataError
 
 COLUMNS = {
@@ -28,27 +27,9 @@ COLUMNS = {
     "notes": ("sc:Text", "what is noted of a recording as JSON"),
 }
 """Type, after schema.org, and meaning of each column."""
-RECORDINGS = "recordings"
-"""Split of what is in no split."""
 
 
-class Item(NamedTuple):
-    """A sample that will be published."""
-
-    split: str
-    key: str
-    """Name of its file without suffix, unique in its split."""
-    path: Path
-    sha256: str | None
-    """As it was written; None where nobody knows."""
-
-
-def items(samples: Samples) -> list[Item]:
-    """The samples in order: splits, then indices or names. Rejected ones are left out."""
-    return [Item(one.split or RECORDINGS, one.path.stem, one.path, one.sha256) for one in samples.listing]
-
-
-def row(item: Item, file: str) -> tuple[dict[str, Any], bytes]:
+def row(item: Listing, file: str) -> tuple[dict[str, Any], bytes]:
     """The table's row of a sample, and the bytes of its record. Raises DataError for a damaged one."""
     data = item.path.read_bytes()
     digest = hashlib.sha256(data).hexdigest()
