@@ -160,8 +160,9 @@ def shadow_error(traj: Trajectory, camera: Camera, poses: ScenePoses, bodies: np
     open_to_lamp = open_lamp(params, camera, poses)
     lit = (unshadowed > 0) & (open_to_lamp > 0)
     table = np.logical_and(binary_erosion(bodies == SURFACE, iterations=3), lit)
-    found, true = (np.divide(a, b, where=table, out=np.zeros(b.shape)) for a, b in
-                   ((fast, open_to_lamp), (shadowed, unshadowed)))  # fmt: skip
+    found, true = (
+        np.divide(a, b, where=table, out=np.zeros(b.shape)) for a, b in ((fast, open_to_lamp), (shadowed, unshadowed))
+    )
     error, length = apart(found, true, binary_erosion(table, iterations=2))
     return error if length > LEAST_EDGE_PX else float("nan")
 
@@ -189,10 +190,15 @@ def compare(traj: Trajectory, camera: Camera, t_us: int, white: str) -> tuple[Ro
         for k in range(len(BODIES))
     )
     row = Row(
-        correlation(a, b), correlation(a, b, bodies != GRIPPER), correlation(a, armless),
-        ssim(linear_to_srgb(a), linear_to_srgb(b)), edge, shadow_error(traj, camera, poses, bodies, white),
-        *offset(cover, true), bias,
-    )  # fmt: skip
+        correlation(a, b),
+        correlation(a, b, bodies != GRIPPER),
+        correlation(a, armless),
+        ssim(linear_to_srgb(a), linear_to_srgb(b)),
+        edge,
+        shadow_error(traj, camera, poses, bodies, white),
+        *offset(cover, true),
+        bias,
+    )
     colors = [linear_to_srgb(fast.color(poses, 0, scale)), linear_to_srgb(traced)]
     difference = np.clip(0.5 + 0.5 * (log(a) - log(b)), 0, 1)[..., None].repeat(3, -1)
     return row, np.round(np.concatenate([*colors, difference], 1) * 255).astype(np.uint8)
@@ -246,8 +252,10 @@ def main() -> None:
     for name, values in (("mean", np.nanmean(table, 0)), ("median", np.nanmedian(table, 0))):
         print(tell(name, Row(*(float(value) for value in values[:8]), bias=tuple(values[8:].tolist()))))
     worst = np.nanmin(table, 0), np.nanmax(table, 0)
-    print(f"worst: correlation {worst[0][0]:.4f}, SSIM {worst[0][3]:.3f}, silhouette {worst[1][4]:.3f} px, "
-          f"shadow {worst[1][5]:.2f} px")  # fmt: skip
+    print(
+        f"worst: correlation {worst[0][0]:.4f}, SSIM {worst[0][3]:.3f}, silhouette {worst[1][4]:.3f} px, "
+        f"shadow {worst[1][5]:.2f} px"
+    )
     if options.picture:
         Image.fromarray(np.concatenate(pictures[: options.shown])).save(options.picture, optimize=True)
         print(options.picture)

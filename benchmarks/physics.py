@@ -39,8 +39,11 @@ RATIO = 0.97, 1.03
 CREEP_DEG, CREEP_MM = 0.01, 0.06
 WINDOW_S = 0.16
 COST_S = 0.6
-VARIED = {"grip.force_n": {"min": 1.0, "max": 10.0}, "grip.friction": {"min": 0.3, "max": 1.0},
-          "motion.tilt_deg": {"min": -25.0, "max": 25.0}}  # fmt: skip
+VARIED = {
+    "grip.force_n": {"min": 1.0, "max": 10.0},
+    "grip.friction": {"min": 0.3, "max": 1.0},
+    "motion.tilt_deg": {"min": -25.0, "max": 25.0},
+}
 """What the random draws vary beyond preset complex."""
 CUBOID = {"object.width_m": 0.05, "object.depth_m": 0.05, "object.height_m": 0.1}
 STIFF = {"PAD_GIVE_M": 1e-5, "PAD_SLACK_M_S2": 30.0}
@@ -231,8 +234,12 @@ def progress(work: Any) -> Iterator[Any]:
 
 
 TABLES: dict[str, tuple[Callable[[int, int, str], bool], int]] = {
-    "onset": (onset, 225), "motion": (motion, 60), "creep": (creep, 200), "chatter": (chatter, 3), "cost": (cost, 500),
-}  # fmt: skip
+    "onset": (onset, 225),
+    "motion": (motion, 60),
+    "creep": (creep, 200),
+    "chatter": (chatter, 3),
+    "cost": (cost, 500),
+}
 """Each table and how much it does without --count."""
 
 if __name__ == "__main__":

@@ -39,9 +39,16 @@ def real_sample() -> Record:
     trajectory = evslip.simulate(params)
     events = evslip.EventCamera("davis346").run(evslip.render(trajectory))
     return Record(
-        kind="simulated", name="train/0000000", size=(346, 260), events=events, split="train", index=0, params=params,
-        trajectory=trajectory, truth=measure(trajectory),
-    )  # fmt: skip
+        kind="simulated",
+        name="train/0000000",
+        size=(346, 260),
+        events=events,
+        split="train",
+        index=0,
+        params=params,
+        trajectory=trajectory,
+        truth=measure(trajectory),
+    )
 
 
 def make_list(root: Path, first: Record, count: int) -> None:

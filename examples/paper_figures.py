@@ -34,10 +34,17 @@ from evslip.windows.window_set import SLIP, WindowSettings
 PHASES = ("initial", "lift", "tilt", "back", "placement")
 SHOWN_US = 15_000
 ONE_SCENE = {
-    "together": [], "object.width_m": 0.06, "object.height_m": 0.09, "object.mass_kg": [0.012, 0.06],
-    "object.texture": "cardboard-0", "surface.texture": "wood-0", "background.texture": "brick-1",
-    "grip.offset": 0.6, "grip.depth_m": 0.015, "light.azimuth_deg": 60.0,
-}  # fmt: skip
+    "together": [],
+    "object.width_m": 0.06,
+    "object.height_m": 0.09,
+    "object.mass_kg": [0.012, 0.06],
+    "object.texture": "cardboard-0",
+    "surface.texture": "wood-0",
+    "background.texture": "brick-1",
+    "grip.offset": 0.6,
+    "grip.depth_m": 0.015,
+    "light.azimuth_deg": 60.0,
+}
 """A configuration that varies the mass alone: the lesser one never slips, the greater one does."""
 WINDOW_COLORS = {"hold": HOLD_COLOR, "slip": SLIP_COLOR, "between": "0.8"}
 
@@ -199,11 +206,17 @@ def flow_chart() -> Figure:
     boxes(axis, learning, 1.4, 0.85, "white")
     boxes(axis, [(7.6, 0.6, "real recordings, labelled\nby a person")], 1.5, 0.5, "#e9f4ec")
     ways = [
-        ((1.65, 1.9), (1.95, 1.9)), ((3.35, 2.05), (3.65, 2.3)), ((3.35, 1.7), (3.65, 1.2)),
-        ((5.05, 2.35), (5.25, 2.35)), ((6.65, 2.3), (6.87, 2.05)), ((5.05, 1.05), (6.87, 1.65)),
-        ((8.33, 1.9), (8.57, 1.9)), ((10.03, 2.0), (10.37, 2.3)), ((10.03, 1.75), (10.37, 1.2)),
+        ((1.65, 1.9), (1.95, 1.9)),
+        ((3.35, 2.05), (3.65, 2.3)),
+        ((3.35, 1.7), (3.65, 1.2)),
+        ((5.05, 2.35), (5.25, 2.35)),
+        ((6.65, 2.3), (6.87, 2.05)),
+        ((5.05, 1.05), (6.87, 1.65)),
+        ((8.33, 1.9), (8.57, 1.9)),
+        ((10.03, 2.0), (10.37, 2.3)),
+        ((10.03, 1.75), (10.37, 1.2)),
         ((7.6, 0.88), (7.6, 1.45)),
-    ]  # fmt: skip
+    ]
     for start, end in ways:
         arrow(axis, start, end)
     return figure
@@ -236,8 +249,9 @@ def frames_of_reference(slip: Record, hold: Record) -> Figure:
         panel(axis, seen(slip, t_us), f"{t_us / 1e6:.2f} s, angular difference {angle:.1f}°")
         place, turned = axes_in_hand(slip, t_us)
         for turn, length_m, color, name in (
-            (np.eye(3), 0.04, "#e5231b", "gripper"), (turned @ first.T, 0.03, "#1a5fff", "object"),
-        ):  # fmt: skip
+            (np.eye(3), 0.04, "#e5231b", "gripper"),
+            (turned @ first.T, 0.03, "#1a5fff", "object"),
+        ):
             draw_axes(axis, slip, place, length_m * turn, color, name)
         axis.set(xlim=(0, slip.size[0]), ylim=(slip.size[1], 0))
         axis.legend(loc="lower left", fontsize=8, framealpha=0.85)
@@ -317,9 +331,12 @@ def real(recording: Record) -> Figure:
 
 
 OF_ONE_SCENE: dict[int, tuple[str, Callable[[Record, Record], Figure]]] = {
-    1: ("overview", overview), 2: ("two_samples", two_samples), 4: ("scene", scene),
-    5: ("angular_difference", frames_of_reference), 6: ("five_phases", five_phases),
-}  # fmt: skip
+    1: ("overview", overview),
+    2: ("two_samples", two_samples),
+    4: ("scene", scene),
+    5: ("angular_difference", frames_of_reference),
+    6: ("five_phases", five_phases),
+}
 OTHERS: dict[int, tuple[str, Callable[[], Figure]]] = {3: ("flow_chart", flow_chart), 7: ("variety", variety)}
 
 

@@ -56,10 +56,13 @@ def lights(spp: int) -> np.ndarray:
     columns = []
     for on_paper, radius, background in LIGHTS.values():
         light = {
-            "light.luminance_cd_m2": on_paper * (DISTANCE_M / radius) ** 2, "light.radius_m": radius,
-            "light.distance_m": DISTANCE_M, "background.luminance_cd_m2": background,
-            "camera.exposure": "absolute", "camera.white_cd_m2": 4500.0,
-        }  # fmt: skip
+            "light.luminance_cd_m2": on_paper * (DISTANCE_M / radius) ** 2,
+            "light.radius_m": radius,
+            "light.distance_m": DISTANCE_M,
+            "background.luminance_cd_m2": background,
+            "camera.exposure": "absolute",
+            "camera.white_cd_m2": 4500.0,
+        }
         traj = made({"slip.kind": "hold", **light}, spp)
         start, end = phase_times(traj.params)["lift"]
         time = np.array([round(start + 0.3 * (end - start))])

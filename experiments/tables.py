@@ -60,16 +60,20 @@ def windows(plan: Plan) -> str:
 def table2(plan: Plan) -> str:
     """The paper's Table 2 beside ours."""
     head = (
-        "network", "Simple val, paper", "ours, paper's protocol", "ours, by trajectory", "Complex val, paper",
-        "ours, paper's protocol", "ours, by trajectory", "Complex test, paper", "ours",
-    )  # fmt: skip
+        "network",
+        "Simple val, paper",
+        "ours, paper's protocol",
+        "ours, by trajectory",
+        "Complex val, paper",
+        "ours, paper's protocol",
+        "ours, by trajectory",
+        "Complex test, paper",
+        "ours",
+    )
     lines = []
     for network in plan.networks:
         quoted = [f"{value:g}" for value in PAPER.get(network, ())] or ["–"] * 3
-        cells = [
-            validation(plan, group, network)
-            for group in ("simple-paper", "simple", "complex-paper", "complex")
-        ]  # fmt: skip
+        cells = [validation(plan, group, network) for group in ("simple-paper", "simple", "complex-paper", "complex")]
         ours = [percent(found) if network in PAPERS or not group.endswith("paper") else "–" for group, found in cells]
         test = percent([one.scores.balanced_accuracy for one in tested(plan, "test", network)])
         lines.append([f"`{network}`", quoted[0], *ours[:2], quoted[1], *ours[2:], quoted[2], test])

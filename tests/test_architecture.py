@@ -24,7 +24,7 @@ USERS = {
     "starlette": ("view.explorer",),
     "rerun": ("view",),
     "trimesh": ("scene.shapes", "rendering.geometry"),
-}  # fmt: skip
+}
 ROOMS, FILES = 16, 14
 
 

@@ -27,9 +27,16 @@ def stored(tmp_path_factory):
     params = draw(load_config("demo", {"camera.width": 48, "camera.height": 36}), 0)
     traj = simulate(params)
     record = Record(
-        kind="simulated", name="train/0000000", split="train", index=0, size=(48, 36), events=empty_events(),
-        params=params, trajectory=traj, truth=measure(traj),
-    )  # fmt: skip
+        kind="simulated",
+        name="train/0000000",
+        split="train",
+        index=0,
+        size=(48, 36),
+        events=empty_events(),
+        params=params,
+        trajectory=traj,
+        truth=measure(traj),
+    )
     path = tmp_path_factory.mktemp("records") / "0000000.h5"
     record_file.write(path, record)
     return path, record_file.read(path)

@@ -21,9 +21,18 @@ LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 
 def luminance(
-    params: Params, camera: Camera, frame: tuple, body: tuple, boxes: tuple, ambient: Ambient, *, rays: int = 4,
-    lamp_rays: int = 9, gloss: tuple[float, float] = (0.0, 0.0), shape=None,
-) -> np.ndarray:  # fmt: skip
+    params: Params,
+    camera: Camera,
+    frame: tuple,
+    body: tuple,
+    boxes: tuple,
+    ambient: Ambient,
+    *,
+    rays: int = 4,
+    lamp_rays: int = 9,
+    gloss: tuple[float, float] = (0.0, 0.0),
+    shape=None,
+) -> np.ndarray:
     """cd/m2 of shape (height, width). frame, body: position and rotation of camera and object in the world; boxes:
     turns, places and halves of the gripper's shadow boxes in camera axes; gloss: of surface and object; shape: the
     object's body, by default the cuboid of the parameters."""
@@ -47,8 +56,14 @@ def luminance(
     t_body, local_normal, uv = shape(*_local(c, d, *body))
     hit_body = np.isfinite(t_body)
     t_floor = np.where(d[:, 2] < 0, -c[2] / np.minimum(d[:, 2], -1e-12), np.inf)
-    on_floor = ~hit_body & (np.linalg.norm(c + np.where(np.isfinite(t_floor), t_floor, 0)[:, None] * d, axis=1)
-                            < params.background.radius_m) & np.isfinite(t_floor)  # fmt: skip
+    on_floor = (
+        ~hit_body
+        & (
+            np.linalg.norm(c + np.where(np.isfinite(t_floor), t_floor, 0)[:, None] * d, axis=1)
+            < params.background.radius_m
+        )
+        & np.isfinite(t_floor)
+    )
     own = [(body[0], body[1], shape)]
     hand = [(c + turn @ place, turn @ axes, partial(cuboid, size)) for axes, place, size in zip(*boxes, strict=True)]
 
@@ -215,10 +230,14 @@ def compare(params, traj, at_us, monkeypatch, shape=None):
     image, bodies = raycaster.draw(poses, 0)
     opening = raycaster._openings.at(float(poses.travel_m[0]))
     truth = luminance(
-        params, camera, (poses.camera_position[0], poses.camera_rotation[0]),
-        (poses.object_position[0], poses.object_rotation[0]), opening.boxes, raycaster.setting.ambient,
+        params,
+        camera,
+        (poses.camera_position[0], poses.camera_rotation[0]),
+        (poses.object_position[0], poses.object_rotation[0]),
+        opening.boxes,
+        raycaster.setting.ambient,
         shape=shape,
-    )  # fmt: skip
+    )
     free = np.ones(image.size, bool)
     free[opening.layers.pixels] = False
     free = free.reshape(image.shape)

@@ -22,13 +22,23 @@ def record_of(trajectory, **truth) -> Record:
     n = len(trajectory.t_us)
     rotation = np.tile([1.0, 0, 0, 0], (n, 1))
     values = {
-        "theta_deg": np.zeros(n), "rotation": rotation, "position_m": np.zeros((n, 3)), "held": np.ones(n, bool),
-        "span_us": (0, 1000 * (n - 1)), "onset_us": None, **truth,
-    }  # fmt: skip
+        "theta_deg": np.zeros(n),
+        "rotation": rotation,
+        "position_m": np.zeros((n, 3)),
+        "held": np.ones(n, bool),
+        "span_us": (0, 1000 * (n - 1)),
+        "onset_us": None,
+        **truth,
+    }
     return Record(
-        kind="simulated", name="a", size=(346, 260), events=empty_events(), params=trajectory.params,
-        trajectory=trajectory, truth=Truth(trajectory.t_us, **values),
-    )  # fmt: skip
+        kind="simulated",
+        name="a",
+        size=(346, 260),
+        events=empty_events(),
+        params=trajectory.params,
+        trajectory=trajectory,
+        truth=Truth(trajectory.t_us, **values),
+    )
 
 
 def test_nothing_moves_when_nothing_moves() -> None:

@@ -37,11 +37,21 @@ def answers_of(*trajectories: tuple[str, str], onsets: tuple[int | None, ...]) -
     conditions.since_onset_deg[:] = 50 * late_s
     conditions.since_onset_mm[:] = 2 * late_s
     return Predictions(
-        p_slip=p_slip, label=label, counted=np.arange(row) % 8 == 0, track=track, start_us=start_us,
-        rotation_deg=np.zeros(row), translation_mm=np.zeros(row), recent=np.zeros(row, bool),
-        events=np.zeros(row, int), object_events=np.zeros(row, int), conditions=conditions, tracks=tuple(tracks),
-        length_us=LENGTH_US, hop_us=HOP_US,
-    )  # fmt: skip
+        p_slip=p_slip,
+        label=label,
+        counted=np.arange(row) % 8 == 0,
+        track=track,
+        start_us=start_us,
+        rotation_deg=np.zeros(row),
+        translation_mm=np.zeros(row),
+        recent=np.zeros(row, bool),
+        events=np.zeros(row, int),
+        object_events=np.zeros(row, int),
+        conditions=conditions,
+        tracks=tuple(tracks),
+        length_us=LENGTH_US,
+        hop_us=HOP_US,
+    )
 
 
 def test_a_slip_is_detected_with_its_latency() -> None:

@@ -31,8 +31,9 @@ def test_the_paper_s_shape_and_both_ends_of_time() -> None:
 @given(
     st.tuples(st.integers(1, 6), st.integers(1, 6), st.sampled_from([1, 5])),
     st.tuples(st.integers(1, 4), st.integers(1, 4), st.sampled_from([2, 3])),
-    st.tuples(*[st.integers(0, 9)] * 3), st.integers(0, 999),
-)  # fmt: skip
+    st.tuples(*[st.integers(0, 9)] * 3),
+    st.integers(0, 999),
+)
 @settings(max_examples=30)
 def test_sparse_convolution_of_any_kernel_and_stride(kernel, stride, surplus, seed: int) -> None:
     grid = tuple(k + s for k, s in zip(kernel, surplus, strict=True))

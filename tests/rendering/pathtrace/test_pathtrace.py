@@ -57,9 +57,11 @@ def test_a_white_table_under_the_lamp_has_the_luminance_of_theory(tmp_path):
 
     Image.new("RGB", (8, 8), "white").save(tmp_path / "white.png")
     params = sample(
-        surface__texture=str(tmp_path / "white.png"), background__luminance_cd_m2=0.0, light__polar_deg=30.0,
+        surface__texture=str(tmp_path / "white.png"),
+        background__luminance_cd_m2=0.0,
+        light__polar_deg=30.0,
         camera__pitch_deg=-45.0,
-    )  # fmt: skip
+    )
     camera = hand_camera(params, (16, 12))
     poses = ScenePoses(still(params), camera, np.array([0]))
     scene = MitsubaScene(params, camera, bounces=2, frames=(TABLE,))
@@ -79,8 +81,11 @@ def test_a_white_table_under_the_lamp_has_the_luminance_of_theory(tmp_path):
 @pytest.mark.slow
 def test_agrees_with_the_fast_renderer():
     params = sample(
-        render__spp=16, background__texture="room-0", object__texture="cardboard-0", surface__texture="brick-0",
-    )  # fmt: skip
+        render__spp=16,
+        background__texture="room-0",
+        object__texture="cardboard-0",
+        surface__texture="brick-0",
+    )
     traj = turning(params)
     times = np.array([700_000])
     (fast,), (traced,) = (render(traj, times_us=times, renderer=name) for name in ("raycast", "pathtrace"))
@@ -142,9 +147,12 @@ class FastScene:
 @pytest.mark.slow
 def test_frames_between_are_close_to_traced_ones():
     params = sample(
-        camera__width=173, camera__height=130, background__texture="room-0", light__radius_m=4.0,
+        camera__width=173,
+        camera__height=130,
+        background__texture="room-0",
+        light__radius_m=4.0,
         render__key_motion_px=6.0,
-    )  # fmt: skip
+    )
     traj, camera = turning(params, 30.0), hand_camera(params)
     poses = ScenePoses(traj, camera, np.arange(500_000, 560_001, 5000))
     raycaster = Raycaster(params, camera, params.object.depth_m / 2)

@@ -29,11 +29,15 @@ def params(tmp_path):
     """A lamp so far away that its direction is the same everywhere, and the same light from all around."""
     Image.new("RGB", (8, 8), (128, 128, 128)).save(tmp_path / "even.png")
     scene = {
-        "camera.width": SIZE[0], "camera.height": SIZE[1],
-        "object.texture": "cardboard-0", "surface.texture": "brick-0",
+        "camera.width": SIZE[0],
+        "camera.height": SIZE[1],
+        "object.texture": "cardboard-0",
+        "surface.texture": "brick-0",
         "background.texture": str(tmp_path / "even.png"),
-        "light.distance_m": 1000.0, "light.radius_m": 10.0, "light.luminance_cd_m2": 5e7,
-    }  # fmt: skip
+        "light.distance_m": 1000.0,
+        "light.radius_m": 10.0,
+        "light.luminance_cd_m2": 5e7,
+    }
     return draw(load_config("simple", scene), 0)
 
 

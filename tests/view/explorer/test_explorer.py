@@ -158,12 +158,25 @@ def test_foreign_hosts_are_refused(client: TestClient, host: str):
 @pytest.mark.parametrize(
     "path",
     [
-        "/static/../app.py", "/static/%2e%2e/app.py", "/static/..%2fapp.py", "/static/app.py", "/static/index.html",
-        "/static/", "/etc/passwd", "//etc/passwd", "/api/samples/5", "/api/samples/-1", "/api/samples/../../etc",
-        "/api/samples/99999999999999999999", "/api/samples/0/../../x", "/api/samples/a", "/sample/x", "/api/labels",
+        "/static/../app.py",
+        "/static/%2e%2e/app.py",
+        "/static/..%2fapp.py",
+        "/static/app.py",
+        "/static/index.html",
+        "/static/",
+        "/etc/passwd",
+        "//etc/passwd",
+        "/api/samples/5",
+        "/api/samples/-1",
+        "/api/samples/../../etc",
+        "/api/samples/99999999999999999999",
+        "/api/samples/0/../../x",
+        "/api/samples/a",
+        "/sample/x",
+        "/api/labels",
         "/api/samples/0/detection",
     ],
-)  # fmt: skip
+)
 def test_what_is_not_there_is_not_found(client: TestClient, path: str):
     assert client.get(path).status_code == 404
 

@@ -28,9 +28,19 @@ from evslip.windows.window_set import Windows, WindowSettings
 from sample_records import CONFIG, random_events, simulated
 
 EVALUATION = Metrics(
-    windows=120, trajectories=8, threshold=0.5, accuracy=0.9417, balanced_accuracy=0.94, f1=0.938, auroc=0.987,
-    auprc=0.99, ece=0.02, brier=0.05, confusion=[[57, 3], [4, 56]], without_recent=math.nan,
-)  # fmt: skip
+    windows=120,
+    trajectories=8,
+    threshold=0.5,
+    accuracy=0.9417,
+    balanced_accuracy=0.94,
+    f1=0.938,
+    auroc=0.987,
+    auprc=0.99,
+    ece=0.02,
+    brier=0.05,
+    confusion=[[57, 3], [4, 56]],
+    without_recent=math.nan,
+)
 HISTORY = [
     {"epoch": i, "train_loss": 1 / i, "val_loss": 1.1 / i, "train_accuracy": 0.9, "val_accuracy": math.nan}
     for i in range(1, 6)

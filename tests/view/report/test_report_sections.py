@@ -163,9 +163,11 @@ def test_a_long_record_is_seen_in_its_middle():
 
 def test_the_worst_windows_are_those_farthest_from_the_truth():
     scores = {
-        "names": ["a", "b", "c", "d"], "starts_us": [0, 1, 2, 3], "labels": [1, 1, 0, 0],
+        "names": ["a", "b", "c", "d"],
+        "starts_us": [0, 1, 2, 3],
+        "labels": [1, 1, 0, 0],
         "probabilities": [0.85, 0.2, 0.7, 0.1],
-    }  # fmt: skip
+    }
     found = worst(scores, 3)
     assert [failure.name for failure in found] == ["b", "c", "a"]
     assert [round(failure.error, 6) for failure in found] == [0.8, 0.7, 0.15]
@@ -302,9 +304,13 @@ def test_a_folder_of_a_model_has_a_page(tmp_path: Path, model: Path):
     ],
 )
 def test_what_another_program_wrote_is_refused_and_nothing_is_written(
-    name: str, content: dict, samples: Dataset, model: Path, monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    content: dict,
+    samples: Dataset,
+    model: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-):  # fmt: skip
+):
     (model / name).write_text(json.dumps(content))
     for arguments in ([model], [samples.root, "--model", model]):
         monkeypatch.setattr(sys, "argv", ["evslip", "report", *map(str, arguments)])
