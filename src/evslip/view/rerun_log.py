@@ -91,8 +91,8 @@ def _page(record: Record) -> Any:
     if record.trajectory is None:
         return blueprint.Spatial2DView(origin=f"{record.name}/camera", name=record.name)
     root = f"/{record.name}"
-    names = {"turned_deg": "turned, degrees", "slid_mm": "slid, mm", "pad_force_n": "force of the pads, N",
-             "friction_used": "share of friction in use"}  # fmt: skip
+    names = {"turned_deg": "turned, degrees", "slid_mm": "slid, mm"}
+    names |= {"pad_force_n": "force of the pads, N", "friction_used": "share of friction in use"}
     curves = [blueprint.TimeSeriesView(origin=f"{root}/{key}", name=title) for key, title in names.items()]
     seen = blueprint.Spatial2DView(origin=f"{root}/world/hand/camera", name="frame and events")
     scene = blueprint.Spatial3DView(origin=f"{root}/world", name="scene")
@@ -152,11 +152,11 @@ def _log_curves(stream: Any, record: Record) -> None:
     keep = slice(int(first), int(last), CURVE_STEP)
     curves = {"turned_deg": truth.theta_deg, "slid_mm": truth.slide_mm}
     if truth.pad_force_n is not None:
-        curves |= {"pad_force_n/left": truth.pad_force_n[:, 0], "pad_force_n/right": truth.pad_force_n[:, 1]}
+        left, right = truth.pad_force_n.T
+        curves |= {"pad_force_n/left": left, "pad_force_n/right": right}
     if truth.pad_utilisation is not None:
-        curves |= {
-            "friction_used/left": truth.pad_utilisation[:, 0], "friction_used/right": truth.pad_utilisation[:, 1]
-        }  # fmt: skip
+        left, right = truth.pad_utilisation.T
+        curves |= {"friction_used/left": left, "friction_used/right": right}
     times = rr.TimeColumn("time", duration=truth.t_us[keep] / 1e6)
     for name, values in curves.items():
         stream.send_columns(f"{record.name}/{name}", [times], rr.Scalars.columns(scalars=values[keep].astype(float)))

@@ -99,6 +99,6 @@ def _bars(axis: Any, column: Mapping[str, Sequence[str | None]]) -> None:
         different = len(set(values))
         places = np.arange(len(labels)) + 0.4 * (k - 0.5 * (len(column) - 1))
         axis.bar(places, [count[label] / len(values) for label in labels], 0.4, color=COLORS[split], alpha=0.8)
-        axis.text(0.99, 0.97 - 0.11 * k, f"{different} in {split}", transform=axis.transAxes, ha="right", va="top",
-                  fontsize=7, color=COLORS[split])  # fmt: skip
+        corner = {"transform": axis.transAxes, "ha": "right", "va": "top", "fontsize": 7}
+        axis.text(0.99, 0.97 - 0.11 * k, f"{different} in {split}", color=COLORS[split], **corner)
     axis.set_xticks(range(len(labels)), labels, rotation=90)

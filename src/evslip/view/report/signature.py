@@ -73,7 +73,7 @@ def signature(name: str, records: Iterable[Record]) -> Signature | None:
         intervals=np.histogram(gaps, INTERVAL_EDGES_US)[0],
         slices=np.histogram(slices, RATE_EDGES)[0],
         pixels=np.histogram(pixels, RATE_EDGES)[0],
-    )  # fmt: skip
+    )
 
 
 class _Part(NamedTuple):

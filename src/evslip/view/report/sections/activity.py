@@ -35,8 +35,9 @@ def activity(found: Activity, of: int) -> str:
 
 def rates(courses: Sequence[Course]) -> Figure:
     """Median and band of the event rate for each label."""
-    figure = _over_time({label: _quantiles(some, lambda c: c.on_per_s + c.off_per_s)
-                         for label, some in _by_label(courses).items()}, LEAST_PER_S, "events/s")  # fmt: skip
+    grouped = _by_label(courses).items()
+    bands = {label: _quantiles(some, lambda c: c.on_per_s + c.off_per_s) for label, some in grouped}
+    figure = _over_time(bands, LEAST_PER_S, "events/s")
     figure["layout"]["yaxis"] |= {"type": "log", "dtick": 1, "exponentformat": "SI"}
     return figure
 
@@ -73,11 +74,11 @@ def _over_time(curves: dict[str, tuple[np.ndarray, np.ndarray]], least: float, t
         shared = {"type": "scatter", "mode": "lines", "x": x, "legendgroup": label, "hoverinfo": "skip"}
         for edge, fill in ((low, None), (high, "tonexty")):
             y = figures.array(np.maximum(edge, least).astype(np.float32))
-            traces.append({**shared, "y": y, "fill": fill, "fillcolor": PALE[label], "line": {"width": 0},
-                           "showlegend": False})  # fmt: skip
+            band = {"fill": fill, "fillcolor": PALE[label], "line": {"width": 0}, "showlegend": False}
+            traces.append({**shared, "y": y, **band})
         y = figures.array(np.maximum(middle, least).astype(np.float32))
-        traces.append({**shared, "y": y, "name": label, "line": {"color": COLORS[label], "width": 2},
-                       "hoverinfo": "x+y+name"})  # fmt: skip
+        line = {"name": label, "line": {"color": COLORS[label], "width": 2}, "hoverinfo": "x+y+name"}
+        traces.append({**shared, "y": y, **line})
     return {
         "data": traces,
         "layout": {
@@ -132,16 +133,16 @@ def _tables(found: Activity) -> list[str]:
     tables = []
     if found.causes.sum():
         total = found.causes.sum()
-        tables.append(page.table(("cause", "events", "share", "Hz a pixel"), [
+        rows = [
             [name, f"{count:,}", f"{count / total:.2%}", f"{count / found.pixel_seconds:.3g}"]
             for name, count in zip(CAUSES, found.causes.tolist(), strict=True)
             if count or name == CAUSES[SIGNAL]
-        ]))  # fmt: skip
+        ]
+        tables.append(page.table(("cause", "events", "share", "Hz a pixel"), rows))
     if found.bodies.sum():
         total = found.bodies.sum()
         names = (*BODIES, "unknown")
-        tables.append(page.table(("where it came from", "events", "share"), [
-            [name, f"{count:,}", f"{count / total:.2%}"]
-            for name, count in zip(names, found.bodies.tolist(), strict=True) if count
-        ]))  # fmt: skip
+        counts = zip(names, found.bodies.tolist(), strict=True)
+        rows = [[name, f"{count:,}", f"{count / total:.2%}"] for name, count in counts if count]
+        tables.append(page.table(("where it came from", "events", "share"), rows))
     return tables

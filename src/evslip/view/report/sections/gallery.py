@@ -33,8 +33,8 @@ def gallery(dataset: Samples, found: Sequence[Surveyed], picture: Picture, most_
     """A card for each sample; pictures of at most so many, evenly. Raises DataError."""
     if not found:
         return ""
-    drawn = {s.position: thumbnail(dataset.read(s.position, events=not s.split), picture)
-             for s in spread(list(found), most_pictures)}  # fmt: skip
+    chosen = spread(list(found), most_pictures)
+    drawn = {s.position: thumbnail(dataset.read(s.position, events=not s.split), picture) for s in chosen}
     cards = "".join(_card(sample, drawn.get(sample.position)) for sample in found)
     moment = "as its object is about to be put down" if found[0].split else "in its middle"
     note = f"Every sample {moment}."

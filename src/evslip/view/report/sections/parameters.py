@@ -63,11 +63,9 @@ def _histogram(key: str, column: Mapping[str, Sequence[float]], lines: Sequence[
         _bars(split, middles.tolist(), (np.histogram(factor * np.array(some), edges)[0] / max(1, len(some))).tolist())
         for split, some in column.items()
     ]
-    shapes = [
-        {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "yref": "paper",
-         "line": {"dash": "dot", "width": 1.2, "color": "rgba(130,130,130,0.9)"}}
-        for x in lines
-    ]  # fmt: skip
+    dotted = {"dash": "dot", "width": 1.2, "color": "rgba(130,130,130,0.9)"}
+    upright = {"type": "line", "y0": 0, "y1": 1, "yref": "paper", "line": dotted}
+    shapes = [{**upright, "x0": x, "x1": x} for x in lines]
     return _figure(traces, {"title": {"text": unit, "standoff": 4}}, shapes)
 
 
@@ -83,8 +81,8 @@ def _names(column: Mapping[str, Sequence[Any]]) -> Figure:
 
 def _bars(split: str, x: Sequence[Any], y: Sequence[float]) -> dict[str, Any]:
     hover = "%{x:.3g}: %{y:.1%}" if not x or not isinstance(x[0], str) else "%{x}: %{y:.1%}"
-    return {"type": "bar", "name": split, "x": list(x), "y": list(y), "marker": {"color": COLORS[split]},
-            "hovertemplate": f"{hover}<extra>{split}</extra>"}  # fmt: skip
+    looks = {"marker": {"color": COLORS[split]}, "hovertemplate": f"{hover}<extra>{split}</extra>"}
+    return {"type": "bar", "name": split, "x": list(x), "y": list(y), **looks}
 
 
 def _figure(traces: list[dict[str, Any]], x_axis: dict[str, Any], shapes: list[dict[str, Any]]) -> Figure:
