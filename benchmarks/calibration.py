@@ -21,10 +21,7 @@ def main(*paths: str) -> None:
     print("| detector | share of slips | ECE | corrected | Brier | corrected |")
     print("|---|---|---|---|---|---|")
     for path in paths:
-        found = read_evaluation(Path(path) / FILE)
-        if not isinstance(found, list):
-            raise ValueError(f"{path}: holds scores of `evslip.evaluate`, expected an evaluation of `evslip evaluate`")
-        for one in found:
+        for one in read_evaluation(Path(path) / FILE):
             label, p = np.asarray(one.scores.labels), np.asarray(one.scores.probabilities, float)
             share = float(np.mean(label == SLIP))
             corrected = p * share / (p * share + (1 - p) * (1 - share))

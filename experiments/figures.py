@@ -51,8 +51,7 @@ def training(folder: Path) -> Training | None:
 @cache
 def assessment(folder: Path) -> Evaluation | None:
     """What `evslip evaluate` says of one detector; None if it is not there."""
-    found = read_evaluation(folder / FILE) if (folder / FILE).is_file() else None
-    return found[0] if isinstance(found, list) else None
+    return read_evaluation(folder / FILE)[0] if (folder / FILE).is_file() else None
 
 
 def of_seeds(read: Callable[[int], Any], seeds: Iterable[int]) -> list[Any]:

@@ -33,7 +33,10 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
     from evslip.data.dataset import open_dataset
     from evslip.generation.generate import generate
     from evslip.generation.progress import samples_bar
-    from evslip.learn import TrainSettings, evaluate, train
+    from evslip.learn import TrainSettings, train
+    from evslip.learn.evaluation.evaluation import evaluate_model
+    from evslip.learn.evaluation.evaluation_data import open_evaluation_data
+    from evslip.learn.evaluation.stored import FILE, save_evaluation
     from evslip.view.report.report import write_report
 
     start = time.perf_counter()
@@ -65,9 +68,9 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
     say(f"windows: {train_windows.summary()} for training; {test_windows.summary()} for testing")
     result = train(train_windows, model, TrainSettings(seed=seed, epochs=8))
     say(f"trained: {result.summary()}")
-    metrics = evaluate(model, test_windows)
-    metrics.save(model / "evaluation.json")
-    console.print(metrics.table())
+    found = evaluate_model(model, open_evaluation_data(out / "windows-test.h5"))
+    save_evaluation(model / FILE, [found])
+    console.print(found.scores.table())
     page = write_report(out / "report.html", samples, windows=out / "windows-train.h5", model_dir=model)
     say(f"report: {page}")
 

@@ -21,19 +21,17 @@ class Format(NamedTuple):
         return {"format": self.name, "version": self.version, "evslip": __version__}
 
 
-def read_document(path: Path, *formats: Format) -> dict[str, Any]:
-    """The content of a file of one of some formats, which its "format" names. Raises DataError."""
-    meant = " or ".join(known.meant for known in formats)
+def read_document(path: Path, known: Format) -> dict[str, Any]:
+    """The content of a file of a format, which its "format" names. Raises DataError."""
     try:
         content = json.loads(path.read_bytes())
     except FileNotFoundError:
-        raise DataError(f"{path}: no such file; expected {meant}") from None
+        raise DataError(f"{path}: no such file; expected {known.meant}") from None
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(f"{path}: cannot be read as JSON: {' '.join(str(error).split())[:100]}") from None
     named = content.get("format") if isinstance(content, dict) else None
-    known = next((known for known in formats if known.name == named), None)
-    if known is None:
-        raise DataError(f"{path}: not {meant}")
+    if named != known.name:
+        raise DataError(f"{path}: not {known.meant}" + (f", but {named!r}" if isinstance(named, str) else ""))
     if content.get("version") != known.version:
         raise DataError(
             f"{path}: version {content.get('version')} of the format; this evslip reads version {known.version}"

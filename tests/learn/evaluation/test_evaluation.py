@@ -12,11 +12,12 @@ from evslip.learn import build_model, evaluate
 from evslip.learn.checkpoint import Description, load_model, save_model
 from evslip.learn.evaluation.comparison import compare
 from evslip.learn.evaluation.cost import measure_cost
-from evslip.learn.evaluation.evaluation import evaluate_model, plain
+from evslip.learn.evaluation.evaluation import evaluate_model
 from evslip.learn.evaluation.evaluation_data import EvaluationData, open_evaluation_data
 from evslip.learn.evaluation.predictions import on_records
+from evslip.learn.evaluation.stored import plain, read_evaluation, save_evaluation
 from evslip.utils.errors import ConfigError, DataError
-from evslip.view.evaluation.evaluation import write_evaluation
+from evslip.view.evaluation.evaluation import evaluation_parts, write_evaluation
 from evslip.windows.cutting import windows_of
 from evslip.windows.window_set import WindowSettings
 from slip_records import slip_record, slip_records, turning
@@ -120,6 +121,15 @@ def test_all_files_are_written_and_the_json_has_no_nan(found, tmp_path) -> None:
     assert "false alarms" in page and 'src="http' not in page and "Plotly" in page
     for name in ("scores.png", "circumstances.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_evaluation_of_windows_is_stored_and_shown(model, tmp_path) -> None:
+    windows_of(slip_records(4), WindowSettings()).save(tmp_path / "w.h5")
+    found = evaluate_model(model, open_evaluation_data(tmp_path / "w.h5"), resamples=20)
+    save_evaluation(tmp_path / "evaluation.json", [found])
+    (back,) = read_evaluation(tmp_path / "evaluation.json")
+    assert back.scores == found.scores
+    assert "called hold" in "".join(evaluation_parts([back], lambda failure: None))
 
 
 def test_what_json_does_not_know_becomes_null() -> None:

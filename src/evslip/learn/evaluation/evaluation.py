@@ -1,8 +1,7 @@
 """Everything that is known of how good one detector is."""
 
-import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -128,22 +127,6 @@ def evaluate_model(
         align=align,
         notes=[*data.notes, *_notes(found, own, len(data), description)],
     )
-
-
-def plain(value: Any) -> Any:
-    """Dataclasses, arrays and tuples as what JSON knows; numbers that are not finite become None."""
-    if is_dataclass(value) and not isinstance(value, type):
-        extra = {
-            name: getattr(value, name) for name in ("false_per_min", "detection_rate") if isinstance(value, Alarms)
-        }
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)} | plain(extra)
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | list | tuple):
-        return [plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _told(data: EvaluationData, progress: Callable[[int], None] | None) -> Iterator[Record]:

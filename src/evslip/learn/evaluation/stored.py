@@ -1,5 +1,8 @@
-"""Reading an examination again that `evslip evaluate` has written."""
+"""An evaluation as a file: what `evslip evaluate` and `evslip demo` write, and a report reads."""
 
+import json
+import math
+from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import NoneType, UnionType
@@ -8,31 +11,55 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from evslip.learn.documents import Format, read_document
+from evslip.learn.evaluation.alarms import Alarms
+from evslip.learn.evaluation.comparison import compare
 from evslip.learn.evaluation.evaluation import Evaluation
-from evslip.learn.scores.metrics import FORMAT as SCORES
-from evslip.learn.scores.metrics import Metrics
+from evslip.utils import atomic
 from evslip.utils.errors import DataError
 
 FILE = "evaluation.json"
 FORMAT = Format("evslip evaluation", 1, "an evaluation that `evslip evaluate` wrote")
 
 
-def read_evaluation(path: str | Path) -> list[Evaluation] | Metrics:
-    """The evaluations in a file evaluation.json, or the scores alone that `Metrics.save` wrote. Raises DataError."""
+def save_evaluation(path: Path, found: Sequence[Evaluation]) -> None:
+    """Everything, as numbers; what is not defined, or not reached as slips are missed, is null. Raises StorageError."""
+    content = FORMAT.head() | {"models": plain(list(found)), "comparison": plain(compare(found))}
+    atomic.write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+
+def read_evaluation(path: str | Path) -> list[Evaluation]:
+    """The evaluations in a file evaluation.json, one a model. Raises DataError."""
     path = Path(path)
-    stored = read_document(path, FORMAT, SCORES)
+    stored = read_document(path, FORMAT)
     try:
-        if stored["format"] == SCORES.name:
-            return restored(Metrics, stored)
         if not stored["models"]:
             raise ValueError("no model")
-        return restored(list[Evaluation], stored["models"])
+        found = restored(list[Evaluation], stored["models"])
+        if any(np.shape(one.scores.confusion) != (2, 2) for one in found):
+            raise ValueError("confusion: expected 2 rows of 2 counts")
+        return found
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:100]}; evaluate again") from None
 
 
+def plain(value: Any) -> Any:
+    """Dataclasses, arrays and tuples as what JSON knows; numbers that are not finite become None."""
+    if is_dataclass(value) and not isinstance(value, type):
+        extra = {
+            name: getattr(value, name) for name in ("false_per_min", "detection_rate") if isinstance(value, Alarms)
+        }
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)} | plain(extra)
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def restored(kind: Any, value: Any) -> Any:
-    """The inverse of `evaluation.plain` for a type: null is nan where a number is wanted, and inf in an array (a slip
+    """The inverse of `plain` for a type: null is nan where a number is wanted, and inf in an array (a slip
     that was missed). Raises KeyError, TypeError, ValueError."""
     if get_origin(kind) in (Union, UnionType):
         return None if value is None else restored(next(k for k in get_args(kind) if k is not NoneType), value)

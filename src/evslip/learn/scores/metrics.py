@@ -1,17 +1,11 @@
 """Scores of slip probabilities against labels."""
 
-import json
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from evslip.learn.documents import Format
 from evslip.learn.scores import bootstrap, tally
-from evslip.utils import atomic
 from evslip.windows.window_set import Windows
-
-FORMAT = Format("evslip scores", 1, "the scores that `Metrics.save` wrote")
 
 
 @dataclass(frozen=True)
@@ -47,11 +41,6 @@ class Metrics:
     names: list[str] = field(default_factory=list)
     """Sample that each window is from."""
     starts_us: list[int] = field(default_factory=list)
-
-    def save(self, path: str | Path) -> None:
-        """Write everything as JSON. Raises StorageError."""
-        plain = {name: None if value != value else value for name, value in asdict(self).items()}  # JSON has no nan
-        atomic.write_text(Path(path), json.dumps(FORMAT.head() | plain, indent=1, allow_nan=False) + "\n")
 
     def table(self) -> str:
         """A few lines for a person."""

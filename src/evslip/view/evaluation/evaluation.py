@@ -1,6 +1,5 @@
 """What `evslip evaluate` has found, as a page, as JSON, as pictures and as text for a terminal."""
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,17 +9,17 @@ import numpy as np
 from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluation.alarms import ALLOWED_PER_MIN, Alarms, quantile
 from evslip.learn.evaluation.comparison import FIGURES, Cell, Figure, Row, compare
-from evslip.learn.evaluation.evaluation import Evaluation, plain
+from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.learn.evaluation.evaluation_data import EvaluationData
 from evslip.learn.evaluation.groups import Group
-from evslip.learn.evaluation.stored import FILE, FORMAT
-from evslip.utils import atomic
+from evslip.learn.evaluation.stored import FILE, save_evaluation
 from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
 from evslip.view.evaluation.failure_pictures import pictures
 from evslip.view.evaluation.plots import LATENCY_S, RATE_PER_MIN, write_circumstances_png, write_scores_png
 from evslip.view.pictures import charts
 from evslip.view.report import page
+from evslip.view.report.sections.confusion import confusion
 from evslip.windows.window_set import WindowSettings
 
 
@@ -28,20 +27,14 @@ def write_evaluation(folder: Path, found: Sequence[Evaluation], data: Evaluation
     """evaluation.json, evaluation.html, scores.png, circumstances.png and, of what was examined, pictures of the worst
     windows. Raises DataError, StorageError."""
     names = short_names(found)
-    write_json(folder / FILE, found)
+    save_evaluation(folder / FILE, found)
     if data is not None:
-        worst = [failure for one in found for failure in failures.worst(vars(one.scores))]
+        worst = [failure for one in found for failure in failures.worst(one.scores)]
         settings = WindowSettings() if data.windows is not None else load_model(found[0].model)[1].windows
         failures.save_pictures(folder / failures.FOLDER, pictures(data, worst, settings, found[0].align or "centre"))
     write_evaluation_page(folder / "evaluation.html", found, failures.from_folder(folder / failures.FOLDER))
     write_scores_png(folder / "scores.png", found, names)
     write_circumstances_png(folder / "circumstances.png", found, names)
-
-
-def write_json(path: Path, found: Sequence[Evaluation]) -> None:
-    """Everything, as numbers; what is not defined, or not reached as slips are missed, is null. Raises StorageError."""
-    content = FORMAT.head() | {"models": plain(list(found)), "comparison": plain(compare(found))}
-    atomic.write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def comparison_table(rows: Sequence[Row]) -> list[list[str]]:
@@ -77,7 +70,7 @@ def write_evaluation_page(path: Path, found: Sequence[Evaluation], show: failure
 def evaluation_parts(found: Sequence[Evaluation], show: failures.Show) -> list[str]:
     """All sections about some detectors."""
     names = short_names(found)
-    worst = [(n, one.scores.threshold, failures.worst(vars(one.scores))) for n, one in zip(names, found, strict=True)]
+    worst = [(n, one.scores.threshold, failures.worst(one.scores)) for n, one in zip(names, found, strict=True)]
     return [
         page.section("Comparison", _comparison_note(found[0]), _table(comparison_table(compare(found)))),
         _notes(found, names),
@@ -139,8 +132,10 @@ def _scores(found: Sequence[Evaluation], names: Sequence[str]) -> str:
         if ends:
             traces.append(charts.guide(*_xy(ends), guide))
         parts.append(page.embed(name, charts.chart(traces, x, y, x_range=(0, 1), y_range=(0, 1.02))))
+    for name, one in zip(names, found, strict=True):
+        parts.append(f"<h3>{page.text(name)}, threshold {one.scores.threshold:.3f}</h3>{confusion(one.scores)}")
     note = "Windows that do not overlap; those between the limits of hold and slip are left out."
-    return page.section("Scores of windows", note, page.columns(parts)) if parts else ""
+    return page.section("Scores of windows", note, page.columns(parts))
 
 
 def _xy(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:

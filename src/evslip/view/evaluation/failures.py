@@ -1,9 +1,9 @@
 """The windows that a detector tells worst, with their events."""
 
 import io
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from evslip.view.pictures.images import jpeg_uri, overlay
 from evslip.view.report import page
 from evslip.windows.alignment import Align, laid_on
 from evslip.windows.window_set import SLIP, WindowSettings
+
+if TYPE_CHECKING:
+    from evslip.learn.scores.metrics import Metrics
 
 FOLDER = "failures"
 """Beside evaluation.json: the pictures."""
@@ -51,10 +54,9 @@ class Failure(NamedTuple):
         return f"{label}_{self.name.replace('/', '-')}_{self.start_us // 1000:06d}ms.jpg"
 
 
-def worst(scores: Mapping[str, Any], most: int = MOST) -> list[Failure]:
-    """The windows whose probability is farthest from the truth, by the fields of Metrics; none if it does not name its
-    windows."""
-    columns = [scores.get(name) or [] for name in ("names", "starts_us", "labels", "probabilities")]
+def worst(scores: "Metrics", most: int = MOST) -> list[Failure]:
+    """The windows whose probability is farthest from the truth; none if the scores do not name their windows."""
+    columns = scores.names, scores.starts_us, scores.labels, scores.probabilities
     if len({len(column) for column in columns}) != 1:
         return []
     found = [

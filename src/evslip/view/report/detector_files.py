@@ -22,36 +22,31 @@ class DetectorFiles(NamedTuple):
     description: "Description | None" = None
     history: Sequence[Mapping[str, Any]] = ()
     """A table an epoch."""
-    found: "Sequence[Evaluation] | Mapping[str, Any]" = ()
-    """The evaluations, or the fields of Metrics."""
+    found: "Sequence[Evaluation]" = ()
+    """One a model."""
 
     @property
     def accuracy(self) -> float | None:
         """That of the first model, if there are windows to tell it from."""
-        if not self.found:
-            return None
-        scores = self.found if isinstance(self.found, Mapping) else vars(self.found[0].scores)
-        value = scores.get("accuracy")
-        return value if value is not None and math.isfinite(value) else None
+        value = self.found[0].scores.accuracy if self.found else math.nan
+        return value if math.isfinite(value) else None
 
 
 def read_detector(folder: Path) -> DetectorFiles:
     """Read what `evslip train` or `evslip evaluate` left in a folder. Raises DataError."""
     from evslip.learn.checkpoint import read_description
     from evslip.learn.evaluation.stored import read_evaluation
-    from evslip.learn.scores.metrics import Metrics
 
     if not folder.is_dir():
         raise DataError(f"{folder}: {'is a file' if folder.exists() else 'no such folder'}; expected that of a model")
     there = {name for name in (DESCRIPTION, EVALUATION, HISTORY) if (folder / name).exists()}
     if not there:
         raise DataError(f"{folder}: holds neither {DESCRIPTION} nor {EVALUATION}; expected the folder of a model")
-    found = read_evaluation(folder / EVALUATION) if EVALUATION in there else ()
     return DetectorFiles(
         folder,
         read_description(folder) if DESCRIPTION in there else None,
         _history(folder / HISTORY) if HISTORY in there else (),
-        vars(found) if isinstance(found, Metrics) else found,
+        read_evaluation(folder / EVALUATION) if EVALUATION in there else (),
     )
 
 

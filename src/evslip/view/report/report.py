@@ -1,11 +1,10 @@
 """One HTML page that shows a data set, a model or an evaluation, and can be opened anywhere: it holds all it needs."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from evslip.data.layout import CONFIG
 from evslip.data.record import Record
@@ -25,7 +24,6 @@ from evslip.view.report.sections.header import cards, configuration, samples_car
 from evslip.view.report.sections.labels import labels
 from evslip.view.report.sections.names import exact
 from evslip.view.report.sections.parameters import parameters
-from evslip.view.report.sections.scores import scores
 from evslip.view.report.sections.strips import Picture, moments, strips
 from evslip.view.report.sections.training import training
 from evslip.view.report.signature import signature
@@ -45,7 +43,6 @@ def write_report(
     dataset: Samples,
     windows: Windows | str | Path | None = None,
     model_dir: str | Path | None = None,
-    metrics: Mapping[str, Any] | None = None,
     *,
     compare: Sequence[Record] = (),
     picture: Picture | None = None,
@@ -53,7 +50,7 @@ def write_report(
 ) -> Path:
     """Write the page of a data set and return its path.
 
-    `model_dir` may hold history.json (training curves) and evaluation.json (`metrics`, if given, replaces it).
+    `model_dir` may hold history.json (training curves) and evaluation.json.
     `compare` are recordings whose events are set beside the data set's. `picture` draws a frame of a trajectory at a
     time, sRGB uint8 (height, width, 3); default: the renderer. Parts for which there are no data are left out. Raises
     ConfigError, DataError, StorageError.
@@ -62,8 +59,6 @@ def write_report(
     cut = load_windows(windows) if isinstance(windows, str | Path) else windows
     config = configuration(dataset)  # first of all: one of another version is told before anything is drawn
     told = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
-    if metrics is not None:
-        told = told._replace(found=metrics)
     if picture is None:
         from evslip.rendering import render_color
 
@@ -149,18 +144,15 @@ def _examined(told: DetectorFiles, find: Callable[[str], Record | None] | None, 
     """What an evaluation has found."""
     if not told.found:
         return []
+    from evslip.view.evaluation.evaluation import evaluation_parts
+
     own = failures.from_folder(told.folder / failures.FOLDER)
     drawn = failures.from_records(find, settings) if find is not None else lambda failure: None
 
     def show(failure: failures.Failure) -> str | None:
         return own(failure) or drawn(failure)
 
-    if not isinstance(told.found, Mapping):
-        from evslip.view.evaluation.evaluation import evaluation_parts
-
-        return evaluation_parts(told.found, show)
-    worst = ("", float(told.found.get("threshold", 0.5)), failures.worst(told.found))
-    return [scores(told.found), failures.failures([worst], show)]
+    return evaluation_parts(told.found, show)
 
 
 def _finder(dataset: Samples) -> Callable[[str], Record | None]:
