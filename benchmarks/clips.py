@@ -18,12 +18,12 @@ RUN = """
 import re, sys
 from functools import partial
 from pathlib import Path
-from evslip.exchange.conversion import Conversion, convert, open_conversion
+from evslip.exchange.frames_to_events import FrameConversion, convert_frames, open_frames
 from evslip.view.pictures.preview import preview
-conversion = Conversion(clip=Path(sys.argv[1]), camera="noisy")
-clip = open_conversion(conversion)
+conversion = FrameConversion(clip=Path(sys.argv[1]), camera="noisy")
+clip = open_frames(conversion)
 watchers = [partial(preview, Path(path), clip.size, picture_ms=1000 / 30) for path in sys.argv[3:]]
-made = convert(conversion, clip, Path(sys.argv[2]), watchers=watchers)
+made = convert_frames(conversion, clip, Path(sys.argv[2]), watchers=watchers)
 print(made.events, re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text())[1])
 """
 

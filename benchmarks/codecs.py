@@ -24,8 +24,8 @@ SIZE = (346, 260)
 PIECE = 1 << 18
 _CONVERT = """
 import sys
-from evslip.exchange.translation import translate
-translate(*sys.argv[1:])
+from evslip.exchange.format_to_format import convert_format
+convert_format(*sys.argv[1:])
 print(next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))
 """
 

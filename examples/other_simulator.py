@@ -15,7 +15,8 @@ import numpy as np
 from PIL import Image
 
 from evslip.data.recordings import open_samples
-from evslip.exchange.importing import Importing, import_recording
+from evslip.exchange.importing.recordings import import_recording
+from evslip.exchange.importing.settings import Importing
 from evslip.windows.window_set import SLIP, WindowSettings
 
 SIDES = [f"{side}_{part}" for side in ("gripper", "object") for part in ("x", "y", "z", "qw", "qx", "qy", "qz")]

@@ -17,7 +17,7 @@ from evslip.codecs import read_events, write_events
 from evslip.data import record_file
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
-from evslip.exchange.importing import import_recording
+from evslip.exchange.importing.recordings import import_recording
 from evslip.utils.errors import DataError
 from sample_records import assert_equal, random_events, simulated
 from shared_data import shared

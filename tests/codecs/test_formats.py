@@ -12,7 +12,7 @@ from evslip import codecs
 from evslip.codecs import formats, read_events, write_events
 from evslip.codecs.writers import writing
 from evslip.data.record_file import read_recording
-from evslip.exchange.translation import translate
+from evslip.exchange.format_to_format import convert_format
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events
 
@@ -77,7 +77,7 @@ def test_the_page_shows_a_format_that_works(site: Path, tmp_path: Path, events):
         push(events.select(slice(0, 100)))
         push(events.select(slice(100, 300)))
     assert path.read_bytes() == (tmp_path / "b.lab").read_bytes()
-    assert translate(path, tmp_path / "c.h5").lost == ()
+    assert convert_format(path, tmp_path / "c.h5").lost == ()
     assert codecs.format_of(path).name == name
     assert ".lab" in codecs.known_suffixes(writing=True)
 

@@ -15,7 +15,8 @@ from evslip.codecs.ros import bag as rosbag
 from evslip.codecs.writers import writing
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events, concatenate
-from evslip.exchange.translation import Part, translate
+from evslip.exchange.format_to_format import convert_format
+from evslip.exchange.selection import Selection
 from evslip.utils.errors import DataError
 from foreign_files import aedat2, bag
 from sample_records import assert_equal, random_events
@@ -83,8 +84,8 @@ def test_a_conversion_in_parts_is_one_of_the_whole(tmp_path: Path, suffix: str):
     events = long_stream(2000)
     seconds = int(events.t_us[-1]) / 1e6
     write_events(tmp_path / f"a{suffix}", events, (40, 30))
-    part = Part((3, 2, 30, 20), (0.2 * seconds, 0.7 * seconds), "on", from_zero=True, rotate=90, flip="x")
-    done = translate(tmp_path / f"a{suffix}", tmp_path / "b.csv", part)
+    part = Selection((3, 2, 30, 20), (0.2 * seconds, 0.7 * seconds), "on", from_zero=True, rotate=90, flip="x")
+    done = convert_format(tmp_path / f"a{suffix}", tmp_path / "b.csv", part)
     after = (events.t_us >= round(0.2 * seconds * 1e6)) & (events.t_us < round(0.7 * seconds * 1e6)) & events.p
     kept = events.select(after & (events.x >= 3) & (events.x < 33) & (events.y >= 2) & (events.y < 22))
     assert 0 < kept.count == done.events == done.on
@@ -97,21 +98,21 @@ def test_a_conversion_in_parts_is_one_of_the_whole(tmp_path: Path, suffix: str):
 def test_a_slice_ends_the_reading(tmp_path: Path):
     write_events(tmp_path / "a.dat", long_stream(5000), (40, 30))
     seen = []
-    translate(tmp_path / "a.dat", tmp_path / "b.dat", Part(slice_s=(0, 1)), seen.append)
+    convert_format(tmp_path / "a.dat", tmp_path / "b.dat", Selection(slice_s=(0, 1)), seen.append)
     assert sum(seen) < 1000
 
 
 @pytest.mark.parametrize("rotate", [0, 90, 180, 270])
 @pytest.mark.parametrize("flip", [None, "x", "y"])
 def test_events_and_pictures_are_turned_alike(rotate: int, flip):
-    from evslip.exchange.translation import Selection
+    from evslip.exchange.selector import Selector
 
     image = np.arange(30 * 40).reshape(30, 40)
-    selection = Selection(Part((5, 4, 20, 12), rotate=rotate, flip=flip), (40, 30))
-    turned = selection.image(image)
-    assert turned.shape == selection.size[::-1]
+    selector = Selector(Selection((5, 4, 20, 12), rotate=rotate, flip=flip), (40, 30))
+    turned = selector.image(image)
+    assert turned.shape == selector.size[::-1]
     y, x = (part.ravel().astype(np.uint16) for part in np.indices((30, 40)))
-    events = selection.events(Events(np.arange(1200), x, y, np.ones(1200, bool)), 0)
+    events = selector.events(Events(np.arange(1200), x, y, np.ones(1200, bool)), 0)
     assert events.count == 240
     np.testing.assert_array_equal(turned[events.y, events.x], events.t_us)
 

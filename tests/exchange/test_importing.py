@@ -16,9 +16,10 @@ from evslip.data.poses import Poses
 from evslip.data.record import Record
 from evslip.data.recordings import Recordings, open_samples
 from evslip.events.stream import Events
-from evslip.exchange.importing import Importing, import_recording, import_vt_snn, is_vt_snn
-from evslip.exchange.pose_files import even, read_poses, truth_of
-from evslip.exchange.vt_snn import export_windows
+from evslip.exchange.importing.pose_files import even, read_poses, truth_of
+from evslip.exchange.importing.recordings import import_recording
+from evslip.exchange.importing.settings import Importing
+from evslip.exchange.vt_snn import export_windows, import_vt_snn, is_vt_snn
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.report.report import write_report
 from evslip.windows.cutting import windows_of

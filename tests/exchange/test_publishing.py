@@ -13,7 +13,8 @@ import pytest
 from evslip.codecs import read_events, write_events
 from evslip.config.loading import dump_config
 from evslip.data import building, layout, record_file, requested
-from evslip.exchange.importing import Importing, import_recording
+from evslip.exchange.importing.recordings import import_recording
+from evslip.exchange.importing.settings import Importing
 from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.publish import publish
 from evslip.exchange.publishing.table import COLUMNS

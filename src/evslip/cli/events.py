@@ -10,7 +10,7 @@ from tyro.conf import Positional, arg
 from evslip.cli.options import HIDDEN, given, options_of
 from evslip.events.datasheet import UNITS
 from evslip.events.presets import LIMITS, MAPS, PARAMETERS, PixelModel
-from evslip.exchange.conversion_settings import Conversion
+from evslip.exchange.frames_to_events_settings import FrameConversion
 from evslip.utils.console import console, progress_bar
 from evslip.utils.errors import ConfigError, DataError
 
@@ -27,7 +27,7 @@ def _pixel_option(name: str) -> Any:
     return Annotated[kind, arg(metavar=shown, help_behavior_hint=hint)]
 
 
-ConversionOptions = options_of(Conversion, {"clip": HIDDEN, "parameters": HIDDEN})
+ConversionOptions = options_of(FrameConversion, {"clip": HIDDEN, "parameters": HIDDEN})
 PixelOptions = options_of(PixelModel, {name: _pixel_option(name) for name in PARAMETERS})
 
 
@@ -35,7 +35,7 @@ def events(
     clip: Positional[Path],
     out: Positional[Path],
     *,
-    settings: Annotated[Conversion, arg(constructor=ConversionOptions)],
+    settings: Annotated[FrameConversion, arg(constructor=ConversionOptions)],
     pixels: Annotated[PixelModel, arg(constructor=PixelOptions)],
     threads: int = 1,
     device: Annotated[str, arg(metavar="cpu|cuda")] = "cpu",
@@ -57,15 +57,15 @@ def events(
     """
     from evslip.codecs import format_of
     from evslip.codecs.settings import keeps_settings
-    from evslip.exchange.conversion import convert, open_conversion, require_other
+    from evslip.exchange.frames_to_events import convert_frames, open_frames, require_other
     from evslip.view.pictures.preview import check_preview
     from evslip.view.pictures.preview import preview as preview_video
     from evslip.view.pictures.rates import check_plot, rates_plot
 
     format_of(out, writing=True)
     watchers = []
-    conversion = Conversion(clip=clip, parameters=parameters_of(pixels), **given(settings))
-    source = open_conversion(conversion)
+    conversion = FrameConversion(clip=clip, parameters=parameters_of(pixels), **given(settings))
+    source = open_frames(conversion)
     if preview is not None:
         check_preview(preview, preview_ms)
         require_other(preview, source)
@@ -75,7 +75,9 @@ def events(
         require_other(plot, source)
         watchers.append(partial(rates_plot, plot, f"{clip.name}, {conversion.camera}"))
     with progress_bar("frames", source.count) as advance:
-        made = convert(conversion, source, out, watchers=watchers, threads=threads, device=device, progress=advance)
+        made = convert_frames(
+            conversion, source, out, watchers=watchers, threads=threads, device=device, progress=advance
+        )
     console.print(f"{out}: {made.summary()}")
     for written in filter(None, (preview, plot)):
         console.print(str(written))

@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from evslip.exchange.importing_settings import Importing
-from evslip.exchange.part import Flip, Rotation
+from evslip.exchange.importing.settings import Importing
+from evslip.exchange.selection import Flip, Rotation
 from evslip.utils.console import console, progress_bar
 from evslip.utils.errors import ConfigError
 
@@ -29,7 +29,8 @@ def import_(
         out: HDF5 file to write; of VT-SNN's layout a folder for one file each.
         length_s: How long a file of VT-SNN's layout lasts, s.
     """
-    from evslip.exchange.importing import import_recording, import_vt_snn, is_vt_snn
+    from evslip.exchange.importing.recordings import import_recording
+    from evslip.exchange.vt_snn import import_vt_snn, is_vt_snn
 
     if is_vt_snn(recording):
         made = import_vt_snn(recording, out, length_s, settings.size)
@@ -68,11 +69,12 @@ def convert(
         rotate: Turn the picture clockwise, after the crop.
         flip: Mirror the picture after that: left and right (x), or top and bottom (y).
     """
-    from evslip.exchange.translation import Part, translate
+    from evslip.exchange.format_to_format import convert_format
+    from evslip.exchange.selection import Selection
 
-    part = Part(crop, slice, polarity, from_zero, rotate, flip)
+    selection = Selection(crop, slice, polarity, from_zero, rotate, flip)
     with progress_bar("events", None) as advance:
-        done = translate(source, out, part, advance)
+        done = convert_format(source, out, selection, advance)
     console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")

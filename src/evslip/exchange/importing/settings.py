@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from evslip.exchange.part import Flip, Part, Rotation
+from evslip.exchange.selection import Flip, Rotation, Selection
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,9 +35,9 @@ class Importing:
     """The point between the fingers in the frame of a simulator's gripper, m."""
 
     @property
-    def part(self) -> Part:
+    def selection(self) -> Selection:
         """What of the picture is kept, and how it is turned."""
-        return Part(self.crop, rotate=self.rotate, flip=self.flip)
+        return Selection(self.crop, rotate=self.rotate, flip=self.flip)
 
     @property
     def simulated_size(self) -> tuple[int, int]:

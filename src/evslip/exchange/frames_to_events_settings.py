@@ -6,7 +6,7 @@ from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
-class Conversion:
+class FrameConversion:
     """What is turned into events, and how."""
 
     clip: Path

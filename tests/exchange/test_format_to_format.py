@@ -10,7 +10,9 @@ from evslip import codecs
 from evslip.codecs import read_events, write_events
 from evslip.data import record_file
 from evslip.data.record_file import read_recording
-from evslip.exchange.translation import Part, select, translate
+from evslip.exchange.format_to_format import convert_format
+from evslip.exchange.selection import Selection
+from evslip.exchange.selector import Selector
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import assert_equal, random_events, simulated
 
@@ -22,8 +24,8 @@ def test_any_format_becomes_any_other_and_comes_back(tmp_path: Path, suffix: str
     events = random_events(np.random.default_rng(0), 200, labelled=False)
     write_events(tmp_path / "a.h5", events, (40, 30))
     for target in WRITABLE:
-        translate(tmp_path / "a.h5", tmp_path / f"b{suffix}")
-        translate(tmp_path / f"b{suffix}", tmp_path / f"c{target}")
+        convert_format(tmp_path / "a.h5", tmp_path / f"b{suffix}")
+        convert_format(tmp_path / f"b{suffix}", tmp_path / f"c{target}")
         assert_equal(read_events(tmp_path / f"c{target}"), events)
 
 
@@ -34,7 +36,9 @@ def test_a_part_is_what_a_loop_would_keep(seed: int, x: int, y: int, data: st.Da
     start, end = sorted(data.draw(st.tuples(st.integers(0, 30), st.integers(31, 60))))
     polarity: Any = data.draw(st.sampled_from(["on", "off", None]))
     from_zero = data.draw(st.booleans())
-    kept, size = select(events, (40, 30), Part((x, y, width, height), (start / 1e3, end / 1e3), polarity, from_zero))
+    selection = Selection((x, y, width, height), (start / 1e3, end / 1e3), polarity, from_zero)
+    selector = Selector(selection, (40, 30))
+    (kept,) = selector.of([events])
     first = int(events.t_us[0])
     expected = [
         (int(t), int(column) - x, int(row) - y, bool(on), int(body), int(cause))
@@ -46,42 +50,42 @@ def test_a_part_is_what_a_loop_would_keep(seed: int, x: int, y: int, data: st.Da
     assert [tuple(row) for row in zip(*(column.tolist() for column in kept), strict=True)] == [  # pyright: ignore
         (t - shift, *rest) for t, *rest in expected
     ]
-    assert size == (width, height)
+    assert selector.size == (width, height)
 
 
 def test_what_is_lost_is_said(tmp_path: Path):
     record_file.write(tmp_path / "a.h5", simulated())
     sample = "all of the sample but its events"
-    assert translate(tmp_path / "a.h5", tmp_path / "a.npz").lost == (sample,)
-    assert translate(tmp_path / "a.h5", tmp_path / "a.csv").lost == ("the labels", "the sensor's size", sample)
-    assert translate(tmp_path / "a.h5", tmp_path / "a.es").lost == ("the labels", sample)
-    assert translate(tmp_path / "a.es", tmp_path / "a.dat").lost == ()
+    assert convert_format(tmp_path / "a.h5", tmp_path / "a.npz").lost == (sample,)
+    assert convert_format(tmp_path / "a.h5", tmp_path / "a.csv").lost == ("the labels", "the sensor's size", sample)
+    assert convert_format(tmp_path / "a.h5", tmp_path / "a.es").lost == ("the labels", sample)
+    assert convert_format(tmp_path / "a.es", tmp_path / "a.dat").lost == ()
 
 
 def test_times_of_a_clock_are_shifted_on_demand(tmp_path: Path):
     events = random_events(np.random.default_rng(0), 50, labelled=False)
     write_events(tmp_path / "a.npz", events._replace(t_us=events.t_us + 1_605_537_493_718_345), (40, 30))
     with pytest.raises(DataError, match=r"a\.raw: times from .* the format holds 0 to .*--from-zero"):
-        translate(tmp_path / "a.npz", tmp_path / "a.raw")
-    translate(tmp_path / "a.npz", tmp_path / "a.raw", Part(from_zero=True))
+        convert_format(tmp_path / "a.npz", tmp_path / "a.raw")
+    convert_format(tmp_path / "a.npz", tmp_path / "a.raw", Selection(from_zero=True))
     assert_equal(read_events(tmp_path / "a.raw"), events._replace(t_us=events.t_us - events.t_us[0]))
 
 
 @pytest.mark.parametrize(
     "part",
-    [Part(slice_s=(1, 1)), Part(slice_s=(-1, 1)), Part(slice_s=(0, float("nan")))]
-    + [Part(crop=crop) for crop in ((0, 0, 0, 5), (-1, 0, 5, 5), (36, 0, 5, 5), (0, 26, 5, 5))],
+    [Selection(slice_s=(1, 1)), Selection(slice_s=(-1, 1)), Selection(slice_s=(0, float("nan")))]
+    + [Selection(crop=crop) for crop in ((0, 0, 0, 5), (-1, 0, 5, 5), (36, 0, 5, 5), (0, 26, 5, 5))],
 )
-def test_parts_that_cannot_be_are_refused(tmp_path: Path, part: Part):
+def test_parts_that_cannot_be_are_refused(tmp_path: Path, part: Selection):
     write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 5), (40, 30))
     with pytest.raises(ConfigError, match=r"(slice|crop): .* expected"):
-        translate(tmp_path / "a.npz", tmp_path / "b.npz", part)
+        convert_format(tmp_path / "a.npz", tmp_path / "b.npz", part)
     assert not (tmp_path / "b.npz").exists()
 
 
 def test_no_events_are_converted_too(tmp_path: Path):
     write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 0), (40, 30))
-    translate(tmp_path / "a.npz", tmp_path / "b.raw", Part((1, 1, 5, 5), (0, 1), "on", from_zero=True))
+    convert_format(tmp_path / "a.npz", tmp_path / "b.raw", Selection((1, 1, 5, 5), (0, 1), "on", from_zero=True))
     recording = read_recording(tmp_path / "b.raw")
     assert (recording.events.count, recording.size) == (0, (5, 5))
 
@@ -89,4 +93,4 @@ def test_no_events_are_converted_too(tmp_path: Path):
 def test_a_file_is_not_converted_onto_itself(tmp_path: Path):
     write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 5), (40, 30))
     with pytest.raises(DataError, match="another name"):
-        translate(tmp_path / "a.npz", tmp_path / "a.npz")
+        convert_format(tmp_path / "a.npz", tmp_path / "a.npz")

@@ -15,7 +15,7 @@ import numpy as np
 from evslip.codecs.clips.sources import Clip, TimedImage, open_clip
 from evslip.events.camera import CHUNK_FRAMES, EventCamera
 from evslip.events.stream import Events
-from evslip.exchange.conversion_settings import Conversion
+from evslip.exchange.frames_to_events_settings import FrameConversion
 from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.version import __version__
 
@@ -27,7 +27,7 @@ Watcher = Callable[[float], AbstractContextManager[Push]]
 
 
 @dataclass(frozen=True)
-class Converted:
+class ConvertedFrames:
     """What came of it."""
 
     frames: int
@@ -50,7 +50,7 @@ class Converted:
         return f"{self.events:,} events in {seconds:.3f} s, {rate}{share}, {self.size[0]}x{self.size[1]}"
 
 
-def open_conversion(conversion: Conversion) -> Clip:
+def open_frames(conversion: FrameConversion) -> Clip:
     """The clip of a conversion, ready to be read. Raises DataError, ConfigError."""
     from evslip.codecs.clips.times import read_times
 
@@ -60,8 +60,8 @@ def open_conversion(conversion: Conversion) -> Clip:
     return open_clip(conversion.clip, conversion.fps, times_us=times_us, intensity=conversion.intensity)
 
 
-def convert(
-    conversion: Conversion,
+def convert_frames(
+    conversion: FrameConversion,
     clip: Clip,
     out: Path,
     *,
@@ -69,10 +69,10 @@ def convert(
     threads: int = 1,
     device: str = "cpu",
     progress: Callable[[], None] = lambda: None,
-) -> Converted:
+) -> ConvertedFrames:
     """Write the events of a clip to `out`, its format by suffix, with the settings inside where the format has a place.
 
-    clip: from `open_conversion`. watchers: see the events, too, on their way to the file. progress: called after each
+    clip: from `open_frames`. watchers: see the events, too, on their way to the file. progress: called after each
     frame of the clip. Memory holds a few frames and a block of events, however long the clip is (HDF5; other formats
     keep all events until the end). The file appears when all is done, or not at all. Raises DataError, ConfigError,
     MissingExtraError, StorageError.
@@ -110,7 +110,7 @@ def convert(
                 push(part, last_us)
         if seen == 0:
             raise DataError("holds a single frame; events need at least two")
-    return Converted(seen + 1, events, on, first[0], last_us, clip.size, float(first[1].max()))
+    return ConvertedFrames(seen + 1, events, on, first[0], last_us, clip.size, float(first[1].max()))
 
 
 def require_other(path: Path, clip: Clip) -> None:
@@ -119,7 +119,7 @@ def require_other(path: Path, clip: Clip) -> None:
         raise ConfigError(f"{path}: is the clip itself; give another name")
 
 
-def describe(conversion: Conversion, clip: Clip, camera: EventCamera) -> dict[str, Any]:
+def describe(conversion: FrameConversion, clip: Clip, camera: EventCamera) -> dict[str, Any]:
     """The settings of a conversion as JSON has them, every parameter of the camera resolved."""
     said = {name: str(value) if isinstance(value, Path) else value for name, value in vars(conversion).items()}
     if conversion.interpolate != "rife":
@@ -135,7 +135,7 @@ def _told(value: Any) -> Any:
     return {"map": value.shape, "mean": float(value.mean()), "sha256": digest}
 
 
-def _between(frames: Iterator[TimedImage], conversion: Conversion, clip: Clip) -> Iterator[TimedImage]:
+def _between(frames: Iterator[TimedImage], conversion: FrameConversion, clip: Clip) -> Iterator[TimedImage]:
     """The frames, and what comes between them."""
     if conversion.interpolate not in INTERPOLATIONS:
         known = ", ".join(INTERPOLATIONS)

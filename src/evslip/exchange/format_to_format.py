@@ -1,0 +1,74 @@
+"""From one format of events to another, or a part of it, in memory that does not grow with the file."""
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.codecs import format_of, open_events
+from evslip.codecs.source import extent_of
+from evslip.codecs.writers import writing
+from evslip.data.record_file import is_record
+from evslip.events.stream import Events
+from evslip.exchange.selection import EVERYTHING, Selection
+from evslip.exchange.selector import Selector
+from evslip.utils.errors import DataError
+
+
+class ConvertedFormat(NamedTuple):
+    """What was written."""
+
+    events: int
+    """Number of events."""
+    on: int
+    """Number of ON events."""
+    start_us: int
+    end_us: int
+    """Times of the first and the last event; 0 if there is none."""
+    size: tuple[int, int]
+    lost: tuple[str, ...]
+    """What the source knows and the file that was written does not."""
+
+
+def convert_format(
+    source: str | Path,
+    out: str | Path,
+    selection: Selection = EVERYTHING,
+    progress: Callable[[int], None] = lambda count: None,
+) -> ConvertedFormat:
+    """Read the events of a file of any known format and write those of `selection` in the format of `out`'s suffix.
+
+    A file that does not state the sensor's size is read twice, first for its extent. progress: called with the number
+    of events that were read. Raises DataError, ConfigError for a selection that cannot be, StorageError.
+    """
+    source, out = Path(source), Path(out)
+    format_of(source)
+    form = format_of(out, writing=True)
+    if out.exists() and source.exists() and out.samefile(source):
+        raise DataError(f"{out}: is the file that is read; give the new one another name")
+    stated = open_events(source)
+    size = stated.size or extent_of(stated.parts)
+    selector = Selector(selection, size)
+    count = on = start_us = end_us = 0
+    labelled = False
+    with writing(out, selector.size) as push:
+        for events in selector.of(_watched(open_events(source).parts, progress)):
+            push(events)
+            if events.count:
+                start_us, end_us = start_us if count else int(events.t_us[0]), int(events.t_us[-1])
+            count, on = count + events.count, on + int(np.count_nonzero(events.p))
+            labelled |= events.body is not None or events.cause is not None
+    lost = {
+        "the labels": labelled and not form.keeps_labels,
+        "the sensor's size": not form.keeps_size,
+        "all of the sample but its events": is_record(source),
+    }
+    names = tuple(name for name, is_lost in lost.items() if is_lost)
+    return ConvertedFormat(count, on, start_us, end_us, selector.size, names)
+
+
+def _watched(parts: Iterable[Events], progress: Callable[[int], None]) -> Iterator[Events]:
+    for events in parts:
+        yield events
+        progress(events.count)

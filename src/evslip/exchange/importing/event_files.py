@@ -1,0 +1,65 @@
+"""A file of events of a real camera as a record."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from evslip.codecs import open_events
+from evslip.codecs.formats import format_of
+from evslip.data.footage import footage_of
+from evslip.data.record import Record
+from evslip.data.record_file import is_record, read_recording
+from evslip.exchange.importing.settings import Importing
+from evslip.exchange.selection import Selection
+from evslip.exchange.selector import Selector
+from evslip.utils.errors import ConfigError, DataError
+
+
+def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Record:
+    """The record of a file of events; one of evslip stays as it is, but for what `how` changes.
+
+    from_zero: let the first event be at 0. Raises DataError.
+    """
+    known = read_recording(source)
+    if known.kind != "recording":
+        if how.labels is not None or how.selection != Selection():
+            raise DataError(f"{source}: is a {known.kind} record; only recordings are labelled, cropped and turned")
+        return known
+    known = replace(known, size=_size_of(source, known, how.size))
+    selector = Selector(how.selection, known.size)
+    zero_us = int(known.events.t_us[0]) if known.events.count and from_zero else 0
+    events = selector.events(known.events, zero_us)
+    footage = known.footage
+    if footage is None and how.frames:
+        footage = footage_of(_frames(source), source)
+    if footage is not None and footage.images.shape[1:3] != known.size[::-1]:
+        height, width = footage.images.shape[1:3]
+        raise DataError(f"{source}: frames of {width}x{height} pixels, events of {known.size[0]}x{known.size[1]}")
+    notes = {"file": source.name, "first_event_us": str(zero_us), "sensor": how.sensor, "mount": how.mount}
+    return replace(
+        known,
+        size=selector.size,
+        events=events._replace(t_us=events.t_us - zero_us),
+        footage=selector.footage(footage, zero_us) if how.frames else None,
+        notes=known.notes | {name: text for name, text in notes.items() if text and name not in known.notes},
+    )
+
+
+def _size_of(source: Path, known: Record, size: tuple[int, int] | None) -> tuple[int, int]:
+    """The size of a recording's sensor: as its file states it, or else as a person does, or else its events' extent."""
+    if size is None:
+        return known.size
+    stated = known.size if is_record(source) else open_events(source).size
+    if stated is not None and stated != size:
+        raise ConfigError(f"size: {source} states {stated[0]} x {stated[1]} pixels; expected no other size")
+    if known.size[0] > size[0] or known.size[1] > size[1]:
+        reach = f"{known.size[0]} x {known.size[1]}"
+        raise ConfigError(f"size: {source} has events on {reach} pixels; expected a sensor of at least as many")
+    return size
+
+
+def _frames(source: Path) -> Iterator[tuple[int, np.ndarray]]:
+    frames = getattr(format_of(source).codec, "frames", None)
+    return iter(()) if frames is None else frames(source)
