@@ -63,7 +63,7 @@ def test_disorder_between_two_parts_is_found(tmp_path: Path, suffix: str, monkey
     events = long_stream(900)
     events.t_us[600:] -= events.t_us[600]
     with monkeypatch.context() as careless:
-        careless.setattr("evslip.codecs.writers.Watch.check", lambda self, part: None)
+        careless.setattr("evslip.codecs.writers.StreamChecker.check", lambda self, part: None)
         careless.setattr("evslip.codecs.arrays.hdf5.check_events", lambda *_: None)
         write_events(tmp_path / f"a{suffix}", events, (40, 30))
     with pytest.raises(DataError, match=r"events/t: event 600 at 0 us comes after .* never decrease"):
