@@ -43,7 +43,8 @@ def evaluate(
     from evslip.learn.evaluation.evaluation_data import open_evaluation_data
     from evslip.learn.networks import register
     from evslip.learn.shipped import is_shipped
-    from evslip.view.evaluation.evaluation import alarm_table, comparison_table, short_names, write_evaluation
+    from evslip.view.evaluation.files import write_evaluation
+    from evslip.view.evaluation.tables import alarm_table, comparison_table, short_names
 
     if len(models_and_data) < 2:
         told = " ".join(map(str, models_and_data)) or "nothing"

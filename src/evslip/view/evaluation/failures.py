@@ -1,6 +1,5 @@
 """The windows that a detector tells worst, with their events."""
 
-import io
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,7 +10,7 @@ from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import jpeg_uri, overlay
+from evslip.view.pictures.images import encoded, jpeg_uri, overlay
 from evslip.view.report import page
 from evslip.windows.alignment import Align, laid_on
 from evslip.windows.window_set import SLIP, WindowSettings
@@ -71,8 +70,8 @@ def failures(models: Sequence[tuple[str, float, Sequence[Failure]]], show: Show)
     for name, threshold, found in models:
         if found:
             head = f"<h3>{page.text(name)}</h3>" if len(models) > 1 else ""
-            cards = "".join(_card(failure, threshold, show(failure)) for failure in found)
-            blocks.append(f'{head}<div class="failures">{cards}</div>')
+            shown = "".join(_captioned(failure, threshold, show(failure)) for failure in found)
+            blocks.append(f'{head}<div class="failures">{shown}</div>')
     note = (
         "Windows whose probability is farthest from the truth, the worst first: what the camera sees after a sixth, "
         f"half and five sixths of the window, with the events of the {SHOWN_US // 1000} ms before each."
@@ -80,7 +79,7 @@ def failures(models: Sequence[tuple[str, float, Sequence[Failure]]], show: Show)
     return page.section("Worst windows", note, "".join(blocks)) if blocks else ""
 
 
-def _card(failure: Failure, threshold: float, uri: str | None) -> str:
+def _captioned(failure: Failure, threshold: float, uri: str | None) -> str:
     said = failure.p_slip >= threshold
     verdict = "right" if said == failure.slips else "missed" if failure.slips else "false alarm"
     warn = "" if verdict == "right" else ' class="warn"'
@@ -107,7 +106,11 @@ def from_records(find: Callable[[str], Record | None], settings: WindowSettings)
 
     def show(failure: Failure) -> str | None:
         record = find(failure.name)
-        return None if record is None else jpeg_uri(jpeg(of_record(record, failure.start_us, settings)))
+        return (
+            None
+            if record is None
+            else jpeg_uri(encoded(of_record(record, failure.start_us, settings), "JPEG", quality=80))
+        )
 
     return show
 
@@ -115,7 +118,7 @@ def from_records(find: Callable[[str], Record | None], settings: WindowSettings)
 def save_pictures(folder: Path, pictures: Iterable[tuple[Failure, np.ndarray]]) -> None:
     """Write pictures of windows. Raises StorageError."""
     for failure, picture in pictures:
-        atomic.write_bytes(folder / failure.file, jpeg(picture))
+        atomic.write_bytes(folder / failure.file, _jpeg(picture))
 
 
 def of_record(record: Record, start_us: int, settings: WindowSettings, align: Align = "centre") -> np.ndarray:
@@ -138,13 +141,8 @@ def of_events(events: Events, settings: WindowSettings) -> np.ndarray:
     return _beside([overlay(blank, events.between(t_us - SHOWN_US, t_us)) for t_us in times])
 
 
-def jpeg(picture: np.ndarray) -> bytes:
-    """A picture as a file."""
-    from PIL import Image
-
-    buffer = io.BytesIO()
-    Image.fromarray(picture).save(buffer, "JPEG", quality=80)
-    return buffer.getvalue()
+def _jpeg(picture: np.ndarray) -> bytes:
+    return encoded(picture, "JPEG", quality=80)
 
 
 def _moments(start_us: int, length_us: int) -> list[int]:

@@ -32,7 +32,7 @@ def write_sweep(found: Sweep) -> None:
         page.section(
             "In the order of trials", "The thin line is the best so far.", page.embed("course", _course(found))
         ),
-        page.section("All trials", "Best first.", _table(sweep_table(found, most=len(found.trials)))),
+        page.section("All trials", "Best first.", page.table(*sweep_table(found, most=len(found.trials)))),
     ]
     subtitle = f"{counts}; goal: {_goal(found)} of validation. Made by evslip {__version__}."
     page.write_page(found.folder / "sweep.html", f"evslip: sweep {found.folder.absolute().name}", subtitle, parts)
@@ -173,10 +173,6 @@ def _rank(found: Sweep, trial: Trial) -> tuple[int, float, int]:
 
 def _goal(found: Sweep) -> str:
     return {"loss": "loss", "auroc": "AUROC", "accuracy": "balanced accuracy"}[found.goal]
-
-
-def _table(lines: Sequence[Sequence[str]]) -> str:
-    return page.table(lines[0], lines[1:])
 
 
 def _text(value: Any, digits: int = 4) -> str:

@@ -1,6 +1,5 @@
 """A detector's answers over time as a table and a picture."""
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from evslip.learn.streaming.stream import Detection
 from evslip.physics.truth import Truth
 from evslip.utils import atomic
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
+from evslip.view.pictures.images import figure_png
 
 
 def write_csv(detection: Detection, path: Path) -> None:
@@ -55,9 +55,7 @@ def write_png(
     bottom.set(xlabel="time in s", ylabel="1000 events\nin the window", ylim=(0, None))
     if len(t_s) > 1:
         bottom.set_xlim(np.min(t_s), np.max(t_s))
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
-    atomic.write_bytes(path, buffer.getvalue())
+    atomic.write_bytes(path, figure_png(figure, dpi=110))
 
 
 def _slips(truth: Truth | None) -> list[Interval]:

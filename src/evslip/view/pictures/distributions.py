@@ -1,6 +1,5 @@
 """How every parameter of a configuration is distributed, training beside testing."""
 
-import io
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -19,6 +18,7 @@ from evslip.physics.onset import onset_mass
 from evslip.utils.atomic import write_bytes
 from evslip.utils.errors import ConfigError
 from evslip.utils.units import SMALL, unit_of
+from evslip.view.pictures.images import figure_png
 
 COLORS = {"train": "#3b75af", "test": "#e07b28"}
 COLUMNS, BINS, MOST_BARS = 4, 16, 16
@@ -55,9 +55,7 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
         axes[len(panels) - 1].axvline(bound, color="0.3", linewidth=0.8, linestyle=":")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False, fontsize=9)
     figure.supylabel("share of the split's samples", fontsize=9)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    write_bytes(path, buffer.getvalue())
+    write_bytes(path, figure_png(figure))
     return len(varied)
 
 

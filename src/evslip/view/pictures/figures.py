@@ -133,7 +133,7 @@ def theta(
     }
 
 
-def bars(rows: Sequence[str], parts: Mapping[str, Sequence[int]], colors: Sequence[str]) -> Figure:
+def stacked_bars(rows: Sequence[str], parts: Mapping[str, Sequence[int]], colors: Sequence[str]) -> Figure:
     """Stacked horizontal bars: one a row, divided into parts."""
     traces = [
         {

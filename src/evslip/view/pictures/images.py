@@ -1,7 +1,8 @@
-"""Pictures for pages: frames, and events drawn over them."""
+"""Pictures for pages and files: frames, events drawn over them, and figures."""
 
 import base64
 import io
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -23,11 +24,23 @@ def overlay(picture: np.ndarray, events: Events) -> np.ndarray:
     return drawn
 
 
+def encoded(picture: np.ndarray, kind: str, **options: Any) -> bytes:
+    """File of a picture; `kind` is PNG or JPEG."""
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, kind, **options)
+    return buffer.getvalue()
+
+
+def figure_png(figure: Any, **options: Any) -> bytes:
+    """PNG file of a figure of Matplotlib, the same in every version of it."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None}, **options)
+    return buffer.getvalue()
+
+
 def data_uri(picture: np.ndarray) -> str:
     """An image as a PNG inside a URI."""
-    buffer = io.BytesIO()
-    Image.fromarray(picture).save(buffer, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()
+    return "data:image/png;base64," + base64.b64encode(encoded(picture, "PNG", optimize=True)).decode()
 
 
 def jpeg_uri(data: bytes) -> str:

@@ -1,7 +1,6 @@
 """The rate of a stream of events over time."""
 
 import contextlib
-import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 from evslip.events.stream import SIGNAL, Events
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
+from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, figure_png
 
 KINDS = ("ON", "OFF", "noise")
 _BINS = 2048
@@ -92,6 +91,4 @@ class Rates:
         if len(t_s) > 1:
             axes.set_xlim(t_s[0], t_s[-1])
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
-        return buffer.getvalue()
+        return figure_png(figure, dpi=110)

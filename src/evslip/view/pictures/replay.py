@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 from pydantic import ValidationError
 
 from evslip.config.explanation import explain
@@ -19,6 +18,7 @@ from evslip.rendering import pictures, view_camera
 from evslip.rendering.outputs import Outputs, check_outputs
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError
+from evslip.view.pictures.images import encoded
 from evslip.view.pictures.video import FPS, SUFFIXES, check_video, video
 
 CRF = 16
@@ -124,8 +124,6 @@ def _sink(out: Path, size: tuple[int, int]) -> Iterator[Callable[[str, np.ndarra
         return
 
     def save(name: str, picture: np.ndarray) -> None:
-        buffer = io.BytesIO()
-        Image.fromarray(picture).save(buffer, "PNG")
-        atomic.write_bytes(out / f"{name}.png", buffer.getvalue())
+        atomic.write_bytes(out / f"{name}.png", encoded(picture, "PNG"))
 
     yield save

@@ -1,19 +1,17 @@
 """Each window as a video and as single pictures, with and without its events: what a person checks labels by."""
 
-import io
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from evslip.data.record import Record
 from evslip.data.samples import Samples
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import overlay
+from evslip.view.pictures.images import encoded, overlay
 from evslip.view.pictures.slip_video import Film, FilmSettings
 from evslip.windows.window_set import SLIP, Windows
 
@@ -58,13 +56,8 @@ def _write(stem: Path, record: Record, sight: FrameSource, windows: Windows, sta
     times = np.linspace(start_us, end_us, PICTURES + 1).astype(np.int64)
     for number, (before, t_us) in enumerate(pairwise(times)):
         frame = sight.at(int(t_us))
-        _save(stem.with_name(f"{stem.name}_{number}.png"), frame)
-        _save(stem.with_name(f"{stem.name}_{number}_events.png"), overlay(frame, record.events.between(before, t_us)))
+        seen = overlay(frame, record.events.between(before, t_us))
+        for name, picture in ((f"{number}", frame), (f"{number}_events", seen)):
+            atomic.write_bytes(stem.with_name(f"{stem.name}_{name}.png"), encoded(picture, "PNG"))
     settings = FilmSettings(start_s=start_us / 1e6, end_s=end_us / 1e6, speed=0.1, window_ms=5.0)
     Film([record], settings).write(stem.with_name(f"{stem.name}.mp4"))
-
-
-def _save(path: Path, picture: np.ndarray) -> None:
-    buffer = io.BytesIO()
-    Image.fromarray(picture).save(buffer, "PNG")
-    atomic.write_bytes(path, buffer.getvalue())

@@ -37,7 +37,7 @@ def columns(parts: Sequence[str]) -> str:
     return f'<div class="columns">{"".join(f"<div>{part}</div>" for part in parts)}</div>' if parts else ""
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def table(head: Sequence[str], *rows: Sequence[str]) -> str:
     """A table of plain texts; the first column names the rows."""
     top = "".join(f"<th>{text(cell)}</th>" for cell in head)
     lines = (

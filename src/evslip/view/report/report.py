@@ -20,7 +20,7 @@ from evslip.view.report.sections.angles import angles
 from evslip.view.report.sections.clouds import clouds
 from evslip.view.report.sections.comparison import comparison
 from evslip.view.report.sections.gallery import gallery
-from evslip.view.report.sections.header import cards, configuration, samples_cards
+from evslip.view.report.sections.header import configuration, key_figures, samples_figures
 from evslip.view.report.sections.labels import labels
 from evslip.view.report.sections.names import exact
 from evslip.view.report.sections.parameters import parameters
@@ -30,6 +30,8 @@ from evslip.view.report.signature import signature
 from evslip.view.report.survey import Surveyed, spread, survey
 from evslip.windows.window_set import Windows, WindowSettings, load_windows
 
+Find = Callable[[str], Record | None]
+"""A record by its name."""
 MOST_COUNTED = 32
 """Samples whose events are counted."""
 MOST_COMPARED = 8
@@ -57,8 +59,8 @@ def write_report(
     """
     out = Path(out)
     cut = load_windows(windows) if isinstance(windows, str | Path) else windows
-    config = configuration(dataset)  # first of all: one of another version is told before anything is drawn
-    told = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
+    config = configuration(dataset)  # first of all: one of another version is refused before anything is drawn
+    detector = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
     if picture is None:
         from evslip.rendering import render_color
 
@@ -71,7 +73,7 @@ def write_report(
     for sample in spread(found, MOST_COUNTED):
         counted.add(dataset.read(sample.position))
     parts = [
-        samples_cards(dataset, cut, told.accuracy),
+        samples_figures(dataset, cut, detector.accuracy),
         config,
         strips(examples, picture),
         clouds(examples),
@@ -81,8 +83,8 @@ def write_report(
         parameters(found),
         activity(counted, len(found)),
         _beside_real(dataset, found, compare),
-        training(told.history),
-        *_examined(told, _finder(dataset), settings),
+        training(detector.history),
+        *_examined(detector, _finder(dataset), settings),
     ]
     kind = "Synthetic event-camera data" if dataset.splits else "Event-camera recordings"
     page.write_page(
@@ -104,19 +106,19 @@ def is_model_or_evaluation(folder: str | Path) -> bool:
 def write_model_report(out: str | Path, folder: str | Path) -> Path:
     """Write the page of a model's folder, or of one that `evslip evaluate` filled. Raises DataError, StorageError."""
     out, folder = Path(out), Path(folder)
-    told = read_detector(folder)
-    model, items, settings = told.description, [], ""
+    detector = read_detector(folder)
+    model, items, settings = detector.description, [], ""
     if model is not None:
         items = [(model.model, "network"), (exact(model.threshold), "threshold")]
         trained = {name: value for name, value in model.training.items() if not isinstance(value, list)}
         settings = json.dumps({"training": trained, "windows": asdict(model.windows)}, indent=1)
-    if told.accuracy is not None:
-        items.append((f"{100 * told.accuracy:.1f} %", "accuracy on test windows"))
+    if detector.accuracy is not None:
+        items.append((f"{100 * detector.accuracy:.1f} %", "accuracy on test windows"))
     parts = [
-        cards(items) if items else "",
+        key_figures(items) if items else "",
         f"<details><summary>Settings</summary><pre>{page.text(settings)}</pre></details>" if settings else "",
-        training(told.history),
-        *_examined(told, None, WindowSettings()),
+        training(detector.history),
+        *_examined(detector, None, WindowSettings()),
     ]
     kind = "A detector" if model is not None else "An evaluation of detectors"
     page.write_page(out, f"evslip: {folder.absolute().name}", f"{kind} of slip, by evslip {__version__}.", parts)
@@ -140,22 +142,24 @@ def _beside_real(dataset: Samples, found: Sequence[Surveyed], compare: Sequence[
     return comparison([its for its in signatures if its is not None])
 
 
-def _examined(told: DetectorFiles, find: Callable[[str], Record | None] | None, settings: WindowSettings) -> list[str]:
+def _examined(
+    detector: DetectorFiles, find: Callable[[str], Record | None] | None, settings: WindowSettings
+) -> list[str]:
     """What an evaluation has found."""
-    if not told.found:
+    if not detector.found:
         return []
-    from evslip.view.evaluation.evaluation import evaluation_parts
+    from evslip.view.evaluation.sections import evaluation_parts
 
-    own = failures.from_folder(told.folder / failures.FOLDER)
+    own = failures.from_folder(detector.folder / failures.FOLDER)
     drawn = failures.from_records(find, settings) if find is not None else lambda failure: None
 
     def show(failure: failures.Failure) -> str | None:
         return own(failure) or drawn(failure)
 
-    return evaluation_parts(told.found, show)
+    return evaluation_parts(detector.found, show)
 
 
-def _finder(dataset: Samples) -> Callable[[str], Record | None]:
+def _finder(dataset: Samples) -> Find:
     """Reads a simulated record by its name."""
 
     @lru_cache(maxsize=2)

@@ -89,9 +89,9 @@ def _over_time(curves: dict[str, tuple[np.ndarray, np.ndarray]], least: float, t
 
 
 def _where(found: Activity) -> str:
-    told = found.causes.sum() > 0
+    causes_known = found.causes.sum() > 0
     maps = [("All events", "map", found.all_map)]
-    if told:
+    if causes_known:
         maps.append(("Noise: leak, shot and hot pixels", "noise-map", found.noise_map))
     columns = [
         f"<h3>{page.text(title)}</h3>" + page.embed(name, pixel_map(counts, found.seconds))
@@ -101,7 +101,7 @@ def _where(found: Activity) -> str:
     note = f"How often each pixel fired in {found.seconds:.0f} s. "
     note += (
         "Every event knows what pushed its pixel over the threshold."
-        if told
+        if causes_known
         else "Nobody knows the causes of a recording's events: what fires without movement is noise."
     )
     return page.section("Noise", note, page.columns(columns) + page.columns(tables))
@@ -138,11 +138,11 @@ def _tables(found: Activity) -> list[str]:
             for name, count in zip(CAUSES, found.causes.tolist(), strict=True)
             if count or name == CAUSES[SIGNAL]
         ]
-        tables.append(page.table(("cause", "events", "share", "Hz a pixel"), rows))
+        tables.append(page.table(("cause", "events", "share", "Hz a pixel"), *rows))
     if found.bodies.sum():
         total = found.bodies.sum()
         names = (*BODIES, "unknown")
         counts = zip(names, found.bodies.tolist(), strict=True)
         rows = [[name, f"{count:,}", f"{count / total:.2%}"] for name, count in counts if count]
-        tables.append(page.table(("where it came from", "events", "share"), rows))
+        tables.append(page.table(("where it came from", "events", "share"), *rows))
     return tables

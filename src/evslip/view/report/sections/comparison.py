@@ -28,7 +28,8 @@ def comparison(found: Sequence[Signature]) -> str:
     """Table and distributions, the data set first."""
     if len(found) < 2:
         return ""
-    table = page.table(["", *(s.name for s in found)], [[title, *(tell(s) for s in found)] for title, tell in ROWS])
+    rows = ([title, *(tell(s) for s in found)] for title, tell in ROWS)
+    table = page.table(["", *(s.name for s in found)], *rows)
     shown = [
         ("intervals", "between two events of a pixel (ms)", INTERVAL_EDGES_US / 1e3, [s.intervals for s in found]),
         ("slices", "rate of 10 ms (Hz a pixel)", RATE_EDGES, [s.slices for s in found]),

@@ -1,7 +1,5 @@
 """All samples as cards that can be sorted and filtered."""
 
-import base64
-import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,7 +8,7 @@ from PIL import Image
 
 from evslip.data.record import Record
 from evslip.data.samples import Samples
-from evslip.view.pictures.images import overlay
+from evslip.view.pictures.images import encoded, jpeg_uri, overlay
 from evslip.view.report import page
 from evslip.view.report.sections.names import short, swatch
 from evslip.view.report.sections.strips import SHOWN_US, Picture
@@ -61,9 +59,8 @@ def thumbnail(record: Record, picture: Picture) -> str:
             blank = np.full((record.size[1], record.size[0], 3), 255, np.uint8)
             image = overlay(blank, record.events.between(t_us - SHOWN_US, t_us))
     height = max(1, round(WIDTH * image.shape[0] / image.shape[1]))
-    buffer = io.BytesIO()
-    Image.fromarray(image).resize((WIDTH, height), Image.Resampling.BOX).save(buffer, "JPEG", quality=82)
-    return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode()
+    small = np.asarray(Image.fromarray(image).resize((WIDTH, height), Image.Resampling.BOX))
+    return jpeg_uri(encoded(small, "JPEG", quality=82))
 
 
 def _card(sample: Surveyed, image: str | None) -> str:

@@ -9,19 +9,16 @@ from evslip.view.report import page
 from evslip.view.report.sections.names import short
 from evslip.windows.window_set import Windows
 
-Card = tuple[str, str]
-"""A number and what it counts."""
 
-
-def cards(items: Sequence[Card]) -> str:
-    """Big numbers with what they are."""
+def key_figures(items: Sequence[tuple[str, str]]) -> str:
+    """Big numbers with what they count."""
     inside = "".join(
         f'<div class="card"><b>{page.text(value)}</b><span>{page.text(name)}</span></div>' for value, name in items
     )
     return f'<div class="cards">{inside}</div>'
 
 
-def samples_cards(dataset: Samples, windows: Windows | None, accuracy: float | None) -> str:
+def samples_figures(dataset: Samples, windows: Windows | None, accuracy: float | None) -> str:
     """What there is in a data set, and how good a detector is on it."""
     status = dataset.status()
     simulated = status["slip"] + status["hold"] + status.get("unlabelled", 0)
@@ -44,7 +41,7 @@ def samples_cards(dataset: Samples, windows: Windows | None, accuracy: float | N
         items.append((f"{len(windows):,}", f"windows of {windows.settings.length_s:g} s"))
     if accuracy is not None:
         items.append((f"{100 * accuracy:.1f} %", "accuracy on test windows"))
-    return cards(items)
+    return key_figures(items)
 
 
 def configuration(dataset: Samples) -> str:

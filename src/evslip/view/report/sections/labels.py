@@ -21,9 +21,9 @@ def labels(dataset: Samples, windows: Windows | None) -> str:
             for name, values in counts.items():
                 values.append(status[name])
     colors = (figures.SLIP_COLOR, figures.HOLD_COLOR, figures.UNKNOWN_COLOR)
-    parts = [page.embed("samples", figures.bars(rows, counts, colors))] if rows else []
+    parts = [page.embed("samples", figures.stacked_bars(rows, counts, colors))] if rows else []
     if windows is not None:
         slips = int((windows.label == SLIP).sum())
         divided = {"slip": [slips], "hold": [len(windows) - slips], "between, dropped": [windows.dropped]}
-        parts.append(page.embed("windows", figures.bars(["windows"], divided, colors)))
+        parts.append(page.embed("windows", figures.stacked_bars(["windows"], divided, colors)))
     return page.section("Labels", "", page.columns(parts)) if parts else ""
