@@ -8,7 +8,7 @@ from evslip.events import Events
 from evslip.events.stream import SHOT, SIGNAL
 from evslip.utils.errors import ConfigError
 from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
-from evslip.view.pictures.preview import check_preview, preview
+from evslip.view.pictures.preview import Accumulator, check_preview, preview
 from evslip.view.pictures.rates import Rates, check_plot
 
 SIZE = (31, 21)
@@ -33,7 +33,7 @@ def test_each_picture_shows_the_events_of_its_time(pieces, tmp_path):
     with preview(path, SIZE, 1000.0, 10.0) as drawn:
         for part in parts:
             for start in range(0, 4, pieces):
-                drawn.push(part.select(slice(start, start + pieces)))
+                drawn(part.select(slice(start, start + pieces)), 0.0)
     shown = pictures(path)
     scale = 16
     assert len(shown) == 5
@@ -49,13 +49,13 @@ def test_each_picture_shows_the_events_of_its_time(pieces, tmp_path):
         np.testing.assert_allclose(at(picture, x, y), 255, atol=6)
 
 
-def test_more_events_are_stronger_and_both_polarities_mix(tmp_path):
-    with preview(tmp_path / "p.mp4", SIZE, 0.0, 10.0) as drawn:
-        drawn.push(events([1], 1, 1, True))
-        drawn.push(events([2, 3, 4], 2, 1, True))
-        drawn.push(events([5], 3, 1, True))
-        drawn.push(events([6], 3, 1, False))
-        picture = drawn.picture()
+def test_more_events_are_stronger_and_both_polarities_mix():
+    drawn = Accumulator(lambda picture: None, SIZE, 1, 0.0, 10_000.0)
+    drawn.push(events([1], 1, 1, True))
+    drawn.push(events([2, 3, 4], 2, 1, True))
+    drawn.push(events([5], 3, 1, True))
+    drawn.push(events([6], 3, 1, False))
+    picture = drawn.picture()
     assert picture.shape == (21, 31, 3)
     np.testing.assert_allclose(picture[1, 1], (np.array(ON_COLOR) + 255) / 2, atol=1)
     assert picture[1, 2, 1] < picture[1, 1, 1]
@@ -69,7 +69,7 @@ def test_a_silent_stream_has_a_picture_and_an_error_leaves_no_video(tmp_path):
         pass
     assert len(pictures(tmp_path / "p.mp4")) == 1
     with pytest.raises(RuntimeError, match="stop"), preview(tmp_path / "q.mkv", SIZE, 0.0, 10.0) as drawn:
-        drawn.push(events([1], 1, 1, True))
+        drawn(events([1], 1, 1, True), 2.0)
         raise RuntimeError("stop")
     assert [path.name for path in tmp_path.iterdir()] == ["p.mp4"]
 
