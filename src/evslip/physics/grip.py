@@ -12,6 +12,8 @@ from evslip.utils.errors import PlanRejected
 
 TCP_M = np.array([0.0, 0.0, 0.1034])
 """Tool centre, the middle between the pads, in the frame of the hand (panda_hand)."""
+FINGER_Z_M = 0.0584
+"""Origin of the finger frames in the hand frame (the URDF's finger joints)."""
 LEFT, RIGHT = range(2)
 """Pads. At the start the left one is on the object's side y < 0, the right one on y > 0."""
 OPEN_BY_M = 0.006

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
 from evslip.physics.contact import CONTACTS, Patch
-from evslip.physics.grip import TCP_M, grasp
+from evslip.physics.grip import FINGER_Z_M, TCP_M, grasp
 from evslip.physics.inertia import inertia_kg_m2
 from evslip.physics.robot import FINGERS, HAND, ROBOTS
 from evslip.scene.shapes import shape_of
@@ -30,8 +30,6 @@ STICK_DAMPING_HZ = 1e5
 """Friction damping while a contact sticks: stops what an arm drifts against the object within one step."""
 SLAB_M = 0.004
 """Thickness of the flat pieces that the pads press on."""
-FINGER_Z_M = 0.0584
-"""Origin of the finger frames in the hand frame."""
 SURFACE_FRICTION = 0.15
 """Low, so that an object gripped off its centre slides when the fingers close instead of tipping."""
 GRAVITY_M_S2 = 9.81

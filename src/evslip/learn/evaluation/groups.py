@@ -26,7 +26,7 @@ class Group:
     """Windows between the limits of hold and slip: they have no right answer."""
     trajectories: int
     accuracy: float
-    """Share of slips and holds told right; nan without any."""
+    """Share of slips and holds called right; nan without any."""
     interval: bootstrap.Interval | None
     """Of the accuracy."""
     balanced_accuracy: float
@@ -38,7 +38,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Grouping:
-    """All windows, divided by one circumstance."""
+    """All windows, divided by one condition."""
 
     name: str
     title: str
@@ -49,7 +49,7 @@ class Grouping:
 def groupings(
     predictions: Predictions, settings: WindowSettings, threshold: float, draws: np.ndarray
 ) -> list[Grouping]:
-    """The counted windows by every circumstance that is known of some of them; empty groups are left out.
+    """The counted windows by every condition that is known of some of them; empty groups are left out.
 
     `draws` are the resamples of the trajectories, see evslip.learn.scores.bootstrap.
     """
@@ -67,8 +67,8 @@ def group_of(predictions: Predictions, which: np.ndarray, name: str, threshold: 
     part = predictions.take(which)
     clear = np.isin(part.label, (HOLD, SLIP))
     labels, p_slip, track = part.label[clear], part.p_slip[clear], part.track[clear]
-    told = tally.tally(labels, p_slip)
-    said = tally.counts(told, threshold)
+    found = tally.tally(labels, p_slip)
+    counts = tally.counts(found, threshold)
 
     def shares(weights: np.ndarray) -> dict[str, np.ndarray]:
         return {"accuracy": tally.accuracy(tally.counts(tally.tally(labels, p_slip, weights), threshold))}
@@ -80,10 +80,10 @@ def group_of(predictions: Predictions, which: np.ndarray, name: str, threshold: 
         holds=int((labels == HOLD).sum()),
         between=int((~clear).sum()),
         trajectories=len(np.unique(part.track)),
-        accuracy=float(tally.accuracy(said)),
+        accuracy=float(tally.accuracy(counts)),
         interval=bootstrap.intervals(shares, track, draws)["accuracy"] if len(np.unique(track)) > 1 else None,
-        balanced_accuracy=float(tally.balanced_accuracy(said)),
-        auroc=float(tally.auroc(told)),
+        balanced_accuracy=float(tally.balanced_accuracy(counts)),
+        auroc=float(tally.auroc(found)),
         between_said_slip=float((part.p_slip[~clear] >= threshold).mean()) if (~clear).any() else float("nan"),
     )
 

@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evslip.physics.grip import FINGER_Z_M
 from evslip.physics.robot import description_folder
 from evslip.scene.textures.library import srgb_to_linear
 from evslip.utils.errors import MissingExtraError
 
-FINGER_Z_M = 0.0584
-"""Origin of the finger frames in the hand frame (the URDF's finger joints)."""
 WHITEST = 0.85
 """The meshes' white plastic is not a perfect mirror of light."""
 HAND, LEFT, RIGHT = range(3)
