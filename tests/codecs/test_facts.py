@@ -1,4 +1,4 @@
-"""What `evslip info` says, against loops over the events."""
+"""Facts that `evslip info` prints, against loops over the events."""
 
 from itertools import pairwise
 from pathlib import Path

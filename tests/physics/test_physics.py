@@ -97,7 +97,7 @@ def test_equal_parameters_give_equal_bits(light):
 
 
 def digest(index: int) -> tuple[int, str]:
-    """Of one draw of `complex`, with any shape of its own, and of its trajectory."""
+    """Parameters of one draw of `complex`, with any shape of its own, and of its trajectory."""
     config = evslip.load_config("complex", overrides={"object.shape": ["cuboid", "cylinder"]})
     params = evslip.draw(config, index)
     content = hashlib.sha256(params.model_dump_json().encode())

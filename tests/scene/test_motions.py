@@ -1,4 +1,4 @@
-"""What the hand does, kind by kind, and what the Panda refuses."""
+"""Motions of the hand, kind by kind, and those that the Panda refuses."""
 
 import numpy as np
 import pytest

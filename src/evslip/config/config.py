@@ -11,7 +11,7 @@ from evslip.config.sections.slip import NATURAL, NO_SLIP
 
 
 class Config(SampleSpec[Number, Names]):
-    """What a data set is drawn from: every field a constant or a distribution."""
+    """Configuration of a data set: every field a constant or a distribution."""
 
     seed: Annotated[int, Strict(), Within(0, 2**63 - 1)] = 0
     """Everything derives from (seed, split, index). 0 is a seed like any other."""

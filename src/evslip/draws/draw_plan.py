@@ -21,7 +21,7 @@ class DrawPlan(NamedTuple):
     shares: dict[str, tuple[tuple[int, ...], ...]]
     """The rows of each dimension that a split, "train" or "test", draws from."""
     constants: dict[str, frozenset[Any]]
-    """Of every key that is a choice, the constants among its entries: no range next to them may yield one of them."""
+    """Constants among the entries of every key that is a choice: no range next to them may yield one of them."""
 
     def varied(self) -> list[str]:
         """Keys that are not the same in every sample."""

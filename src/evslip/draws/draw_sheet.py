@@ -38,7 +38,7 @@ def _rows(config: Config, params: Params) -> Iterator[tuple[str, str, str]]:
 
 
 def _source(name: str, given: Any) -> str:
-    """What a value was drawn from."""
+    """Distribution that a value was drawn from."""
     if isinstance(given, Range):
         return f"from {tell(name, given.min)} to {tell(name, given.max)}"
     if isinstance(given, tuple):

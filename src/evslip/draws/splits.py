@@ -20,7 +20,7 @@ class Dimension(NamedTuple):
 
     keys: tuple[str, ...]
     rows: tuple[tuple[Atom | str, ...], ...]
-    """What the keys can become, one entry for each key."""
+    """Values that the keys can take together, one entry for each key."""
     is_pool: bool
     """The rows came from a pattern: a pool to draw from, never a dimension of a grid."""
 
@@ -103,7 +103,7 @@ def _mend(held: set[int], ranked: Sequence[int], choices: Sequence[set[int]]) ->
 
 
 def _family(constant: float | str) -> str:
-    """What textures that look alike have in common: "wood" of "wood-3", the folder of a file."""
+    """Name that textures which look alike have in common: "wood" of "wood-3", the folder of a file."""
     return constant.rpartition("-")[0] or constant.rpartition("/")[0] if isinstance(constant, str) else ""
 
 

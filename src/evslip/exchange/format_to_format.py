@@ -1,4 +1,4 @@
-"""From one format of events to another, or a part of it, in memory that does not grow with the file."""
+"""Conversion from one format of events to another, of all or a part, in memory that does not grow with the file."""
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -17,7 +17,7 @@ from evslip.utils.errors import DataError
 
 
 class ConvertedFormat(NamedTuple):
-    """What was written."""
+    """Facts of a file that was written."""
 
     events: int
     """Number of events."""
@@ -28,7 +28,7 @@ class ConvertedFormat(NamedTuple):
     """Times of the first and the last event; 0 if there is none."""
     size: tuple[int, int]
     lost: tuple[str, ...]
-    """What the source knows and the file that was written does not."""
+    """Kinds of data that the source holds and the file that was written does not."""
 
 
 def convert_format(

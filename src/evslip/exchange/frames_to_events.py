@@ -28,7 +28,7 @@ Watcher = Callable[[float], AbstractContextManager[Push]]
 
 @dataclass(frozen=True)
 class ConvertedFrames:
-    """What came of it."""
+    """Facts of a conversion."""
 
     frames: int
     """Frames that the camera saw, invented ones included."""

@@ -1,4 +1,4 @@
-"""How frames are turned into events. Light to import, for the command line."""
+"""Settings of a conversion from frames to events. Light to import, for the command line."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

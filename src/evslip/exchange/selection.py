@@ -1,4 +1,4 @@
-"""What of a stream of events is kept, and how its picture is turned. Light to import, for the command line."""
+"""Selection from a stream of events, and the turn of its picture. Light to import, for the command line."""
 
 from typing import Literal, NamedTuple
 
@@ -7,7 +7,7 @@ Rotation = Literal[0, 90, 180, 270]
 
 
 class Selection(NamedTuple):
-    """What of a stream is kept, and how the picture is turned."""
+    """Part of a stream that is kept, and turn of the picture."""
 
     crop: tuple[int, int, int, int] | None = None
     """x, y, width and height of the pixels that are kept; the corner x, y becomes 0, 0."""

@@ -30,10 +30,10 @@ class Selector:
         self._selection = selection
         self._corner, self._kept = (x, y), (width, height)
         self.size = (height, width) if selection.rotate in (90, 270) else (width, height)
-        """Of the picture that is left."""
+        """Size of the picture that is left."""
 
     def of(self, parts: Iterable[Events]) -> Iterator[Events]:
-        """What is kept of each piece; ends early where a slice does."""
+        """Events that are kept of each piece; ends early where a slice does."""
         first_us = zero_us = None
         for events in parts:
             if not events.count:
@@ -50,7 +50,7 @@ class Selector:
                 return
 
     def events(self, events: Events, first_us: int) -> Events:
-        """What is kept of a stream whose first event is at first_us, its times as they are."""
+        """Events that are kept of a stream whose first is at first_us, their times as they are."""
         kept = np.ones(events.count, bool)
         if self._selection.slice_s is not None:
             start, end = (first_us + round(seconds * 1e6) for seconds in self._selection.slice_s)
@@ -68,13 +68,13 @@ class Selector:
         return events._replace(x=x.astype(np.uint16), y=y.astype(np.uint16))
 
     def image(self, image: np.ndarray) -> np.ndarray:
-        """The same part of a picture of the sensor, of shape (height, width, ...)."""
+        """Selected part of a picture of the sensor, of shape (height, width, ...)."""
         (left, top), (width, height) = self._corner, self._kept
         turned = np.rot90(image[top : top + height, left : left + width], -self._selection.rotate // 90)
         return {None: turned, "x": turned[:, ::-1], "y": turned[::-1]}[self._selection.flip]
 
     def footage(self, footage: Footage | None, zero_us: int = 0) -> Footage | None:
-        """The same part of all pictures, their times counted from zero_us."""
+        """Selected part of all pictures, their times counted from zero_us."""
         if footage is None:
             return None
         return Footage(footage.t_us - zero_us, np.stack([self.image(image) for image in footage.images]))

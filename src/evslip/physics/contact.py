@@ -24,7 +24,7 @@ FINE_CELLS = 24
 SIDE_CELLS = 64
 """Lines of sight along each side of the object: they find where it is flat."""
 FLAT_M = 0.001
-"""What stands back by less than this belongs to the flat side that the pad slides on."""
+"""Depth up to which what stands back belongs to the flat side that the pad slides on."""
 LEAST_M = 0.0005
 """Smallest side of a patch on a flat side."""
 

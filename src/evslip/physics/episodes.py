@@ -13,8 +13,8 @@ REST_S = 0.5
 """The object lies still if it moves by less than the onset in this time."""
 GRID_S = 0.01
 KINDS = ("rotation", "translation", "mixed", "drop")
-"""What reached the limit: only the angle, only the way, both; drop: the object left the grip. Records hold positions in
-this list, so it only ever grows at its end."""
+"""Kinds of slip by what reached the limit: only the angle, only the way, both; drop: the object left the grip.
+Records hold positions in this list, so it only ever grows at its end."""
 
 
 class Episode(NamedTuple):

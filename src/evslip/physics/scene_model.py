@@ -19,8 +19,8 @@ OBJECT, SURFACE = "object", "surface"
 PAD_POINTS = len(CONTACTS)
 PAD_RADIUS_M = 0.004
 PAD_GIVE_M = 0.0004
-"""How far a pad gives under the grip force, whatever that is: so far that an object which stands a little askew hardly
-changes how the points share the force."""
+"""Depth by which a pad gives under the grip force, whatever that is: so far that an object which stands a little askew
+hardly changes how the points share the force."""
 PAD_RELAXATION_S = 0.0005
 """Damping of a pad's give, over its stiffness."""
 PAD_SLACK_M_S2 = 2000.0
@@ -96,7 +96,7 @@ def _add_object(spec: Any, params: Params) -> None:
 
 
 def _footing(spec: Any, shape: Shape) -> dict[str, Any]:
-    """What of a geom makes it the body that the table feels."""
+    """Attributes of a geom that make it the body that the table feels."""
     footing = shape.footing()
     if footing.kind == "hull":
         spec.add_mesh(name=OBJECT, uservert=footing.vertices.ravel())

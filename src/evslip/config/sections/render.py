@@ -1,4 +1,4 @@
-"""How and when frames are drawn."""
+"""Parameters of the rendering."""
 
 from typing import Annotated, Generic, Literal
 

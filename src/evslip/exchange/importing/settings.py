@@ -1,4 +1,4 @@
-"""How a recording is brought in. Light to import, for the command line."""
+"""Settings of an import. Light to import, for the command line."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,7 +36,7 @@ class Importing:
 
     @property
     def selection(self) -> Selection:
-        """What of the picture is kept, and how it is turned."""
+        """Part of the picture that is kept, and its turn."""
         return Selection(self.crop, rotate=self.rotate, flip=self.flip)
 
     @property

@@ -1,4 +1,4 @@
-"""What a data set is published as. Light to import, for the command line."""
+"""Settings of a publication. Light to import, for the command line."""
 
 from dataclasses import dataclass
 from datetime import date
@@ -33,7 +33,7 @@ class Publication:
 
     @property
     def told(self) -> dict[str, str]:
-        """What is known of date and citation, by their names in schema.org and Croissant."""
+        """Date and citation, where they are known, by their names in schema.org and Croissant."""
         known = {"datePublished": self.date_published, "citeAs": self.cite_as}
         return {name: value for name, value in known.items() if value}
 

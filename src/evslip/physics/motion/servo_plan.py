@@ -45,7 +45,7 @@ class ServoPlan(NamedTuple):
     """Desired positions of the robot's joints: angles of the arm (n, 7), or x, y, z, tilt of the cartesian hand (n, 4);
     in radians and metres."""
     command: np.ndarray
-    """What the servos are told: the joints' positions led by their lag, then the two fingers; of shape (n, 9) or
+    """Commands to the servos: the joints' positions led by their lag, then the two fingers; of shape (n, 9) or
     (n, 6)."""
 
 

@@ -21,7 +21,7 @@ def step(t_s: np.ndarray, start_s: float, length_s: float) -> np.ndarray:
 
 
 def scale(motion: Any) -> float:
-    """How much slower than nominal the motion is, where no time of its own is given."""
+    """Duration of the motion against the nominal one, by which times are scaled that are not given."""
     return motion.duration_s / NOMINAL_S
 
 

@@ -30,7 +30,7 @@ def shape_of(params: HasObject) -> "Shape":
 
 
 def surface_of(params: HasObject) -> "Surface":
-    """What the object looks like, as triangles in its frame. Raises ConfigError for a mesh that cannot be used."""
+    """Surface of the object, as triangles in its frame. Raises ConfigError for a mesh that cannot be used."""
     return shape_of(params).surface()
 
 
@@ -42,5 +42,5 @@ def shape_class(spec: Any) -> "type[Shape]":
 
 @lru_cache(maxsize=4)
 def shape_of_spec(spec: Any) -> "Shape":
-    """As `shape_of`, from the object's section of the parameters."""
+    """The shape of an object's section of the parameters; raises as `shape_of`."""
     return shape_class(spec)(spec)

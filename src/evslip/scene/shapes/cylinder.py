@@ -8,10 +8,10 @@ from evslip.scene.shapes.shape import Filling, Footing, Shape
 from evslip.scene.shapes.surface import Surface
 
 FACETS = 64
-"""Of the rendered mantle; its corners lie on the true circle."""
+"""Facets of the rendered mantle; its corners lie on the true circle."""
 
 CORNERS = 16
-"""Of the prism around it that stands for it where a few points must do."""
+"""Corners of the prism around it that stands for it where a few points must do."""
 
 
 class Cylinder(Shape):

@@ -1,4 +1,4 @@
-"""From drawn dimensions, density and centre of mass to those that the object has."""
+"""Dimensions, mass and centre of mass that drawn ones come to."""
 
 from typing import Any
 

@@ -11,7 +11,7 @@ from evslip.scene.shapes.surface import Surface, box_uv, corner_normals
 from evslip.utils.errors import ConfigError
 
 WORN_M, WORN_AT_MOST = 0.001, 0.05
-"""What is no higher than this above the table is worn flat; where that is an edge, up to this share of the height."""
+"""Height above the table up to which the bottom is worn flat; where that is an edge, its largest share."""
 SPOT_CORNERS = 32
 PAIRS = 1 << 20
 """Pairs of triangle and line looked at together: bounds the memory."""
@@ -43,7 +43,7 @@ class MeshShape(Shape):
         return super().sides(spec)
 
     def surface(self) -> Surface:
-        """With the file's own texture coordinates, or else those of a cuboid around it."""
+        """Surface with the file's own texture coordinates, or else those of a cuboid around it."""
         faces, uv = self._file.faces, self._file.uv
         uv = box_uv(self._vertices, faces) if uv is None else uv
         return Surface(self._vertices, faces, uv, corner_normals(self._vertices, faces))
@@ -65,7 +65,7 @@ class MeshShape(Shape):
         return Filling(float(volume), centroid, moments / (20 * volume) - np.outer(centroid, centroid))
 
     def footing(self) -> Footing:
-        """What is round below stands on a flat spot, as if a little were worn off: it would roll away."""
+        """Convex hull; a body that is round below stands on a flat spot, a little worn off: it would roll away."""
         low = self._bottom()
         around = 2 * np.pi * np.arange(SPOT_CORNERS) / SPOT_CORNERS
         spot = low[np.unique((low[:, :2] @ [np.cos(around), np.sin(around)]).argmax(axis=0))]
@@ -109,7 +109,7 @@ class MeshShape(Shape):
 
 
 def _span(low: np.ndarray, high: np.ndarray, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of evenly spaced lines, the first that each triangle from low to high (m,) may meet, and how many."""
+    """First of evenly spaced lines that each triangle from low to high (m,) may meet, and how many it may meet."""
     step = lines[1] - lines[0]
     first = np.ceil((low - lines[0]) / step - ROUNDING).clip(0, len(lines)).astype(np.int64)
     last = np.floor((high - lines[0]) / step + ROUNDING).clip(-1, len(lines) - 1).astype(np.int64)

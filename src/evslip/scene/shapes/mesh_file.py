@@ -15,7 +15,7 @@ SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".dae")
 MOST_BYTES = 64 << 20
 MOST_FACES = 200_000
 MOST_CORNERS = 200
-"""Of the hull: as many as are needed to stand on the table and to follow in the image."""
+"""Corners of the hull: as many as are needed to stand on the table and to follow in the image."""
 THINNEST = 1e-3
 """Smallest side of the bounding box against the largest."""
 
@@ -30,7 +30,7 @@ class MeshFile(NamedTuple):
     hull: np.ndarray
     """Indices of the vertices on the convex hull, of shape (k,)."""
     corners: np.ndarray
-    """Of these, MOST_CORNERS at most: those that reach farthest in as many directions."""
+    """Indices of MOST_CORNERS of these at most: those that reach farthest in as many directions."""
 
 
 @lru_cache(maxsize=8)

@@ -27,7 +27,7 @@ class Footing(NamedTuple):
     half_m: np.ndarray
     """Half sides, of shape (3,)."""
     vertices: np.ndarray = np.empty((0, 3))
-    """Of the hull, of shape (k, 3)."""
+    """Vertices of the hull, of shape (k, 3)."""
 
 
 class Shape(ABC):
@@ -38,7 +38,7 @@ class Shape(ABC):
     """Whether the pads touch the footing itself; otherwise they touch a flat piece put where they grip."""
 
     def __init__(self, spec: Any):
-        """spec: the object's section of the parameters (`schema.ObjectSpec`)."""
+        """spec: the object's section of the parameters (`config.sections.object.ObjectSpec`)."""
         self.half_m = np.array(self.sides(spec)) / 2
         """Half the bounding box's sides, of shape (3,)."""
         self._off_m = np.array([spec.com_x_m, spec.com_y_m, spec.com_z_m])
@@ -66,11 +66,11 @@ class Shape(ABC):
 
     @abstractmethod
     def heights(self, side: int, x: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """How far the body reaches towards a pad: largest |y| in metres on the side y > 0 (side = 1) or y < 0 (-1) of
+        """Reach of the body towards a pad: largest |y| in metres on the side y > 0 (side = 1) or y < 0 (-1) of
         the lines at every x (p,) and z (q,), signed along the side, -inf where a line misses it; of shape (p, q)."""
 
     def reach_m(self, pad_half_m: float) -> float:
-        """How far from the middle, along the width, the tool centre is for grip.offset = 1."""
+        """Distance of the tool centre from the middle, along the width, for grip.offset = 1."""
         return 0.9 * self.half_m[0]
 
     def centre_of_mass_m(self) -> np.ndarray:

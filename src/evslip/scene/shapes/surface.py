@@ -16,7 +16,7 @@ class Surface(NamedTuple):
     """A closed triangle mesh in the object's frame: metres, origin in the middle of its bounding box."""
 
     vertices: np.ndarray
-    """Of shape (n, 3)."""
+    """Corners of the triangles, of shape (n, 3)."""
     faces: np.ndarray
     """Indices of each triangle's corners, anticlockwise seen from outside; int64 of shape (m, 3)."""
     uv: np.ndarray

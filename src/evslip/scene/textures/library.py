@@ -27,7 +27,7 @@ def pool(is_background: bool = False) -> tuple[str, ...]:
 
 
 def expand(value: object, is_background: bool = False) -> object:
-    """What a texture's value stands for: one name as it is, or the names to draw from.
+    """Names that a texture's value stands for: one name as it is, or those to draw from.
 
     A pattern with "*" stands for the names of the pool that match it, or else for the image files that match it as a
     path; a folder for the images in it; a list for what its entries stand for. Sorted, the pool in its own order.

@@ -1,4 +1,4 @@
-"""What every recipe draws with: places on the texture, steps, mixtures, displacement, relief.
+"""Operations that every recipe draws with: places on the texture, steps, mixtures, displacement, relief.
 
 Only additions, products, comparisons and square roots are used, whose results IEEE 754 fixes to the last bit, so that
 a texture has the same bytes on every machine. Nothing is summed over many texels: the order would matter.

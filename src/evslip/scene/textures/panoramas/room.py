@@ -60,7 +60,7 @@ def _ceiling(
 
 
 def _view(rng: np.random.Generator, low: float, high: float) -> np.ndarray:
-    """What windows of these heights show."""
+    """View through windows of these heights."""
     leaf = field(rng, 64, 32, 7, 0.9)
     hills = np.float32(low) + np.float32(0.45 * (high - low)) * (0.5 + fractal(rng, 16, 1, 7, 0.6, size=(UPPER[0], 1)))
     trees, sky = (

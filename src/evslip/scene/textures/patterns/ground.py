@@ -1,4 +1,4 @@
-"""What lies outdoors: gravel, grass, leaves, soil, bark, sand, moss, ivy."""
+"""Ground outdoors: gravel, grass, leaves, soil, bark, sand, moss, ivy."""
 
 import numpy as np
 

@@ -41,7 +41,7 @@ def _scratches(rng: np.random.Generator, count: int, longest: int) -> np.ndarray
 
 
 def _reflection(rng: np.random.Generator, across: int, down: int) -> np.ndarray:
-    """What a dull mirror shows of a room: broad bands."""
+    """Reflection of a room in a dull mirror: broad bands."""
     return fractal(rng, across, down, 4, 0.5, 1.5)
 
 

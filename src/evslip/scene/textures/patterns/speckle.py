@@ -16,7 +16,7 @@ class Speckle(NamedTuple):
     gain: float
     """1: every octave is as strong; less: softer."""
     bump: float
-    """How much of it is height rather than colour."""
+    """Share of it that is height rather than colour."""
 
 
 SPECKLES = (

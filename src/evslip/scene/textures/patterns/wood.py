@@ -29,7 +29,7 @@ class Timber(NamedTuple):
     rings: float
     """Growth rings across a board."""
     figure: float
-    """How far the rings wander."""
+    """Amplitude of the wandering of the rings."""
     pores: float
     knots: int
     worn: float
