@@ -12,7 +12,7 @@ import numpy as np
 from evslip.learn.evaluation.stored import FILE, read_evaluation
 from evslip.learn.scores import tally
 from evslip.utils.errors import EvslipError
-from evslip.windows.window_set import SLIP
+from evslip.windows.label import Label
 
 
 def main(*paths: str) -> None:
@@ -23,7 +23,7 @@ def main(*paths: str) -> None:
     for path in paths:
         for one in read_evaluation(Path(path) / FILE):
             label, p = np.asarray(one.scores.labels), np.asarray(one.scores.probabilities, float)
-            share = float(np.mean(label == SLIP))
+            share = float(np.mean(label == Label.SLIP))
             corrected = p * share / (p * share + (1 - p) * (1 - share))
             both = [tally.tally(label, each) for each in (p, corrected)]
             cells = [f"{figure(each):.4f}" for figure in (tally.calibration_error, tally.brier) for each in both]

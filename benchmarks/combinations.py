@@ -19,7 +19,8 @@ from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.physics.truth import Truth
 from evslip.utils.errors import GraspFailed, PlanRejected
 from evslip.windows.cutting import label_of, movements
-from evslip.windows.window_set import SLIP, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 
 
 def main() -> None:
@@ -70,7 +71,7 @@ def outcome_of(params: evslip.Params) -> tuple[str, Truth | None]:
 def slip_windows(truth: Truth) -> int:
     """Number of windows that are labelled slip."""
     settings = WindowSettings()
-    return sum(label_of(movement, settings) == SLIP for movement in movements(truth, settings))
+    return sum(label_of(movement, settings) == Label.SLIP for movement in movements(truth, settings))
 
 
 if __name__ == "__main__":

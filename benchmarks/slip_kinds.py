@@ -17,7 +17,8 @@ from evslip.physics.truth import Truth
 from evslip.utils.errors import EvslipError
 from evslip.utils.seeds import SPLITS
 from evslip.windows.cutting import label_of, movements
-from evslip.windows.window_set import HOLD, SLIP, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 from named_slips import shows  # pyright: ignore[reportMissingImports]
@@ -59,7 +60,8 @@ def _row(config: evslip.Config, kind: str, count: int, split: str) -> str:
     turns, slides = (_range([f(truth) for truth in truths]) for f in (_turn, _slide))
     phases = Counter(truth.episodes[0].phase for truth in truths if truth.episodes)
     labels = np.concatenate([_labels(truth) for truth in truths])
-    shares = " / ".join(f"{100 * np.mean(labels == label):.0f} %" for label in (HOLD, 2, SLIP))
+    order = Label.HOLD, Label.UNCERTAIN, Label.SLIP
+    shares = " / ".join(f"{100 * np.mean(labels == label):.0f} %" for label in order)
     begins = ", ".join(f"{phase} {number}" for phase, number in phases.items()) or "-"
     row = f"| {kind} | {right} of {count} | {_range(multiples)} | {turns} | {slides} | {begins} | {shares} |"
     return "\n".join([row, *notes])

@@ -17,7 +17,8 @@ from PIL import Image
 from evslip.data.recordings import open_samples
 from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.importing.settings import Importing
-from evslip.windows.window_set import SLIP, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 
 SIDES = [f"{side}_{part}" for side in ("gripper", "object") for part in ("x", "y", "z", "qw", "qx", "qy", "qz")]
 
@@ -39,7 +40,7 @@ def main() -> None:
     windows.save(arguments.folder / "windows.h5")
     print(f"{arguments.folder / 'windows.h5'}: {windows.summary()}")
     for i in range(len(windows)):
-        label = "slip" if windows.label[i] == SLIP else "hold"
+        label = "slip" if windows.label[i] == Label.SLIP else "hold"
         print(f"  {windows.start_us[i] / 1e6:5.2f} s  {label}  {windows.rotation_deg[i]:6.2f} deg")
 
 

@@ -28,8 +28,9 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import matrices
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, overlay
-from evslip.windows.cutting import UNCERTAIN, label_of, movements
-from evslip.windows.window_set import SLIP, WindowSettings
+from evslip.windows.cutting import label_of, movements
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 
 PHASES = ("initial", "lift", "tilt", "back", "placement")
 SHOWN_US = 15_000
@@ -101,7 +102,7 @@ def windows_of(record: Record) -> Iterator[tuple[float, float, str]]:
     for movement in movements(record.truth, settings):
         label = label_of(movement, settings)
         start = movement.start_us / 1e6
-        yield start, start + settings.length_s, "between" if label == UNCERTAIN else "slip" if label == SLIP else "hold"
+        yield start, start + settings.length_s, "between" if label == Label.UNCERTAIN else label.name.lower()
 
 
 def overview(slip: Record, hold: Record) -> Figure:

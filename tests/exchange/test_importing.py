@@ -23,7 +23,8 @@ from evslip.exchange.vt_snn import export_windows, import_vt_snn, is_vt_snn
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.report.report import write_report
 from evslip.windows.cutting import windows_of
-from evslip.windows.window_set import HOLD, SLIP, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 from sample_records import assert_equal, random_events, simulated
 from shared_data import shared
 
@@ -119,9 +120,9 @@ def test_windows_of_a_recording_lie_in_its_intervals(tmp_path: Path, labels: Pat
     write_events(tmp_path / "real.h5", long_events(), SIZE)
     made = import_recording(tmp_path / "real.h5", tmp_path / "record.h5", Importing(labels=labels))
     windows = windows_of([made], WindowSettings(hop_s=0.1, balance=False))
-    expected = [(100_000 + 100_000 * k, HOLD) for k in range(6)]
-    expected += [(1_000_000 + 100_000 * k, SLIP) for k in range(4)] + [
-        (1_500_000 + 100_000 * k, HOLD) for k in range(4)
+    expected = [(100_000 + 100_000 * k, Label.HOLD) for k in range(6)]
+    expected += [(1_000_000 + 100_000 * k, Label.SLIP) for k in range(4)] + [
+        (1_500_000 + 100_000 * k, Label.HOLD) for k in range(4)
     ]
     assert list(zip(windows.start_us.tolist(), windows.label.tolist(), strict=True)) == expected
     # The object moved shortly before the first windows of the last interval, and within the slip.
@@ -176,7 +177,7 @@ def test_windows_leave_and_enter_the_layout_of_vt_snn(tmp_path: Path, labels: Pa
     assert export_windows(windows, tmp_path / "vt") == len(windows) == 10
     assert is_vt_snn(tmp_path / "vt")
     table = scipy.io.loadmat(tmp_path / "vt/prophesee_recordings/rotate_01_td.mat")["td_data"]
-    first = windows[int(np.flatnonzero(windows.label == SLIP)[0])]
+    first = windows[int(np.flatnonzero(windows.label == Label.SLIP)[0])]
     np.testing.assert_array_equal(table["ts"][0][0].ravel(), first.t_us)
     np.testing.assert_array_equal(table["p"][0][0].ravel(), np.where(first.p, 1, -1))
     back = open_samples(import_vt_snn(tmp_path / "vt", tmp_path / "back", length_s=0.16)[0].parent)
@@ -273,7 +274,7 @@ def test_a_simulators_folder_becomes_a_record(tmp_path: Path, paper: bool):
     assert_equal(record_file.read(tmp_path / "a.h5"), made)
     windows = windows_of([made], WindowSettings(balance=False))
     # 8 deg in 0.5 s are 2.56 deg in 0.16 s; the window that sees only a part of that is in the middle.
-    assert windows.label.tolist() in ([HOLD] * 3 + [SLIP] * 3, [HOLD] * 3 + [SLIP] * 2)
+    assert windows.label.tolist() in ([Label.HOLD] * 3 + [Label.SLIP] * 3, [Label.HOLD] * 3 + [Label.SLIP] * 2)
 
 
 def test_a_simulators_own_events_are_taken(tmp_path: Path):
@@ -351,5 +352,5 @@ def test_a_real_recording_is_imported(tmp_path: Path):
     assert made.events.t_us[0] == 0
     assert int(made.events.t_us[-1]) == 1605537494308262 - 1605537493718345
     windows = open_samples(tmp_path / "a.h5").windows(WindowSettings(balance=False))
-    assert windows.label.tolist() == [HOLD, SLIP, SLIP]
+    assert windows.label.tolist() == [Label.HOLD, Label.SLIP, Label.SLIP]
     assert (tmp_path / "a.h5").stat().st_size / made.events.count <= 3.5

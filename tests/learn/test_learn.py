@@ -14,7 +14,8 @@ from evslip.learn.networks.network import Geometry
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.utils.errors import ConfigError, DataError, EvslipError
 from evslip.windows.cutting import windows_of
-from evslip.windows.window_set import HOLD, SLIP, WindowEvents, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowEvents, WindowSettings
 from slip_records import slip_record, slip_records, turning
 
 
@@ -92,9 +93,9 @@ def test_an_unknown_network_lists_the_known_ones():
 
 @given(st.lists(st.tuples(st.booleans(), st.floats(0, 1)), min_size=2, max_size=30))
 def test_auroc_is_the_share_of_ordered_pairs(pairs):
-    labels = np.array([SLIP if slip else HOLD for slip, _ in pairs])
+    labels = np.array([Label.SLIP if slip else Label.HOLD for slip, _ in pairs])
     scores = np.array([score for _, score in pairs])
-    slips, holds = scores[labels == SLIP], scores[labels == HOLD]
+    slips, holds = scores[labels == Label.SLIP], scores[labels == Label.HOLD]
     if len(slips) and len(holds):
         differences = np.sign(slips[:, None] - holds[None])
         assert auroc(labels, scores) == pytest.approx(((differences + 1) / 2).mean())
@@ -103,7 +104,7 @@ def test_auroc_is_the_share_of_ordered_pairs(pairs):
 
 
 def test_the_best_threshold_separates_what_can_be_separated():
-    labels = np.array([HOLD, HOLD, SLIP, SLIP])
+    labels = np.array([Label.HOLD, Label.HOLD, Label.SLIP, Label.SLIP])
     scores = np.array([0.1, 0.8, 0.9, 0.95])
     threshold = best_threshold(labels, scores, np.arange(4))
     assert balanced_accuracy(labels, scores >= threshold) == 1
@@ -113,7 +114,7 @@ def test_the_best_threshold_separates_what_can_be_separated():
 def test_few_trajectories_do_not_move_the_threshold_far_and_many_do():
     rng = np.random.default_rng(0)
     labels = rng.integers(0, 2, 400)
-    scores = np.clip(np.where(labels == SLIP, 0.8, 0.4) + 0.15 * rng.standard_normal(400), 0, 1)
+    scores = np.clip(np.where(labels == Label.SLIP, 0.8, 0.4) + 0.15 * rng.standard_normal(400), 0, 1)
     few, many = (best_threshold(labels, scores, np.arange(400) % n) for n in (2, 400))
     assert few == 0.5
     assert 0.53 < many < 0.65

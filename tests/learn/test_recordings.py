@@ -11,7 +11,8 @@ from evslip.data.intervals import Interval
 from evslip.data.record import Record
 from evslip.learn.evaluation.predictions import Predictions, on_records
 from evslip.utils.errors import DataError
-from evslip.windows.window_set import HOLD, SLIP, WindowEvents, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowEvents, WindowSettings
 from slip_records import slip_record, turning
 
 
@@ -42,10 +43,11 @@ def ask(records: list[Record]) -> Predictions:
 def test_a_labelled_recording_is_answered_in_its_intervals():
     sample = by_hand(slip_record("a", turning(700, 1700, 20.0)))
     answers = ask([sample, replace(sample, name="b")])
-    each = [(100_000 + 20_000 * k, HOLD) for k in range(20)] + [(720_000 + 20_000 * k, SLIP) for k in range(41)]
+    each = [(100_000 + 20_000 * k, Label.HOLD) for k in range(20)]
+    each += [(720_000 + 20_000 * k, Label.SLIP) for k in range(41)]
     assert list(zip(answers.start_us.tolist(), answers.label.tolist(), strict=True)) == 2 * each
     assert [track.onset_us for track in answers.tracks] == [720_000, 720_000]
-    assert ((answers.p_slip > 0.5) == (answers.label == SLIP)).mean() > 0.95
+    assert ((answers.p_slip > 0.5) == (answers.label == Label.SLIP)).mean() > 0.95
     assert np.isnan(answers.rotation_deg).all()
     assert not answers.recent[:20].any()
 

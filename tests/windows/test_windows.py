@@ -15,9 +15,10 @@ from evslip.data.record import Record
 from evslip.events.frame import BACKGROUND, OBJECT
 from evslip.events.stream import empty_events
 from evslip.utils.errors import ConfigError, DataError, StorageError
-from evslip.windows.cutting import UNCERTAIN, Movement, label_of, movements, windows_of
+from evslip.windows.cutting import Movement, label_of, movements, windows_of
+from evslip.windows.label import Label
 from evslip.windows.settings import LabelMode
-from evslip.windows.window_set import HOLD, SLIP, Windows, WindowSettings, load_windows
+from evslip.windows.window_set import Windows, WindowSettings, load_windows
 from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of, turning
 
 ALL = WindowSettings(balance=False)
@@ -77,15 +78,15 @@ def test_never_held_gives_no_window() -> None:
 def test_labels(rotation: float, translation: float, rise: float) -> None:
     movement = Movement(0, rotation, translation, rise)
     label = label_of(movement, ALL)
-    assert (label == SLIP) == (rotation >= 1 or translation >= 2)
-    assert (label == HOLD) == (rotation < 0.1 and translation < 0.1)
+    assert (label == Label.SLIP) == (rotation >= 1 or translation >= 2)
+    assert (label == Label.HOLD) == (rotation < 0.1 and translation < 0.1)
     equal = WindowSettings(slip_deg=0.5, hold_deg=0.5, slip_mm=1, hold_mm=1)
-    assert label_of(movement, equal) != UNCERTAIN
+    assert label_of(movement, equal) != Label.UNCERTAIN
     by_mode = (WindowSettings(labels="angular"), rotation), (WindowSettings(labels="paper"), rise)
     for mode, angle in by_mode:
         label = label_of(movement, mode)
-        assert (label == SLIP) == (angle >= 1)
-        assert (label == HOLD) == (angle < 0.1)
+        assert (label == Label.SLIP) == (angle >= 1)
+        assert (label == Label.HOLD) == (angle < 0.1)
 
 
 def test_the_modes_differ_where_they_should() -> None:
@@ -96,7 +97,7 @@ def test_the_modes_differ_where_they_should() -> None:
 
     def slips(mode: LabelMode) -> list[int]:
         windows = windows_of([record], WindowSettings(labels=mode, balance=False))
-        return (windows.start_us[windows.label == SLIP] // 1000).tolist()
+        return (windows.start_us[windows.label == Label.SLIP] // 1000).tolist()
 
     assert slips("motion") == [260, 740, 1220]
     assert slips("angular") == [740, 1220]
@@ -161,9 +162,9 @@ def test_balance_removes_only_the_commoner_label_and_obeys_the_seed() -> None:
         slip_windows(),
         slip_windows(seed=1),
     )
-    slips = int((everything.label == SLIP).sum())
+    slips = int((everything.label == Label.SLIP).sum())
     assert 0 < slips < len(everything) / 2
-    assert (balanced.label == SLIP).sum() == (balanced.label == HOLD).sum() == slips
+    assert (balanced.label == Label.SLIP).sum() == (balanced.label == Label.HOLD).sum() == slips
     key = [f"{n} {s}" for n, s in zip(balanced.name, balanced.start_us, strict=True)]
     assert key == [f"{n} {s}" for n, s in zip(again.name, again.start_us, strict=True)]
     assert key != [f"{n} {s}" for n, s in zip(other.name, other.start_us, strict=True)]
@@ -177,7 +178,7 @@ def test_split_never_shares_a_trajectory(windows: Windows, fraction: float, seed
     assert set(first.name) | set(second.name) == set(windows.name)
     assert len(first) + len(second) == len(windows)
     for part in (first, second):
-        assert set(part.label) == {HOLD, SLIP}
+        assert set(part.label) == {Label.HOLD, Label.SLIP}
         for i in (0, len(part) - 1):
             j = int(np.flatnonzero((windows.name == part.name[i]) & (windows.start_us == part.start_us[i]))[0])
             np.testing.assert_array_equal(part[i].t_us, windows[j].t_us)

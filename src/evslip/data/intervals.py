@@ -9,8 +9,8 @@ from evslip.utils import atomic
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
-Label = Literal["slip", "hold"]
-LABELS: tuple[Label, ...] = get_args(Label)
+LabelName = Literal["slip", "hold"]
+LABELS: tuple[LabelName, ...] = get_args(LabelName)
 COLUMNS = ("start_s", "end_s", "label")
 _LATEST_S = 2**40 / 1e6
 
@@ -21,7 +21,7 @@ class Interval(NamedTuple):
     start_us: int
     """Microseconds of the record's time, whose 0 is the first event of the recording."""
     end_us: int
-    label: Label
+    label: LabelName
 
 
 def read_intervals(path: str | Path) -> tuple[Interval, ...]:
@@ -73,7 +73,7 @@ def interval_of(row: object) -> Interval | None:
         return None
     if not 0 <= start_s < end_s < _LATEST_S:
         return None
-    return Interval(round(start_s * 1e6), round(end_s * 1e6), cast(Label, row[2]))
+    return Interval(round(start_s * 1e6), round(end_s * 1e6), cast(LabelName, row[2]))
 
 
 def write_intervals(path: str | Path, intervals: Iterable[Interval]) -> None:

@@ -8,15 +8,16 @@ import numpy as np
 from evslip.codecs import open_events, write_events
 from evslip.codecs.source import extent_of
 from evslip.data import record_file
-from evslip.data.intervals import Interval, Label
+from evslip.data.intervals import Interval, LabelName
 from evslip.events.stream import Events
 from evslip.exchange.importing.event_files import read_event_file
 from evslip.exchange.importing.settings import Importing
 from evslip.utils.errors import DataError
-from evslip.windows.window_set import SLIP, Windows
+from evslip.windows.label import Label
+from evslip.windows.window_set import Windows
 
 VT_SNN = "prophesee_recordings"
-LABELS: dict[str, Label] = {"rotate": "slip", "rotation": "slip", "stable": "hold"}
+LABELS: dict[str, LabelName] = {"rotate": "slip", "rotation": "slip", "stable": "hold"}
 """Folder of its files, and what the first word of their names says."""
 
 
@@ -30,7 +31,7 @@ def export_windows(windows: Windows, out: str | Path) -> int:
     digits = max(2, len(str(len(windows))))
     size = windows.settings.width, windows.settings.height
     for i in range(len(windows)):
-        name = "rotate" if windows.label[i] == SLIP else "stable"
+        name = "rotate" if windows.label[i] == Label.SLIP else "stable"
         counts[name] += 1
         t_us, x, y, p = windows[i]
         events = Events(t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p)

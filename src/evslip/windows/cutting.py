@@ -16,11 +16,10 @@ from evslip.events.stream import Events
 from evslip.physics.truth import Truth
 from evslip.utils.errors import DataError
 from evslip.windows.alignment import laid_on
+from evslip.windows.label import Label
 from evslip.windows.window_events import WindowEvents, pack
-from evslip.windows.window_set import HOLD, MAP_PX, SLIP, Windows, WindowSettings, map_shape
+from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, map_shape
 
-UNCERTAIN = 2
-"""Movement between hold and slip; such a window is dropped."""
 RECENT_S = 0.2
 """A pixel in the dark goes on firing for about this long after a slip has ended."""
 
@@ -45,7 +44,7 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
                 "windows of one sensor"
             )
         for movement, label in labelled(record, settings):
-            if label == UNCERTAIN:
+            if label == Label.UNCERTAIN:
                 dropped += 1
             else:
                 _append(columns, record, settings, movement, label)
@@ -58,19 +57,19 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     return windows.balanced(settings.seed) if settings.balance else windows
 
 
-def entering(record: Record, settings: WindowSettings) -> "list[tuple[Movement, int]]":
+def entering(record: Record, settings: WindowSettings) -> "list[tuple[Movement, Label]]":
     """The windows that end in the held time of a record but begin before it, each with what the object does from when
     on it is held. A detector on a robot answers for them, too; none of a recording with a person's intervals."""
     moved = [] if record.truth is None or record.intervals else movements(record.truth, settings, entering=True)
     return [(movement, label_of(movement, settings)) for movement in moved]
 
 
-def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, int]]":
-    """The windows of a record, each with HOLD, SLIP or UNCERTAIN: by a person's intervals if there are any, else by the
-    ground truth; none without either."""
+def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, Label]]":
+    """Windows of a record with their labels: by a person's intervals if there are any, else by the ground truth; none
+    without either."""
     if record.intervals:
         return [
-            (Movement(start_us, math.nan, math.nan, math.nan), SLIP if interval.label == "slip" else HOLD)
+            (Movement(start_us, math.nan, math.nan, math.nan), Label[interval.label.upper()])
             for interval in record.intervals
             for start_us in starts_within(interval, settings)
         ]
@@ -120,14 +119,14 @@ def starts_within(interval: Interval, settings: WindowSettings) -> range:
     return range(interval.start_us, interval.end_us - length_us + 1, hop_us)
 
 
-def label_of(movement: Movement, settings: WindowSettings) -> int:
-    """HOLD, SLIP or UNCERTAIN."""
+def label_of(movement: Movement, settings: WindowSettings) -> Label:
+    """Label of a window by what the object does in it."""
     angle = movement.theta_rise_deg if settings.labels == "paper" else movement.rotation_deg
     slides = settings.labels == "motion"
     if angle >= settings.slip_deg or (slides and movement.translation_mm >= settings.slip_mm):
-        return SLIP
+        return Label.SLIP
     lies = angle < settings.hold_deg and not (slides and movement.translation_mm >= settings.hold_mm)
-    return HOLD if lies else UNCERTAIN
+    return Label.HOLD if lies else Label.UNCERTAIN
 
 
 def crop(events: Events, settings: WindowSettings) -> Events:

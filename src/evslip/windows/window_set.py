@@ -12,11 +12,11 @@ import numpy as np
 from evslip.events.frame import BODIES
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
+from evslip.windows.label import Label
 from evslip.windows.settings import WindowSettings
 from evslip.windows.window_events import WindowEvents, unpack
 
-HOLD, SLIP = 0, 1
-__all__ = ["HOLD", "SLIP", "WindowEvents", "WindowSettings", "Windows", "load_windows"]
+__all__ = ["WindowEvents", "WindowSettings", "Windows", "load_windows"]
 
 FORMAT, VERSION = "evslip windows", 2
 MAP_PX = 16
@@ -38,7 +38,7 @@ class Windows:
     checksum: np.ndarray
     """CRC-32 of each window's entries, uint32 of shape (n,)."""
     label: np.ndarray
-    """HOLD or SLIP, uint8 of shape (n,)."""
+    """Label.HOLD or Label.SLIP, uint8 of shape (n,)."""
     name: np.ndarray
     """Sample that each window is from, str of shape (n,); splits are made by it."""
     start_us: np.ndarray
@@ -75,7 +75,7 @@ class Windows:
 
     def balanced(self, seed: int = 0) -> "Windows":
         """As many holds as slips: windows of the commoner label are removed at random. With one label alone, all."""
-        indices = [np.flatnonzero(self.label == label) for label in (HOLD, SLIP)]
+        indices = [np.flatnonzero(self.label == label) for label in (Label.HOLD, Label.SLIP)]
         number = min(map(len, indices))
         if not number:
             return self
@@ -90,7 +90,7 @@ class Windows:
         DataError if there are too few.
         """
         names = np.unique(self.name)
-        slips = np.isin(names, self.name[self.label == SLIP])
+        slips = np.isin(names, self.name[self.label == Label.SLIP])
         rng = np.random.default_rng([seed, 0x5911])
         second: list[str] = []
         for group in (names[slips], names[~slips]):
@@ -115,11 +115,11 @@ class Windows:
         """
         self._require_both_labels()
         order = np.argsort(self.label, kind="stable")
-        number, rng = np.bincount(self.label, minlength=2), np.random.RandomState(100)
-        if number.min() < 5:
-            raise DataError(f"{number[HOLD]} hold and {number[SLIP]} slip windows: expected at least 5 of either")
+        (holds, slips), rng = np.bincount(self.label, minlength=2), np.random.RandomState(100)
+        if min(holds, slips) < 5:
+            raise DataError(f"{holds} hold and {slips} slip windows: expected at least 5 of either")
         folds = np.empty(len(self), np.int64)
-        for label in (HOLD, SLIP):
+        for label in (Label.HOLD, Label.SLIP):
             # The i-th fold has every fifth of the sorted labels from the i-th on.
             sizes = [(self.label[order][first::5] == label).sum() for first in range(5)]
             own = np.arange(5).repeat(sizes)
@@ -128,14 +128,14 @@ class Windows:
         return self.take(folds != fold), self.take(folds == fold)
 
     def _require_both_labels(self) -> None:
-        slips = int((self.label == SLIP).sum())
+        slips = int((self.label == Label.SLIP).sum())
         if slips in (0, len(self)):
             only, missing = ("hold", "slip") if not slips else ("slip", "hold")
             raise DataError(f"all {len(self)} windows are of the label {only}; training needs {missing} windows, too")
 
     def summary(self) -> str:
         """One line for a person."""
-        slips = int((self.label == SLIP).sum())
+        slips = int((self.label == Label.SLIP).sum())
         return (
             f"{len(self)} windows ({slips} slip, {len(self) - slips} hold, {self.dropped} between were dropped) "
             f"of {len(np.unique(self.name))} trajectories, {self.events.sum():,} events"
@@ -211,7 +211,7 @@ def _checked(windows: Windows, path: str | Path) -> Windows:
         and (windows.last <= entries).all()
         and (windows.events >= 0).all()
         and (windows.events <= windows.last - windows.first).all()
-        and (windows.label <= SLIP).all()
+        and (windows.label <= Label.SLIP).all()
         and windows.object_map.shape[1:] == map_shape(windows.settings)
     )
     if not right:

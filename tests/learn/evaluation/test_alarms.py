@@ -8,8 +8,8 @@ from evslip.learn.evaluation.groups import groupings
 from evslip.learn.evaluation.predictions import Predictions, Track
 from evslip.learn.scores.bootstrap import draws
 from evslip.windows.conditions import Conditions
-from evslip.windows.cutting import UNCERTAIN
-from evslip.windows.window_set import HOLD, SLIP, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 
 LENGTH_US, HOP_US = 160_000, 20_000
 
@@ -27,7 +27,7 @@ def answers_of(*trajectories: tuple[str, str], onsets: tuple[int | None, ...]) -
         tracks.append(Track(f"t{number}", slice(row, row + n), onset_us, end_us))
         parts.append((labels, told, np.full(n, number), np.arange(n) * HOP_US))
         row += n
-    code = {"h": HOLD, "s": SLIP, "b": UNCERTAIN}
+    code = {"h": Label.HOLD, "s": Label.SLIP, "b": Label.UNCERTAIN}
     label = np.array([code[c] for labels, *_ in parts for c in labels])
     p_slip = np.array([int(c) / 10 for _, told, *_ in parts for c in told])
     track, start_us = (np.concatenate([part[i] for part in parts]) for i in (2, 3))
@@ -132,8 +132,8 @@ def test_groups_hold_every_counted_window_once() -> None:
     assert all(group.windows == group.slips + group.holds + group.between for group in turning)
     flags = {group.name: group for group in by["flags"].groups}
     assert flags["all"].windows == flags["not just after a slip"].windows + flags["just after a slip"].windows
-    clear = found.counted & (found.label != UNCERTAIN)
-    right = (found.p_slip >= 0.5) == (found.label == SLIP)
+    clear = found.counted & (found.label != Label.UNCERTAIN)
+    right = (found.p_slip >= 0.5) == (found.label == Label.SLIP)
     assert flags["all"].accuracy == pytest.approx(right[clear].mean())
-    between = found.counted & (found.label == UNCERTAIN)
+    between = found.counted & (found.label == Label.UNCERTAIN)
     assert flags["all"].between_said_slip == pytest.approx((found.p_slip[between] >= 0.5).mean())

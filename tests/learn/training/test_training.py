@@ -14,7 +14,7 @@ from evslip.learn.training.settings import TrainSettings as Settings
 from evslip.learn.training.train import learning_rate
 from evslip.learn.training.training_state import STATE, TrainingState
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
-from evslip.windows.window_set import HOLD, SLIP
+from evslip.windows.label import Label
 from slip_records import slip_windows
 
 QUICK = TrainSettings.of("countnet", epochs=4, batch=16, val_fraction=0.25, time_dropout=0.2, shift_px=3)
@@ -128,7 +128,7 @@ def test_the_paper_s_split_is_by_window_and_by_label(windows) -> None:
     assert sum(map(len, keys)) == len(set.union(*keys)) == len(windows)
     for first, second in parts:
         assert len(first) + len(second) == len(windows)
-        for label in (HOLD, SLIP):
+        for label in (Label.HOLD, Label.SLIP):
             share = (second.label == label).sum() / (windows.label == label).sum()
             assert abs(share - 0.2) < 0.03
     assert set(parts[0][0].name) & set(parts[0][1].name)

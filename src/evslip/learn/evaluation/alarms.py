@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evslip.learn.evaluation.predictions import Predictions
-from evslip.windows.window_set import HOLD
+from evslip.windows.label import Label
 
 MERGE_US = 200_000
 EARLY_US = 100_000
@@ -63,7 +63,7 @@ def quantile(values: np.ndarray, share: float) -> float:
 def alarms_at(predictions: Predictions, threshold: float) -> Alarms:
     """What the detector does at one threshold."""
     begins = beginnings(predictions, threshold)
-    holding = predictions.label == HOLD
+    holding = predictions.label == Label.HOLD
     falsely = begins & holding & ~_about_onset(predictions)
     rows, slips = first_alarms(predictions, begins)
     onset_us = np.array([predictions.tracks[i].onset_us for i in slips], np.int64)
@@ -114,7 +114,7 @@ def first_alarms(predictions: Predictions, begins: np.ndarray) -> tuple[np.ndarr
 def thresholds(predictions: Predictions) -> np.ndarray:
     """Falling thresholds that between them tell the holding answers apart, at most a thousand, and one that nothing
     reaches."""
-    holding = np.unique(predictions.p_slip[predictions.label == HOLD].astype(float))
+    holding = np.unique(predictions.p_slip[predictions.label == Label.HOLD].astype(float))
     if len(holding) > MOST_THRESHOLDS:
         # Closely where few answers are exceeded: there the allowed rate lies.
         holding = holding[np.unique(np.round(np.geomspace(1, len(holding), MOST_THRESHOLDS)).astype(int)) * -1]

@@ -20,8 +20,8 @@ from evslip.learn.scores import bootstrap, tally
 from evslip.learn.scores.metrics import Metrics, measured
 from evslip.utils.errors import ConfigError
 from evslip.windows.alignment import Align
+from evslip.windows.label import Label
 from evslip.windows.mixture import plain_name
-from evslip.windows.window_set import HOLD, SLIP
 
 HOP_S = 0.02
 CURVE_POINTS = 200
@@ -100,13 +100,13 @@ def evaluate_model(
         settings = description.windows
         hop_s = min(hop_s, settings.length_s)
         found = predictions.on_records(network, settings, _told(data, progress), hop_s, align)
-    clear = found.take(found.counted & np.isin(found.label, (HOLD, SLIP)))
+    clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
     scores = measured(
         clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip, description.threshold, resamples
     )
     draws = bootstrap.draws(len(found.tracks), resamples)
     own = allowed = curve = None
-    if found.hop_us and (found.label == HOLD).any():
+    if found.hop_us and (found.label == Label.HOLD).any():
         swept = alarms.sweep(found)
         own, allowed = alarms.alarms_at(found, description.threshold), alarms.at_allowed_rate(swept)
         curve = _alarm_curve(swept)
@@ -194,6 +194,6 @@ def _notes(found: Predictions, own: Alarms | None, records: int, description: De
         notes.append(
             f"{len(seen)} trajectories are called as some it was validated on; if they are the same, it is flattered"
         )
-    if found.label[found.counted].size and not (found.label == SLIP).any():
+    if found.label[found.counted].size and not (found.label == Label.SLIP).any():
         notes.append("no window slips: scores that need both labels are left out")
     return notes

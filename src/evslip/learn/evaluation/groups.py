@@ -10,7 +10,8 @@ from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
 from evslip.learn.scores import bootstrap, tally
 from evslip.physics.motion.phases import PHASE_NAMES
 from evslip.windows.conditions import NO_PHASE
-from evslip.windows.window_set import HOLD, SLIP, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def groupings(
 def group_of(predictions: Predictions, which: np.ndarray, name: str, threshold: float, draws: np.ndarray) -> Group:
     """The windows of a mask."""
     part = predictions.take(which)
-    clear = np.isin(part.label, (HOLD, SLIP))
+    clear = np.isin(part.label, (Label.HOLD, Label.SLIP))
     labels, p_slip, track = part.label[clear], part.p_slip[clear], part.track[clear]
     found = tally.tally(labels, p_slip)
     counts = tally.counts(found, threshold)
@@ -76,8 +77,8 @@ def group_of(predictions: Predictions, which: np.ndarray, name: str, threshold: 
     return Group(
         name=name,
         windows=len(part.label),
-        slips=int((labels == SLIP).sum()),
-        holds=int((labels == HOLD).sum()),
+        slips=int((labels == Label.SLIP).sum()),
+        holds=int((labels == Label.HOLD).sum()),
         between=int((~clear).sum()),
         trajectories=len(np.unique(part.track)),
         accuracy=float(tally.accuracy(counts)),

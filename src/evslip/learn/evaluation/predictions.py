@@ -39,7 +39,7 @@ class Predictions:
 
     p_slip: np.ndarray
     label: np.ndarray
-    """HOLD, SLIP or, between the two, evslip.windows.cutting.UNCERTAIN."""
+    """A Label."""
     counted: np.ndarray
     """Which windows are scored one by one: those wholly in the held time that do not overlap; bool."""
     track: np.ndarray

@@ -10,7 +10,8 @@ import torch
 from evslip.learn.layers import flow
 from evslip.learn.layers.grids import counts
 from evslip.learn.networks.network import Geometry, Network
-from evslip.windows.window_set import SLIP, WindowEvents, Windows
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowEvents, Windows
 
 _NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
 
@@ -37,7 +38,7 @@ class FeatureNetwork(Network):
 
     def fit(self, windows: Windows) -> None:
         values = np.stack([self.prepare(windows[i]) for i in range(len(windows))])
-        self.learn(values.astype(np.float64), windows.label == SLIP)
+        self.learn(values.astype(np.float64), windows.label == Label.SLIP)
 
     def learn(self, values: np.ndarray, slips: np.ndarray) -> None:
         """Find everything from the features (n, f) of windows and whether they are slips."""

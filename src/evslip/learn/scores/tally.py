@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.windows.window_set import SLIP
+from evslip.windows.label import Label
 
 BINS = 15
 """Of the calibration error (Guo et al. 2017)."""
@@ -44,7 +44,7 @@ def tally(labels: np.ndarray, p_slip: np.ndarray, weights: np.ndarray | None = N
     weights = np.ones(len(labels)) if weights is None else weights
     order = np.argsort(p_slip, kind="stable")
     p, first = np.unique(np.asarray(p_slip, float)[order], return_index=True)
-    slips = labels[order] == SLIP
+    slips = labels[order] == Label.SLIP
     if not len(p):
         return Tally(p, *(np.zeros((*weights.shape[:-1], 0)) for _ in range(2)))
     sums = (np.add.reduceat(weights[..., order] * side, first, axis=-1, dtype=float) for side in (slips, ~slips))

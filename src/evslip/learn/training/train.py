@@ -25,7 +25,8 @@ from evslip.learn.training.training_state import STATE, TrainingState, training_
 from evslip.utils import atomic
 from evslip.utils.console import console
 from evslip.utils.errors import DataError
-from evslip.windows.window_set import SLIP, Windows
+from evslip.windows.label import Label
+from evslip.windows.window_set import Windows
 
 HISTORY = "history.json"
 MOST_TO_SETTLE = 512
@@ -213,7 +214,7 @@ def _epoch(
         show.batch(epoch, total, right, number, len(chosen))
     settle_norms(network, training, rng)
     scores = probabilities(network, validation)
-    truth = validation.label == SLIP
+    truth = validation.label == Label.SLIP
     likelihood = np.clip(np.where(truth, scores, 1 - scores), 1e-7, 1).astype(float)
     row = {
         "loss": total / len(training),

@@ -13,7 +13,8 @@ from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import encoded, jpeg_uri, overlay
 from evslip.view.report import page
 from evslip.windows.alignment import Align, laid_on
-from evslip.windows.window_set import SLIP, WindowSettings
+from evslip.windows.label import Label
+from evslip.windows.window_set import WindowSettings
 
 if TYPE_CHECKING:
     from evslip.learn.scores.metrics import Metrics
@@ -58,9 +59,8 @@ def worst(scores: "Metrics", most: int = MOST) -> list[Failure]:
     columns = scores.names, scores.starts_us, scores.labels, scores.probabilities
     if len({len(column) for column in columns}) != 1:
         return []
-    found = [
-        Failure(str(name), int(start), label == SLIP, float(p)) for name, start, label, p in zip(*columns, strict=True)
-    ]
+    rows = zip(*columns, strict=True)
+    found = [Failure(str(name), int(start), label == Label.SLIP, float(p)) for name, start, label, p in rows]
     return sorted(found, key=lambda failure: -failure.error)[:most]
 
 

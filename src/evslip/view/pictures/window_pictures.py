@@ -13,7 +13,8 @@ from evslip.utils.errors import DataError
 from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import encoded, overlay
 from evslip.view.pictures.slip_video import Film, FilmSettings
-from evslip.windows.window_set import SLIP, Windows
+from evslip.windows.label import Label
+from evslip.windows.window_set import Windows
 
 PICTURES = 8
 """Single pictures of a window, evenly in time; each shows the events since the one before."""
@@ -21,7 +22,7 @@ PICTURES = 8
 
 def name_of(windows: Windows, index: int) -> str:
     """By label, change of angle, sample and start: names sort by what a person looks for."""
-    label = "slip" if windows.label[index] == SLIP else "hold"
+    label = "slip" if windows.label[index] == Label.SLIP else "hold"
     sample = windows.name[index].replace("/", "-")
     return f"{label}_{windows.rotation_deg[index]:07.3f}deg_{sample}_{int(windows.start_us[index]) // 1000:06d}ms"
 

@@ -3,7 +3,8 @@
 from evslip.data.samples import Samples
 from evslip.view.pictures import figures
 from evslip.view.report import page
-from evslip.windows.window_set import SLIP, Windows
+from evslip.windows.label import Label
+from evslip.windows.window_set import Windows
 
 
 def labels(dataset: Samples, windows: Windows | None) -> str:
@@ -23,7 +24,7 @@ def labels(dataset: Samples, windows: Windows | None) -> str:
     colors = (figures.SLIP_COLOR, figures.HOLD_COLOR, figures.UNKNOWN_COLOR)
     parts = [page.embed("samples", figures.stacked_bars(rows, counts, colors))] if rows else []
     if windows is not None:
-        slips = int((windows.label == SLIP).sum())
+        slips = int((windows.label == Label.SLIP).sum())
         divided = {"slip": [slips], "hold": [len(windows) - slips], "between, dropped": [windows.dropped]}
         parts.append(page.embed("windows", figures.stacked_bars(["windows"], divided, colors)))
     return page.section("Labels", "", page.columns(parts)) if parts else ""
