@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from evslip.config.distributions import Range, extremes
+from evslip.config.distributions import Uniform, extremes
 from evslip.config.loading import load_config
 from evslip.config.params import Params
 from evslip.config.sample import leaves
@@ -36,7 +36,7 @@ def test_draws_stay_within_their_ranges(index):
     for key, value in leaves(params).items():
         section, name = key.split(".")
         spec = getattr(getattr(config, section), name)
-        if isinstance(spec, Range):
+        if isinstance(spec, Uniform):
             low, high = extremes(spec)
             assert low <= value <= high
 

@@ -1,9 +1,11 @@
 """Names that the parameters may hold are those of the registers in the rooms above."""
 
-from typing import get_args
+from typing import get_args, get_type_hints
 
 import pytest
 
+from evslip.cli import look
+from evslip.cli.options import Split
 from evslip.config.loading import load_config
 from evslip.config.sections.render import RendererName
 from evslip.config.sections.robot import RobotKind
@@ -11,8 +13,9 @@ from evslip.config.sections.slip import NATURAL, SLIP_KINDS
 from evslip.draws.provoked_slips import RECIPES
 from evslip.physics.motion.servo_plan import FOLLOW
 from evslip.physics.robot import ROBOTS
-from evslip.rendering import RENDERERS
+from evslip.rendering import RENDERERS, VIEWS
 from evslip.utils.errors import ConfigError
+from evslip.utils.seeds import SPLITS
 
 
 def test_every_name_has_what_it_stands_for():
@@ -36,3 +39,10 @@ def test_a_bad_name_lists_the_good_ones(key, good):
         with pytest.raises(ConfigError, match=f"^simple: {key}: 'sid' is unknown; expected one of {good}") as caught:
             load_config("simple", {key: value})
         assert "\n" not in str(caught.value)
+
+
+def test_the_command_line_offers_what_the_registers_hold() -> None:
+    render = get_type_hints(look.render)
+    assert set(RENDERERS) == {name for choice in get_args(render["renderer"]) for name in get_args(choice)}
+    assert get_args(render["camera"]) == VIEWS
+    assert get_args(Split) == SPLITS

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evslip.config.distributions import Range
+from evslip.config.distributions import Uniform
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.draws.draw_plan import make_plan
@@ -79,7 +79,7 @@ def test_draws_of_ranges_never_meet_whatever_the_ranges(low, width, seed):
     high = low + width
     if not high > low:
         return
-    one, other = Range(min=low, max=high), Range(min=low, max=min(1.5 * high, 2.0) if high > 0 else high)
+    one, other = Uniform(min=low, max=high), Uniform(min=low, max=min(1.5 * high, 2.0) if high > 0 else high)
     rng = np.random.default_rng(seed)
     even = {one.draw(rng, False) for _ in range(20)} | {other.draw(rng, False) for _ in range(20)}
     odd = {one.draw(rng, True) for _ in range(20)} | {other.draw(rng, True) for _ in range(20)}
@@ -90,11 +90,11 @@ def test_draws_of_ranges_never_meet_whatever_the_ranges(low, width, seed):
 def test_a_range_avoids_the_constants_beside_it_or_says_that_it_cannot():
     rng = np.random.default_rng(0)
     low, high = 1.0, math.nextafter(1.0, 2.0)
-    both = Range(min=low, max=high)
+    both = Uniform(min=low, max=high)
     assert {both.draw(rng, False), both.draw(rng, True)} == {low, high}
     with pytest.raises(ConfigError, match="too narrow"):
         both.draw(rng, False, {low})
-    wider = Range(min=low, max=math.nextafter(math.nextafter(high, 2.0), 2.0))
+    wider = Uniform(min=low, max=math.nextafter(math.nextafter(high, 2.0), 2.0))
     assert {wider.draw(rng, False, {low}) for _ in range(9)} == {math.nextafter(high, 2.0)}
 
 

@@ -5,9 +5,10 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import Align, Split
+from evslip.cli.options import Split
 from evslip.utils.console import console, print_table, progress_bar
 from evslip.utils.errors import ConfigError
+from evslip.windows.settings import Align
 
 
 def evaluate(

@@ -8,8 +8,6 @@ from tyro.conf import Suppress, UseAppendAction, arg
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
-Align = Literal["centre", "corner"]
-"""As evslip.windows.alignment.Align, without the libraries that come with it: --help shall be quick."""
 HIDDEN = Suppress[str | None]
 
 

@@ -28,14 +28,39 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
         return functools.partial(verb, *arguments, **options)
 
     def refuse(mistake: Any) -> None:
-        raise ConfigError(f"{_told(mistake, words)}; `evslip {name} --help` explains")
+        raise _MistakeError(mistake)
 
-    with mistakes.on_parse_error(refuse) if mistakes else contextlib.nullcontext():
-        return tyro.cli(later, prog=f"evslip {name}", args=words, config=CONFIG)
+    def parsed(words: Sequence[str]) -> Callable[[], None]:
+        with mistakes.on_parse_error(refuse) if mistakes else contextlib.nullcontext():
+            return tyro.cli(later, prog=f"evslip {name}", args=words, config=CONFIG)
+
+    try:
+        return parsed(words)
+    except _MistakeError as error:
+        # An unknown option is taken for a word that is missing; alone on the line, every one of them is.
+        unknown = [word for word in words if word.startswith("--") and word != "--help" and _is_unknown(parsed, word)]
+        reason = f"{' '.join(unknown)}: not known here" if unknown else _explained(error.mistake, words)
+        raise ConfigError(f"{reason}; `evslip {name} --help` explains") from None
 
 
-def _told(mistake: Any, words: Sequence[str]) -> str:
-    """The gist of a mistake of use, in one line."""
+class _MistakeError(Exception):
+    def __init__(self, mistake: Any):
+        super().__init__(mistake)
+        self.mistake = mistake
+
+
+def _is_unknown(parsed: Callable[[Sequence[str]], Any], option: str) -> bool:
+    try:
+        parsed([option])
+    except _MistakeError as error:
+        left_over = [*getattr(error.mistake, "tokens", ()), *getattr(error.mistake, "unrecognized_tokens", ())]
+        argument = getattr(error.mistake, "argument", None)
+        return bool(left_over) or (argument is not None and argument.is_positional())
+    return False
+
+
+def _explained(mistake: Any, words: Sequence[str]) -> str:
+    """Gist of a mistake of use, in one line."""
     kind, argument = type(mistake).__name__, getattr(mistake, "argument", None)
     if kind == "MissingArgs":
         missing = [(one.arg.is_positional(), one.arg) for one in mistake.missing_arguments]
@@ -52,12 +77,12 @@ def _told(mistake: Any, words: Sequence[str]) -> str:
 
 
 def _kind(argument: Any) -> str:
-    """What an argument takes, as help has it."""
+    """Kind of value that an argument takes, as help has it."""
     return str(argument.lowered.metavar).strip("{}")
 
 
 def _given(option: str, words: Sequence[str]) -> str:
-    """What follows an option on the command line."""
+    """Words that follow an option on the command line."""
     for place, word in enumerate(words):
         name, equals, value = word.partition("=")
         if name.replace("_", "-") == option:

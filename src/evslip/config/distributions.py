@@ -14,8 +14,8 @@ STEPS = 2**32
 """A range is drawn on this many points."""
 
 
-class Range(BaseModel):
-    """A distribution over [min, max]: uniform, or that of the polar angle in degrees of points uniform on a sphere."""
+class Uniform(BaseModel):
+    """Uniform distribution over [min, max], or that of the polar angle in degrees of points uniform on a sphere."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
     min: float
@@ -53,8 +53,8 @@ def _is_odd(value: float) -> bool:
     return bool(struct.unpack("<q", struct.pack("<d", value))[0] & 1)
 
 
-Atom = float | Range
-Distribution = float | Range | tuple[Atom, ...]
+Atom = float | Uniform
+Distribution = float | Uniform | tuple[Atom, ...]
 
 
 def _number(raw: Any) -> float:
@@ -64,11 +64,11 @@ def _number(raw: Any) -> float:
 
 
 def _atom(raw: Any) -> Atom:
-    if isinstance(raw, Range):
+    if isinstance(raw, Uniform):
         return raw
     if not isinstance(raw, dict):
         return _number(raw)
-    if not {"min", "max"} <= set(raw) <= set(Range.model_fields):
+    if not {"min", "max"} <= set(raw) <= set(Uniform.model_fields):
         raise ValueError("a range needs exactly the keys min and max, and may have law")
     low, high = _number(raw["min"]), _number(raw["max"])
     if not low < high:
@@ -78,7 +78,7 @@ def _atom(raw: Any) -> Atom:
         raise ValueError(f"the law of a range, {law!r}, is unknown; expected uniform or sphere")
     if law == "sphere" and not 0 <= low < high <= 180:
         raise ValueError(f"a range over a sphere needs 0 <= min < max <= 180 degrees, not {low:g} and {high:g}")
-    return Range(min=low, max=high, law=law)
+    return Uniform(min=low, max=high, law=law)
 
 
 def parse(raw: Any) -> Distribution:
@@ -90,7 +90,7 @@ def parse(raw: Any) -> Distribution:
     try:
         return _atom(raw)
     except ValueError as error:
-        if isinstance(raw, dict | Range):
+        if isinstance(raw, dict | Uniform):
             raise
         raise ValueError(f"{error}, {{min = ..., max = ...}} or a list of these") from None
 
@@ -114,7 +114,7 @@ def extremes(value: Distribution | float) -> tuple[float, float]:
     if isinstance(value, tuple):
         pairs = [extremes(atom) for atom in value]
         return min(low for low, _ in pairs), max(high for _, high in pairs)
-    if isinstance(value, Range):
+    if isinstance(value, Uniform):
         return value.min, value.max
     return value, value
 
@@ -122,7 +122,7 @@ def extremes(value: Distribution | float) -> tuple[float, float]:
 def _plain(value: Distribution | str | tuple[str, ...]) -> Any:
     if isinstance(value, tuple):
         return [_plain(atom) for atom in value]
-    return value.model_dump(exclude_defaults=True) if isinstance(value, Range) else value
+    return value.model_dump(exclude_defaults=True) if isinstance(value, Uniform) else value
 
 
 Number = Annotated[Distribution, PlainValidator(parse), PlainSerializer(_plain)]

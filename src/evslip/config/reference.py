@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from evslip.config.config import Config
-from evslip.config.distributions import Distribution, Range
+from evslip.config.distributions import Distribution, Uniform
 from evslip.config.loading import PRESETS, load_config
 from evslip.config.sample import SampleSpec
 from evslip.config.section import Section, Within
@@ -40,6 +40,6 @@ def _show(value: Distribution | str | tuple[str, ...] | None) -> str:
         return ""
     if isinstance(value, tuple):
         return ", ".join(map(_show, value))
-    if isinstance(value, Range):
+    if isinstance(value, Uniform):
         return f"{value.min:g}...{value.max:g}" + (f" ({value.law})" if value.law != "uniform" else "")
     return f"`{value}`" if isinstance(value, str) else f"{value:g}"

@@ -3,7 +3,7 @@
 import math
 
 from evslip.config.config import Config
-from evslip.config.distributions import Range
+from evslip.config.distributions import Uniform
 from evslip.config.params import Params
 from evslip.config.sample import SampleSpec
 from evslip.draws import grid, provoked_slips, stratification
@@ -39,7 +39,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     tree = prepared.model_dump(include=set(SampleSpec.model_fields))
     for key, value in values.items():
         section, name = key.split(".")
-        if isinstance(value, Range):
+        if isinstance(value, Uniform):
             try:
                 value = value.draw(rngs[key], odd=split == "test", without=plan.constants.get(key, frozenset()))
             except ConfigError as error:

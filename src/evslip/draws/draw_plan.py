@@ -4,7 +4,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from evslip.config.config import Config
-from evslip.config.distributions import Range
+from evslip.config.distributions import Uniform
 from evslip.config.sample import leaves
 from evslip.draws.splits import TEXTURE, Dimension, divide
 from evslip.scene.textures import library
@@ -25,7 +25,7 @@ class DrawPlan(NamedTuple):
 
     def varied(self) -> list[str]:
         """Keys that are not the same in every sample."""
-        return [k for k, value in self.fixed.items() if isinstance(value, Range)] + list(self.constants)
+        return [k for k, value in self.fixed.items() if isinstance(value, Uniform)] + list(self.constants)
 
     def grid_sizes(self, split: str) -> tuple[int, ...]:
         """Lengths of a split's lists that a grid combines."""
@@ -60,7 +60,7 @@ def _make_plan(config: Config) -> DrawPlan:
         fixed={key: value for key, value in values.items() if key not in entries},
         dimensions=choices,
         shares=divide(choices, config.seed, config.test_share),
-        constants={key: frozenset(e for e in column if not isinstance(e, Range)) for key, column in entries.items()},
+        constants={key: frozenset(e for e in column if not isinstance(e, Uniform)) for key, column in entries.items()},
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from evslip.config.config import Config
-from evslip.config.distributions import Range
+from evslip.config.distributions import Uniform
 from evslip.config.params import Params
 from evslip.config.sample import leaves
 from evslip.draws.draw import draw
@@ -39,11 +39,11 @@ def _rows(config: Config, params: Params) -> Iterator[tuple[str, str, str]]:
 
 def _source(name: str, given: Any) -> str:
     """Distribution that a value was drawn from."""
-    if isinstance(given, Range):
+    if isinstance(given, Uniform):
         return f"from {tell(name, given.min)} to {tell(name, given.max)}"
     if isinstance(given, tuple):
         text = "one of " + ", ".join(
-            _source(name, entry).removeprefix("from ") if isinstance(entry, Range) else tell(name, entry)
+            _source(name, entry).removeprefix("from ") if isinstance(entry, Uniform) else tell(name, entry)
             for entry in given
         )
         return text if len(text) <= WIDTH // 2 else f"one of {len(given)}"

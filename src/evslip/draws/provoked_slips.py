@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from evslip.config.config import Config
-from evslip.config.distributions import Range, choices, extremes
+from evslip.config.distributions import Uniform, choices, extremes
 from evslip.config.params import Params
 from evslip.config.sections.slip import NATURAL
 from evslip.draws import stratification
@@ -163,9 +163,9 @@ def _inside(value: Any, intervals: tuple[Bounds, ...]) -> bool:
     )
 
 
-def _distribution(bounds: Bounds) -> Range | float:
+def _distribution(bounds: Bounds) -> Uniform | float:
     low, high = bounds
-    return low if low == high else Range(min=low, max=high)
+    return low if low == high else Uniform(min=low, max=high)
 
 
 def _with(config: Config, changes: dict[str, Any]) -> Config:

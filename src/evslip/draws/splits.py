@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
-from evslip.config.distributions import Atom, Range
+from evslip.config.distributions import Atom, Uniform
 from evslip.utils.errors import ConfigError
 from evslip.utils.seeds import generator
 
@@ -27,7 +27,7 @@ class Dimension(NamedTuple):
     def tokens(self, row: int) -> set[Token]:
         """Constants of a row that one split alone may have; not ranges: both splits draw from them, never the same."""
         pairs = zip(self.keys, self.rows[row], strict=True)
-        return {(domain(key), atom) for key, atom in pairs if not isinstance(atom, Range) and is_divided(key, atom)}
+        return {(domain(key), atom) for key, atom in pairs if not isinstance(atom, Uniform) and is_divided(key, atom)}
 
 
 def is_divided(key: str, value: object) -> bool:

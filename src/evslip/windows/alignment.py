@@ -1,17 +1,14 @@
 """Which pixels of a sensor a detector looks at."""
 
 from dataclasses import replace
-from typing import Literal, get_args
+from typing import get_args
 
 from evslip.utils.errors import ConfigError, DataError
-from evslip.windows.window_set import WindowSettings
-
-Align = Literal["centre", "corner"]
-"""How the crop lies on a sensor of another size: as far from its centre, or from its first pixel, as it did."""
+from evslip.windows.settings import Align, WindowSettings
 
 
 def laid_on(settings: WindowSettings, size: tuple[int, int], align: Align = "centre") -> WindowSettings:
-    """The same crop on a sensor of `size` (width, height). What of the crop lies beyond the sensor stays silent."""
+    """Settings of the same crop on a sensor of `size` (width, height). Its part beyond the sensor stays silent."""
     left, top = settings.left, settings.top
     if align == "centre":
         left -= (settings.sensor_width - size[0]) // 2

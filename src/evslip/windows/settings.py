@@ -6,6 +6,8 @@ from typing import Literal, get_args
 from evslip.utils.errors import ConfigError
 
 LabelMode = Literal["motion", "angular", "paper"]
+Align = Literal["centre", "corner"]
+"""How the crop lies on a sensor of another size: as far from its centre, or from its first pixel, as it did."""
 
 
 @dataclass(frozen=True)

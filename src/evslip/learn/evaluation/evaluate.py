@@ -11,7 +11,8 @@ from evslip.learn.checkpoint import geometry_of, load_model
 from evslip.learn.networks.network import Network
 from evslip.learn.scores.metrics import Metrics, measure
 from evslip.utils.errors import DataError
-from evslip.windows.alignment import Align, require_sensor
+from evslip.windows.alignment import require_sensor
+from evslip.windows.settings import Align
 from evslip.windows.window_set import Windows, WindowSettings
 
 BATCH = 32

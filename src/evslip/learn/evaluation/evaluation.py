@@ -19,9 +19,9 @@ from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
 from evslip.learn.scores import bootstrap, tally
 from evslip.learn.scores.metrics import Metrics, measured
 from evslip.utils.errors import ConfigError
-from evslip.windows.alignment import Align
 from evslip.windows.label import Label
 from evslip.windows.mixture import plain_name
+from evslip.windows.settings import Align
 
 HOP_S = 0.02
 CURVE_POINTS = 200

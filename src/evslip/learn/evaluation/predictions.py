@@ -11,9 +11,10 @@ from evslip.events.stream import Events
 from evslip.learn.evaluation.evaluate import BATCH, predict, probabilities
 from evslip.learn.networks.network import Network
 from evslip.utils.errors import DataError
-from evslip.windows.alignment import Align, require_sensor
+from evslip.windows.alignment import require_sensor
 from evslip.windows.conditions import Conditions, conditions
 from evslip.windows.cutting import crop, entering, labelled, moved_before
+from evslip.windows.settings import Align
 from evslip.windows.window_set import WindowEvents, Windows, WindowSettings
 
 UNKNOWN = -1

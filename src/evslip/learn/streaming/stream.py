@@ -10,8 +10,9 @@ from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluation.evaluate import BATCH, predict
 from evslip.learn.streaming.recent import Recent
 from evslip.utils.errors import ConfigError, DataError
-from evslip.windows.alignment import Align, require_sensor
+from evslip.windows.alignment import require_sensor
 from evslip.windows.cutting import crop
+from evslip.windows.settings import Align
 from evslip.windows.window_set import WindowEvents
 
 MOST_SILENCE_US = 3_600_000_000

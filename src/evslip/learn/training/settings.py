@@ -8,7 +8,7 @@ from evslip.utils.errors import ConfigError
 Optimiser = Literal["adam", "rmsprop"]
 Schedule = Literal["cycle", "constant"]
 Protocol = Literal["trajectory", "paper"]
-BY_NETWORK = ("epochs", "batch", "lr", "schedule", "optimiser", "weight_decay", "smoothing", "patience")
+BY_NETWORK = ("epochs", "batch", "lr", "schedule", "optimiser", "weight_decay", "smoothing", "patience", "flip")
 """Settings that `Network.recommended` may name."""
 
 

@@ -29,7 +29,7 @@ CLEARANCE_M = 0.0005
 """The object is set down from, or pressed by, at most this much."""
 APPROACH_M = 0.06
 CLOSE_INTO_M = 0.012
-"""Fingers are told to close this far into the object, so that they push with all the force they may."""
+"""Fingers are commanded to close this far into the object, so that they push with all the force they may."""
 APPROACH_S, CLOSE_S, OPEN_S = 0.5, 0.35, 0.15
 """Nominal times of coming down or going up, of closing and of opening."""
 RETREAT_AFTER_S = 0.2
@@ -100,7 +100,7 @@ def plan(params: Params, model: mujoco.MjModel) -> ServoPlan:
 def _with_arm(
     params: Params, model: mujoco.MjModel, coarse_s: np.ndarray, t_s: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Angles of the arm's joints and what their servos are told, each (n, 7), at times (n,)."""
+    """Angles of the arm's joints and the commands to their servos, each (n, 7), at times (n,)."""
     angles = joint_path(params, model, coarse_s, *tool_path(params, coarse_s))
     clearance.check_arm(model, coarse_s, angles)
     spline = CubicSpline(coarse_s, angles)
@@ -113,7 +113,7 @@ def _with_arm(
 def _with_slides(
     params: Params, model: mujoco.MjModel, coarse_s: np.ndarray, t_s: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of the cartesian hand's joints and what their servos are told, each (n, 4), at times (n,)."""
+    """Positions of the cartesian hand's joints and the commands to their servos, each (n, 4), at times (n,)."""
     before, now, after = (np.column_stack(tool_path(params, t_s + k * TIMESTEP_S)) for k in (0, 1, 2))
     speed = (after - before) / (2 * TIMESTEP_S)
     acceleration = (before - 2 * now + after) / TIMESTEP_S**2

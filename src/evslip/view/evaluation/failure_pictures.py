@@ -7,7 +7,7 @@ import numpy as np
 from evslip.events.stream import Events
 from evslip.learn.evaluation.evaluation_data import EvaluationData
 from evslip.view.evaluation.failures import Failure, of_events, of_record
-from evslip.windows.alignment import Align
+from evslip.windows.settings import Align
 from evslip.windows.window_set import WindowSettings
 
 

@@ -12,8 +12,9 @@ from evslip.utils import atomic
 from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import encoded, jpeg_uri, overlay
 from evslip.view.report import page
-from evslip.windows.alignment import Align, laid_on
+from evslip.windows.alignment import laid_on
 from evslip.windows.label import Label
+from evslip.windows.settings import Align
 from evslip.windows.window_set import WindowSettings
 
 if TYPE_CHECKING:
