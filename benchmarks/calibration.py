@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from evslip.learn.evaluation.stored import FILE, read_evaluation
-from evslip.learn.scores import tally
+from evslip.learn.scores import weighted
 from evslip.utils.errors import EvslipError
 from evslip.windows.label import Label
 
@@ -25,8 +25,8 @@ def main(*paths: str) -> None:
             label, p = np.asarray(one.scores.labels), np.asarray(one.scores.probabilities, float)
             share = float(np.mean(label == Label.SLIP))
             corrected = p * share / (p * share + (1 - p) * (1 - share))
-            both = [tally.tally(label, each) for each in (p, corrected)]
-            cells = [f"{figure(each):.4f}" for figure in (tally.calibration_error, tally.brier) for each in both]
+            both = [weighted.distribution(label, each) for each in (p, corrected)]
+            cells = [f"{figure(each):.4f}" for figure in (weighted.calibration_error, weighted.brier) for each in both]
             print(f"| {one.model} | {share:.3f} | {' | '.join(cells)} |")
 
 

@@ -11,7 +11,7 @@ from safetensors.torch import load_file, save_file
 
 from evslip.learn import NETWORKS, build_model, load_model
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.evaluation.evaluate import probabilities
+from evslip.learn.inference import probabilities
 from evslip.utils.errors import DataError
 from evslip.windows.window_set import WindowSettings
 from slip_records import slip_windows

@@ -1,6 +1,6 @@
 """The command line: a function a verb, each of which calls one function of the library.
 
-Begin with `VERBS`; words are understood, and mistakes told, in `usage`; options made from settings are in `options`.
+Begin with `VERBS`; `usage` understands words and explains mistakes; `options` makes options from settings.
 A new verb is a function whose docstring is its help, and one line in VERBS.
 """
 
@@ -65,8 +65,8 @@ def main() -> None:
 def run(words: list[str]) -> None:
     """Do what the words of a command line say. Raises EvslipError."""
     if not words or words[0] not in VERBS:
-        told = f"{words[0]!r} is no verb" if words else "no verb is named"
-        raise ConfigError(f"{told}; expected one of {', '.join(VERBS)}; `evslip --help` explains")
+        mistake = f"{words[0]!r} is no verb" if words else "no verb is named"
+        raise ConfigError(f"{mistake}; expected one of {', '.join(VERBS)}; `evslip --help` explains")
     from evslip.cli.usage import understood
 
     verb, *rest = words

@@ -48,8 +48,8 @@ def evaluate(
     from evslip.view.evaluation.tables import alarm_table, comparison_table, short_names
 
     if len(models_and_data) < 2:
-        told = " ".join(map(str, models_and_data)) or "nothing"
-        raise ConfigError(f"evaluate: {told} given; expected one or more models, then the data")
+        words = " ".join(map(str, models_and_data)) or "nothing"
+        raise ConfigError(f"evaluate: {words} given; expected one or more models, then the data")
     *models, data = models_and_data
     if network is not None:
         register(network)
@@ -103,9 +103,9 @@ def detect(
 
     given = [*([] if model is None else [model]), *model_and_recording]
     if len(given) != 2:
-        told = " ".join(map(str, given)) or "nothing"
+        words = " ".join(map(str, given)) or "nothing"
         raise ConfigError(
-            f"detect: {told} given; expected a model and a recording, such as: detect --model default REC"
+            f"detect: {words} given; expected a model and a recording, such as: detect --model default REC"
         )
     if network is not None:
         register(network)

@@ -83,12 +83,12 @@ def sweep(
 
     settings = SweepSettings(model, space_of(space, model), trials, sampler, pruner, goal, seed)
 
-    def told(trial: Trial) -> None:
+    def report(trial: Trial) -> None:
         drawn = ", ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in trial.settings.items())
         value = trial.error or ("" if trial.value is None else f"{goal} {trial.value:.4f}")
         console.print(f"trial {trial.number}: {trial.state} {value} ({drawn})")
 
-    found = run(load_windows(windows), out, settings, told)
+    found = run(load_windows(windows), out, settings, report)
     write_sweep(found)
     print_table(sweep_table(found, most=10, short=True))
     if found.best is not None:

@@ -40,8 +40,8 @@ def windows(
 
     settings = WindowSettings(**given(settings))
     if len(datasets_and_out) < 2:
-        told = " ".join(map(str, datasets_and_out)) or "nothing"
-        raise ConfigError(f"windows: {told} given; expected one or more data sets, then the file to write")
+        words = " ".join(map(str, datasets_and_out)) or "nothing"
+        raise ConfigError(f"windows: {words} given; expected one or more data sets, then the file to write")
     *datasets, out = datasets_and_out
     sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]
     if visualize is not None and (len(sets) > 1 or not sets[0].splits):

@@ -12,7 +12,7 @@ from evslip.utils.errors import MissingExtraError
 
 if TYPE_CHECKING:
     from evslip.learn.checkpoint import load_model
-    from evslip.learn.evaluation.evaluate import evaluate
+    from evslip.learn.evaluation.evaluation import evaluate
     from evslip.learn.networks import NETWORKS, build_model
     from evslip.learn.scores.metrics import Metrics
     from evslip.learn.search.spaces import Range, Space
@@ -34,7 +34,7 @@ _HOME = {
     "TrainSettings": "training.settings",
     "build_model": "networks",
     "detect": "streaming.stream",
-    "evaluate": "evaluation.evaluate",
+    "evaluate": "evaluation.evaluation",
     "load_model": "checkpoint",
     "sweep": "search.sweep",
     "train": "training.train",

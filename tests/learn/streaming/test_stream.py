@@ -9,7 +9,7 @@ import torch
 from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.evaluation.evaluate import probabilities
+from evslip.learn.inference import probabilities
 from evslip.learn.streaming.recent import LEAST, Recent
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.cutting import windows_of

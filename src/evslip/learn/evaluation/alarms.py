@@ -1,7 +1,7 @@
 """A detector as an alarm: does it ring when the object slips, how late, and how often for nothing?
 
-An alarm is a run of answers at or above the threshold; runs less than 0.2 s apart are one. It is false when it begins
-with a window in which the object holds (by the limits of the labels), unless that is at most 0.1 s before the onset of
+An alarm is a run of predictions at or above the threshold; runs less than 0.2 s apart are one. It is false when it
+begins with a window in which the object holds (by the limits of the labels), unless that is at most 0.1 s before the onset of
 the first slip: the onset is where the movement has reached 0.1 degrees, and a movement may be seen before. A slip is
 detected by the first alarm that begins from 0.1 s before its onset until it has left the window. An alarm that stands
 from long before detects nothing.
@@ -87,7 +87,7 @@ def alarms_at(predictions: Predictions, threshold: float) -> Alarms:
 
 
 def beginnings(predictions: Predictions, threshold: float) -> np.ndarray:
-    """At which answers an alarm begins; bool of shape (n,)."""
+    """Predictions at which an alarm begins; bool of shape (n,)."""
     loud = np.flatnonzero(predictions.p_slip >= threshold)
     begins = np.zeros(len(predictions.p_slip), bool)
     if len(loud):
@@ -98,7 +98,7 @@ def beginnings(predictions: Predictions, threshold: float) -> np.ndarray:
 
 
 def first_alarms(predictions: Predictions, begins: np.ndarray) -> tuple[np.ndarray, list[int]]:
-    """The answer at which each first slip is detected, -1 where it is missed; and the positions of their tracks."""
+    """Predictions at which each first slip is detected, -1 where it is missed; and the positions of their tracks."""
     rows, slips = [], []
     for position, track in enumerate(predictions.tracks):
         if track.onset_us is None or track.end_us is None or track.rows.start == track.rows.stop:
@@ -112,11 +112,11 @@ def first_alarms(predictions: Predictions, begins: np.ndarray) -> tuple[np.ndarr
 
 
 def thresholds(predictions: Predictions) -> np.ndarray:
-    """Falling thresholds that between them tell the holding answers apart, at most a thousand, and one that nothing
+    """Falling thresholds that between them tell the holding predictions apart, at most a thousand, and one that nothing
     reaches."""
     holding = np.unique(predictions.p_slip[predictions.label == Label.HOLD].astype(float))
     if len(holding) > MOST_THRESHOLDS:
-        # Closely where few answers are exceeded: there the allowed rate lies.
+        # Closely where few predictions are exceeded: there the allowed rate lies.
         holding = holding[np.unique(np.round(np.geomspace(1, len(holding), MOST_THRESHOLDS)).astype(int)) * -1]
     just_above = np.nextafter(holding, 2.0)
     return np.unique(np.concatenate([just_above, [0.0, 2.0]]))[::-1]

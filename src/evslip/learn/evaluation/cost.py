@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from evslip.learn.evaluation.evaluate import BATCH, predict
+from evslip.learn.inference import BATCH, predict
 from evslip.learn.networks.network import Network
 from evslip.windows.window_set import WindowEvents
 

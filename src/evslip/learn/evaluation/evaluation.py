@@ -8,20 +8,22 @@ from typing import Any
 import numpy as np
 
 from evslip.data.record import Record
-from evslip.learn.checkpoint import Description, load_model
+from evslip.learn.checkpoint import Description, geometry_of, load_model
 from evslip.learn.evaluation import alarms, predictions
 from evslip.learn.evaluation.alarms import Alarms
 from evslip.learn.evaluation.cost import Cost, measure_cost
-from evslip.learn.evaluation.evaluate import check_windows
 from evslip.learn.evaluation.evaluation_data import EvaluationData
 from evslip.learn.evaluation.groups import Grouping, groupings
 from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
-from evslip.learn.scores import bootstrap, tally
-from evslip.learn.scores.metrics import Metrics, measured
-from evslip.utils.errors import ConfigError
+from evslip.learn.inference import probabilities
+from evslip.learn.scores import bootstrap, weighted
+from evslip.learn.scores.metrics import Metrics, measure, measured
+from evslip.utils.errors import ConfigError, DataError
+from evslip.windows.alignment import require_sensor
 from evslip.windows.label import Label
 from evslip.windows.mixture import plain_name
 from evslip.windows.settings import Align
+from evslip.windows.window_set import Windows, WindowSettings
 
 HOP_S = 0.02
 CURVE_POINTS = 200
@@ -71,7 +73,7 @@ class Evaluation:
     groupings: list[Grouping]
     cost: Cost
     hop_s: float
-    """Time between two answers, to which latencies are exact."""
+    """Time between two predictions, to which latencies are exact."""
     align: Align | None
     """How the crop lies on sensors of another size than it was trained on; None: there may be none."""
     notes: list[str]
@@ -99,7 +101,7 @@ def evaluate_model(
     else:
         settings = description.windows
         hop_s = min(hop_s, settings.length_s)
-        found = predictions.on_records(network, settings, _told(data, progress), hop_s, align)
+        found = predictions.on_records(network, settings, _counted(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
     scores = measured(
         clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip, description.threshold, resamples
@@ -129,7 +131,29 @@ def evaluate_model(
     )
 
 
-def _told(data: EvaluationData, progress: Callable[[int], None] | None) -> Iterator[Record]:
+def evaluate(model: str | Path, windows: Windows, *, align: Align | None = None) -> Metrics:
+    """Scores of a saved detector. Raises DataError when the windows are not what it was trained for; `align` lets those
+    of another sensor pass."""
+    network, description = load_model(model)
+    check_windows(windows, description.windows, align)
+    if not len(windows):
+        raise DataError("there is no window to evaluate on")
+    return measure(windows, probabilities(network, windows), description.threshold)
+
+
+def check_windows(windows: Windows, trained: WindowSettings, align: Align | None) -> None:
+    """Raise DataError unless the windows have the size and length of those that a detector was trained on, and are from
+    a sensor of the same size, or `align` lets another one pass."""
+    have, want = geometry_of(windows.settings), geometry_of(trained)
+    if have != want:
+        raise DataError(
+            f"the windows are {have.width}x{have.height} pixels and {have.length_us / 1e6:g} s long, "
+            f"the model takes {want.width}x{want.height} and {want.length_us / 1e6:g} s"
+        )
+    require_sensor(trained, windows.settings.sensor, align, "the windows")
+
+
+def _counted(data: EvaluationData, progress: Callable[[int], None] | None) -> Iterator[Record]:
     for record in data:
         yield record
         if progress:
@@ -137,10 +161,10 @@ def _told(data: EvaluationData, progress: Callable[[int], None] | None) -> Itera
 
 
 def _curves(clear: Predictions) -> Curves:
-    found = tally.tally(clear.label, clear.p_slip)
+    found = weighted.distribution(clear.label, clear.p_slip)
     slips, holds = (np.concatenate([[0.0], np.cumsum(side[::-1])]) for side in (found.slip, found.hold))
-    recalled, precision = tally.precision_recall(found)
-    share, mean, weight = tally.reliability(found)
+    recalled, precision = weighted.precision_recall(found)
+    share, mean, weight = weighted.reliability(found)
     filled = weight > 0
     both = slips[-1] > 0 and holds[-1] > 0
     return Curves(

@@ -1,4 +1,4 @@
-"""Where a detector is good: its answers by speed of slip and arm, phase, light and number of events."""
+"""Scores of a detector by condition: speed of slip and arm, phase, light and number of events."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
-from evslip.learn.scores import bootstrap, tally
+from evslip.learn.scores import bootstrap, weighted
 from evslip.physics.motion.phases import PHASE_NAMES
 from evslip.windows.conditions import NO_PHASE
 from evslip.windows.label import Label
@@ -68,11 +68,13 @@ def group_of(predictions: Predictions, which: np.ndarray, name: str, threshold: 
     part = predictions.take(which)
     clear = np.isin(part.label, (Label.HOLD, Label.SLIP))
     labels, p_slip, track = part.label[clear], part.p_slip[clear], part.track[clear]
-    found = tally.tally(labels, p_slip)
-    counts = tally.counts(found, threshold)
+    found = weighted.distribution(labels, p_slip)
+    counts = weighted.confusion(found, threshold)
 
     def shares(weights: np.ndarray) -> dict[str, np.ndarray]:
-        return {"accuracy": tally.accuracy(tally.counts(tally.tally(labels, p_slip, weights), threshold))}
+        return {
+            "accuracy": weighted.accuracy(weighted.confusion(weighted.distribution(labels, p_slip, weights), threshold))
+        }
 
     return Group(
         name=name,
@@ -81,10 +83,10 @@ def group_of(predictions: Predictions, which: np.ndarray, name: str, threshold: 
         holds=int((labels == Label.HOLD).sum()),
         between=int((~clear).sum()),
         trajectories=len(np.unique(part.track)),
-        accuracy=float(tally.accuracy(counts)),
+        accuracy=float(weighted.accuracy(counts)),
         interval=bootstrap.intervals(shares, track, draws)["accuracy"] if len(np.unique(track)) > 1 else None,
-        balanced_accuracy=float(tally.balanced_accuracy(counts)),
-        auroc=float(tally.auroc(found)),
+        balanced_accuracy=float(weighted.balanced_accuracy(counts)),
+        auroc=float(weighted.auroc(found)),
         between_said_slip=float((part.p_slip[~clear] >= threshold).mean()) if (~clear).any() else float("nan"),
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.events.frame import OBJECT
 from evslip.events.stream import Events
-from evslip.learn.evaluation.evaluate import BATCH, predict, probabilities
+from evslip.learn.inference import BATCH, predict, probabilities
 from evslip.learn.networks.network import Network
 from evslip.utils.errors import DataError
 from evslip.windows.alignment import require_sensor
@@ -23,11 +23,11 @@ UNKNOWN = -1
 
 @dataclass(frozen=True)
 class Track:
-    """One trajectory among the answers."""
+    """One trajectory among the predictions."""
 
     name: str
     rows: slice
-    """Its answers, in order of time."""
+    """Its predictions, in order of time."""
     onset_us: int | None
     """When the first slip begins."""
     end_us: int | None
@@ -65,7 +65,7 @@ class Predictions:
 
     @property
     def end_us(self) -> np.ndarray:
-        """When each answer is given: at the end of its window."""
+        """When each prediction is given: at the end of its window."""
         return self.start_us + self.length_us
 
     @property
@@ -80,7 +80,7 @@ class Predictions:
         return np.array([track.name for track in self.tracks])[self.track]
 
     def take(self, which: np.ndarray) -> "Predictions":
-        """The answers of a mask; the tracks' rows are those of the whole."""
+        """Predictions of a mask; the tracks' rows are those of the whole."""
         arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name in _ARRAYS}
         return replace(self, **arrays, conditions=self.conditions.take(which))
 

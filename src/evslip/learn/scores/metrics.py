@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from evslip.learn.scores import bootstrap, tally
+from evslip.learn.scores import bootstrap, weighted
 from evslip.windows.window_set import Windows
 
 
@@ -58,7 +58,7 @@ class Metrics:
 
 def auroc(labels: np.ndarray, scores: np.ndarray) -> float:
     """Area under the ROC curve, ties counted half; nan with one class alone."""
-    return float(tally.auroc(tally.tally(labels, scores)))
+    return float(weighted.auroc(weighted.distribution(labels, scores)))
 
 
 def confusion(labels: np.ndarray, said: np.ndarray) -> np.ndarray:
@@ -68,14 +68,14 @@ def confusion(labels: np.ndarray, said: np.ndarray) -> np.ndarray:
 
 def balanced_accuracy(labels: np.ndarray, said: np.ndarray) -> float:
     """Mean recall of the labels that occur."""
-    return float(tally.balanced_accuracy(tally.counts(tally.tally(labels, said), 0.5)))
+    return float(weighted.balanced_accuracy(weighted.confusion(weighted.distribution(labels, said), 0.5)))
 
 
 def best_threshold(labels: np.ndarray, scores: np.ndarray, names: np.ndarray) -> float:
     """The threshold nearest to 0.5 whose balanced accuracy is within one standard error of the best.
 
     The one-standard-error rule (Breiman et al. 1984): few trajectories, which are what the error is counted by since
-    windows of one are alike, say little about where the threshold should lie. Least of all when all are told right: so
+    windows of one are alike, say little about where the threshold should lie. Least of all when all are called right: so
     the error is that of Agresti & Coull (1998), with two right and two wrong ones added.
     """
     edges = np.unique(np.concatenate([scores, [0.5]]))
@@ -105,17 +105,17 @@ def measured(
     """All scores of n windows, each array of shape (n,)."""
     said = scores >= threshold
     trajectories, which = np.unique(names, return_inverse=True)
-    found = tally.tally(labels, scores)
+    found = weighted.distribution(labels, scores)
     draws = bootstrap.draws(len(trajectories), resamples)
     return Metrics(
         windows=len(labels),
         trajectories=len(trajectories),
         threshold=threshold,
-        **{name: float(value) for name, value in tally.headline(found, threshold).items()},
+        **{name: float(value) for name, value in weighted.headline(found, threshold).items()},
         confusion=confusion(labels, said).tolist(),
         without_recent=balanced_accuracy(labels[~recent], said[~recent]),
         intervals=bootstrap.intervals(
-            lambda weights: tally.headline(tally.tally(labels, scores, weights), threshold), which, draws
+            lambda weights: weighted.headline(weighted.distribution(labels, scores, weights), threshold), which, draws
         ),
         probabilities=scores.astype(float).tolist(),
         labels=labels.astype(int).tolist(),

@@ -103,9 +103,9 @@ class Sweep:
 
 
 def sweep(
-    windows: Windows, out: str | Path, settings: SweepSettings, told: Callable[[Trial], None] | None = None
+    windows: Windows, out: str | Path, settings: SweepSettings, callback: Callable[[Trial], None] | None = None
 ) -> Sweep:
-    """Run trials until the sweep has as many as wanted; `told` is called after each that this process has run.
+    """Run trials until the sweep has as many as wanted; `callback` is called after each that this process has run.
 
     Raises ConfigError if the folder holds a sweep of other settings or windows, DataError if the journal is damaged or
     there is too little data, MissingExtraError without Optuna.
@@ -120,8 +120,8 @@ def sweep(
             return read_sweep(out)
         trial = study.ask()
         _run(study, trial, windows, out, settings)
-        if told:
-            told(_trial(study.trials[trial.number]))
+        if callback:
+            callback(_trial(study.trials[trial.number]))
 
 
 def read_sweep(out: str | Path) -> Sweep:

@@ -7,7 +7,7 @@ import numpy as np
 
 from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
-from evslip.learn.evaluation.evaluate import BATCH, predict
+from evslip.learn.inference import BATCH, predict
 from evslip.learn.streaming.recent import Recent
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import require_sensor
@@ -74,7 +74,7 @@ class Detector:
     def push(self, events: Events, until_us: int | None = None) -> float:
         """Take the next events of the stream; the newest slip probability, nan until a first window is complete.
 
-        Arguments and errors are those of `follow`, which gives the answers of all hops.
+        Arguments and errors are those of `follow`, which gives the predictions of all hops.
         """
         found = self.follow(events, until_us)
         if len(found.p_slip):

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from torch.nn.modules.batchnorm import _BatchNorm
 
 from evslip.learn.checkpoint import Description, geometry_of, save_model
-from evslip.learn.evaluation.evaluate import BATCH, probabilities
+from evslip.learn.inference import BATCH, probabilities
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Network
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold

@@ -10,7 +10,7 @@ from evslip.learn.evaluation.stored import FILE, save_evaluation
 from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
 from evslip.view.evaluation.failure_pictures import pictures
-from evslip.view.evaluation.plots import write_circumstances_png, write_scores_png
+from evslip.view.evaluation.plots import write_conditions_png, write_scores_png
 from evslip.view.evaluation.sections import evaluation_parts
 from evslip.view.evaluation.tables import short_names
 from evslip.view.report import page
@@ -33,4 +33,4 @@ def write_evaluation(folder: Path, found: Sequence[Evaluation], data: Evaluation
     parts = evaluation_parts(found, failures.from_folder(folder / failures.FOLDER))
     page.write_page(folder / "evaluation.html", "evslip: detectors examined", subtitle, parts)
     write_scores_png(folder / "scores.png", found, names)
-    write_circumstances_png(folder / "circumstances.png", found, names)
+    write_conditions_png(folder / "circumstances.png", found, names)

@@ -29,7 +29,7 @@ def write_scores_png(path: Path, found: Sequence[Evaluation], names: Sequence[st
     atomic.write_bytes(path, figure_png(figure))
 
 
-def write_circumstances_png(path: Path, found: Sequence[Evaluation], names: Sequence[str]) -> None:
+def write_conditions_png(path: Path, found: Sequence[Evaluation], names: Sequence[str]) -> None:
     """Accuracy by each condition, with the range of 95 % of resamples; diamonds: the share of the windows between
     hold and slip that is called slip. Raises StorageError."""
     from matplotlib.figure import Figure

@@ -35,7 +35,7 @@ def explore(
     if model is not None:
         from evslip.learn import load_model
 
-        load_model(model)  # one that cannot be read is told before a page opens
+        load_model(model)  # one that cannot be read is refused before a page opens
     with socket.socket() as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

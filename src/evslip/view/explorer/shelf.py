@@ -84,5 +84,5 @@ def open_recording(path: str | Path) -> Shelf:
     if not path.is_file():
         raise DataError(f"{path}: no such file; expected a recording")
     if not is_record(path):
-        next(iter(raw_source(path).parts), None)  # what cannot be read is told before a page opens
+        next(iter(raw_source(path).parts), None)  # what cannot be read is refused before a page opens
     return Shelf(path.name, [Item(path, path.stem, "", "", None)])

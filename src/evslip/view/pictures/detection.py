@@ -1,4 +1,4 @@
-"""A detector's answers over time as a table and a picture."""
+"""A detector's predictions over time as a table and a picture."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn import metrics as sk
 
-from evslip.learn.scores import bootstrap, tally
+from evslip.learn.scores import bootstrap, weighted
 
 windows = st.lists(st.tuples(st.booleans(), st.integers(0, 12), st.integers(0, 3)), min_size=2, max_size=80).map(
     lambda rows: tuple(np.array(column) for column in zip(*rows, strict=True))
@@ -22,7 +22,7 @@ def test_every_score_is_that_of_scikit_learn(rows) -> None:
     if not (weights[labels].sum() and weights[~labels].sum()):
         return
     drawn = {"sample_weight": weights}
-    found = tally.headline(tally.tally(labels.astype(int), p_slip, weights.astype(float)), 0.5)
+    found = weighted.headline(weighted.distribution(labels.astype(int), p_slip, weights.astype(float)), 0.5)
     said = p_slip >= 0.5
     expected = {
         "accuracy": sk.accuracy_score(labels, said, **drawn),
@@ -40,10 +40,10 @@ def test_many_weightings_at_once_are_those_one_by_one() -> None:
     rng = np.random.default_rng(0)
     labels, p_slip = rng.integers(0, 2, 200), rng.integers(0, 50, 200) / 50
     weights = rng.integers(0, 4, (7, 200))
-    together = tally.headline(tally.tally(labels, p_slip, weights), 0.3)
+    together = weighted.headline(weighted.distribution(labels, p_slip, weights), 0.3)
     for i, row in enumerate(weights):
         repeated = np.repeat(np.arange(200), row)
-        alone = tally.headline(tally.tally(labels[repeated], p_slip[repeated]), 0.3)
+        alone = weighted.headline(weighted.distribution(labels[repeated], p_slip[repeated]), 0.3)
         for name, values in together.items():
             assert values[i] == pytest.approx(float(alone[name])), name
 
@@ -52,8 +52,8 @@ def test_calibration_error_in_closed_form() -> None:
     # 30 windows told 0.9, of which 0.7 slip; 10 told 0.1, of which none does: (30 * 0.2 + 10 * 0.1) / 40.
     labels = np.array([1] * 21 + [0] * 9 + [0] * 10)
     p_slip = np.array([0.9] * 30 + [0.1] * 10)
-    assert tally.calibration_error(tally.tally(labels, p_slip)) == pytest.approx(0.175)
-    share, mean, weight = tally.reliability(tally.tally(labels, p_slip))
+    assert weighted.calibration_error(weighted.distribution(labels, p_slip)) == pytest.approx(0.175)
+    share, mean, weight = weighted.reliability(weighted.distribution(labels, p_slip))
     assert share[weight > 0].tolist() == pytest.approx([0.0, 0.7])
     assert mean[weight > 0].tolist() == pytest.approx([0.1, 0.9])
 
@@ -61,17 +61,21 @@ def test_calibration_error_in_closed_form() -> None:
 def test_calibrated_probabilities_have_a_small_error_and_the_brier_score_of_their_spread() -> None:
     rng = np.random.default_rng(1)
     p_slip = rng.random(100_000)
-    found = tally.tally(rng.random(100_000) < p_slip, p_slip)
-    assert tally.calibration_error(found) < 0.01
-    assert tally.brier(found) == pytest.approx(1 / 6, abs=0.003)  # E[p (1 - p)] of a uniform p
+    found = weighted.distribution(rng.random(100_000) < p_slip, p_slip)
+    assert weighted.calibration_error(found) < 0.01
+    assert weighted.brier(found) == pytest.approx(1 / 6, abs=0.003)  # E[p (1 - p)] of a uniform p
 
 
 def test_what_is_undefined_is_nan() -> None:
-    one_class = tally.headline(tally.tally(np.zeros(3, int), np.array([0.1, 0.2, 0.9])), 0.5)
+    one_class = weighted.headline(weighted.distribution(np.zeros(3, int), np.array([0.1, 0.2, 0.9])), 0.5)
     assert np.isnan(one_class["auroc"])
     assert one_class["balanced_accuracy"] == pytest.approx(2 / 3)
     assert one_class["f1"] == 0
-    assert all(np.isnan(v) for k, v in tally.headline(tally.tally(np.zeros(0), np.zeros(0)), 0.5).items() if k != "f1")
+    assert all(
+        np.isnan(v)
+        for k, v in weighted.headline(weighted.distribution(np.zeros(0), np.zeros(0)), 0.5).items()
+        if k != "f1"
+    )
 
 
 def test_an_interval_of_the_mean_is_the_normal_one() -> None:
