@@ -1,10 +1,10 @@
 """A detector as an alarm: does it ring when the object slips, how late, and how often for nothing?
 
 An alarm is a run of predictions at or above the threshold; runs less than 0.2 s apart are one. It is false when it
-begins with a window in which the object holds (by the limits of the labels), unless that is at most 0.1 s before the onset of
-the first slip: the onset is where the movement has reached 0.1 degrees, and a movement may be seen before. A slip is
-detected by the first alarm that begins from 0.1 s before its onset until it has left the window. An alarm that stands
-from long before detects nothing.
+begins with a window in which the object holds (by the limits of the labels), unless that is at most 0.1 s before the
+onset of the first slip: the onset is where the movement has reached 0.1 degrees, and a movement may be seen before. A
+slip is detected by the first alarm that begins from 0.1 s before its onset until it has left the window. An alarm that
+stands from long before detects nothing.
 """
 
 from dataclasses import dataclass

@@ -75,7 +75,7 @@ def best_threshold(labels: np.ndarray, scores: np.ndarray, names: np.ndarray) ->
     """The threshold nearest to 0.5 whose balanced accuracy is within one standard error of the best.
 
     The one-standard-error rule (Breiman et al. 1984): few trajectories, which are what the error is counted by since
-    windows of one are alike, say little about where the threshold should lie. Least of all when all are called right: so
+    windows of one are alike, say little about where the threshold should lie. Least of all when all are right: so
     the error is that of Agresti & Coull (1998), with two right and two wrong ones added.
     """
     edges = np.unique(np.concatenate([scores, [0.5]]))
