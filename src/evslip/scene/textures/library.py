@@ -23,7 +23,7 @@ SIXTEEN_BITS = ("I;16", "I;16B", "I;16L", "I;16N", "I")
 def pool(is_background: bool = False) -> tuple[str, ...]:
     """Names of the built-in textures, such as "wood-0"; with the panoramas, which only a background can show."""
     families = patterns.FAMILIES if is_background else patterns.MATERIALS
-    return tuple(f"{family}-{number}" for family, recipes in families.items() for number in range(recipes.COUNT))
+    return tuple(f"{family}-{number}" for family, recipes in families.items() for number in range(len(recipes)))
 
 
 def expand(value: object, is_background: bool = False) -> object:
@@ -65,7 +65,7 @@ def expand(value: object, is_background: bool = False) -> object:
 
 def _families(is_background: bool) -> str:
     families = patterns.FAMILIES if is_background else patterns.MATERIALS
-    return ", ".join(f"{family}-0 to -{recipes.COUNT - 1}" for family, recipes in families.items())
+    return ", ".join(f"{family}-0 to -{len(recipes) - 1}" for family, recipes in families.items())
 
 
 def load(name: str, is_background: bool = False) -> np.ndarray:

@@ -30,6 +30,11 @@ def rgb(colors: Color | Sequence[Color] | np.ndarray) -> np.ndarray:
     return np.asarray(colors, np.float32)
 
 
+def percent(color: Color) -> Color:
+    """A colour whose channels are given in percent of white."""
+    return color[0] / 100, color[1] / 100, color[2] / 100
+
+
 def step(low: float, high: float, value: np.ndarray) -> np.ndarray:
     """0 at `low`, 1 at `high`, smooth between and constant beyond; `low` may exceed `high`."""
     share = np.clip((value - np.float32(low)) * np.float32(1 / (high - low)), 0, 1)
@@ -42,7 +47,7 @@ def mix(first: Color | np.ndarray, second: Color | np.ndarray, share: np.ndarray
     return first + (second - first) * np.clip(share, 0, 1)[..., None]
 
 
-def ramp(colors: list[Color] | tuple[Color, ...], share: np.ndarray) -> np.ndarray:
+def ramp(colors: Sequence[Color], share: np.ndarray) -> np.ndarray:
     """Colours at equal distances along a scale from 0 to 1, linear between them."""
     palette = np.asarray(colors, np.float32)
     place = np.clip(share, 0, 1) * np.float32(len(palette) - 1)
@@ -87,9 +92,14 @@ def warp(image: np.ndarray, du: np.ndarray, dv: np.ndarray) -> np.ndarray:
     rows, columns = image.shape
     x = np.arange(columns, dtype=np.float32) + du * np.float32(columns)
     y = np.arange(rows, dtype=np.float32)[:, None] + dv * np.float32(rows)
-    left, top = np.floor(x), np.floor(y)
-    x, y = x - left, y - top
-    i, j = left.astype(np.int32) % columns, top.astype(np.int32) % rows * columns
+    return bilinear(image, x, y)
+
+
+def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The image (one channel) looked up at columns x and rows y, which need not be whole; wraps."""
+    rows, columns = image.shape
+    i, j = whole(x) % columns, whole(y) % rows * columns
+    x, y = fraction(x), fraction(y)
     right, below = (i + 1) % columns, (j + columns) % (rows * columns)
     flat = image.ravel()
     upper = flat[j + i] * (1 - x) + flat[j + right] * x

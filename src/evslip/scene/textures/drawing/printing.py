@@ -12,6 +12,7 @@ SYLLABLES = (
 DIGITS = "0123456789"
 BLACK: Color = (0.025, 0.022, 0.02)
 """Printer's ink."""
+AXIS = np.arange(SIZE, dtype=np.float32)
 
 
 def blank() -> np.ndarray:
@@ -95,45 +96,27 @@ def frame(ink: np.ndarray, area: tuple[int, int, int, int], width: int) -> None:
     ink[top:bottom, left : left + width] = ink[top:bottom, right - width : right] = 1
 
 
-def disc(size: int, x: float, y: float, radius: float, soft: float = 1.0) -> np.ndarray:
-    """A filled circle, 1 inside, of shape (size, size)."""
-    axis = np.arange(size, dtype=np.float32)
-    distance = np.sqrt((axis - np.float32(x)) ** 2 + (axis[:, None] - np.float32(y)) ** 2)
+def disc(x: float, y: float, radius: float, soft: float = 1.0) -> np.ndarray:
+    """A filled circle, 1 inside, of shape (SIZE, SIZE)."""
+    distance = np.sqrt((AXIS - np.float32(x)) ** 2 + (AXIS[:, None] - np.float32(y)) ** 2)
     return step(radius + soft, radius - soft, distance)
 
 
 def ball(image: np.ndarray, x: float, y: float, radius: float, color: Color) -> np.ndarray:
     """The image with a round fruit on it, lit from the upper left, over a soft shadow."""
-    size = len(image)
-    axis = np.arange(size, dtype=np.float32)
-    dx, dy = (axis - np.float32(x)) / np.float32(radius), (axis[:, None] - np.float32(y)) / np.float32(radius)
-    image = (
-        image
-        * (1 - np.float32(0.45) * disc(size, x + 0.12 * radius, y + 0.15 * radius, radius, 0.15 * radius))[..., None]
-    )
+    dx, dy = (AXIS - np.float32(x)) / np.float32(radius), (AXIS[:, None] - np.float32(y)) / np.float32(radius)
+    shadow = disc(x + 0.12 * radius, y + 0.15 * radius, radius, 0.15 * radius)
+    image = image * (1 - np.float32(0.45) * shadow)[..., None]
     bulge = np.sqrt(np.clip(1 - dx * dx - dy * dy, 0, 1))
-    shade = np.float32(0.25) + np.float32(0.75) * np.clip(
-        bulge * np.float32(0.7) - dx * np.float32(0.45) - dy * np.float32(0.5), 0, 1
-    )
+    facing = bulge * np.float32(0.7) - dx * np.float32(0.45) - dy * np.float32(0.5)
+    shade = np.float32(0.25) + np.float32(0.75) * np.clip(facing, 0, 1)
     glint = step(0.3, 0.0, np.sqrt((dx + np.float32(0.4)) ** 2 + (dy + np.float32(0.45)) ** 2)) * np.float32(0.6)
     lit = rgb(color) * shade[..., None] + glint[..., None]
-    cover = disc(size, x, y, radius)
-    return image + (lit - image) * cover[..., None]
+    return image + (lit - image) * disc(x, y, radius)[..., None]
 
 
-def centred(
-    ink: np.ndarray, text: str, top: float, most: float, weight: float = 0.14, stretch: float = 1.0, width: float = 0.88
-) -> float:
+def centred(ink: np.ndarray, text: str, top: float, most: float, weight: float, width: float = 0.88) -> float:
     """A word in the middle, as high as fits into `width` of the image, `most` at most; returns the line below."""
-    size = ink.shape[1]
-    height = fit(text, width * size, most, weight, stretch)
-    write(
-        ink,
-        text,
-        (size - length(text, height, weight, stretch)) / 2 + height * weight / 2,
-        top,
-        height,
-        weight,
-        stretch,
-    )
+    height = fit(text, width * SIZE, most, weight)
+    write(ink, text, (SIZE - length(text, height, weight)) / 2 + height * weight / 2, top, height, weight)
     return top + height * (1.35 + weight)

@@ -9,23 +9,16 @@ from evslip.scene.textures.panoramas.panorama import (
     COLUMNS,
     ELEVATION_DEG,
     UPPER,
-    complete,
     field,
     lookup,
     plane,
     skyline,
 )
 
-COUNT = 8
-DAY: list[Color] = [(0.50, 0.57, 0.64), (0.28, 0.42, 0.62), (0.14, 0.27, 0.52), (0.07, 0.16, 0.38)]
-DUSK: list[Color] = [(0.85, 0.40, 0.14), (0.62, 0.26, 0.17), (0.26, 0.16, 0.22), (0.06, 0.06, 0.14)]
-GREY: list[Color] = [(0.48, 0.49, 0.50), (0.40, 0.41, 0.43), (0.32, 0.33, 0.36)]
-NIGHT: list[Color] = [(0.11, 0.07, 0.045), (0.035, 0.03, 0.04), (0.012, 0.014, 0.026)]
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    kinds = (_meadow, _overcast_wood, _dusk, _city, _forest, _mountains, _park, _night)
-    return complete(kinds[number](rng))
+DAY = [(0.50, 0.57, 0.64), (0.28, 0.42, 0.62), (0.14, 0.27, 0.52), (0.07, 0.16, 0.38)]
+DUSK = [(0.85, 0.40, 0.14), (0.62, 0.26, 0.17), (0.26, 0.16, 0.22), (0.06, 0.06, 0.14)]
+GREY = [(0.48, 0.49, 0.50), (0.40, 0.41, 0.43), (0.32, 0.33, 0.36)]
+NIGHT = [(0.11, 0.07, 0.045), (0.035, 0.03, 0.04), (0.012, 0.014, 0.026)]
 
 
 def _sky(colors: list[Color]) -> np.ndarray:
@@ -104,13 +97,7 @@ def _towers(rng: np.random.Generator, image: np.ndarray, count: int, height_deg:
     is_pane = (zigzag(floors) > 0.45) & (zigzag(windows) > 0.4)
     lit = rng.random((64, 1024), np.float32)[whole(floors) % 64, (whole(windows) + 37 * at) % 1024]
     rough = field(rng, 128, 32, 6, 0.9)
-    colors: list[Color] = [
-        (0.26, 0.20, 0.16),
-        (0.40, 0.38, 0.35),
-        (0.16, 0.17, 0.19),
-        (0.50, 0.44, 0.36),
-        (0.30, 0.33, 0.36),
-    ]
+    colors = [(0.26, 0.20, 0.16), (0.40, 0.38, 0.35), (0.16, 0.17, 0.19), (0.50, 0.44, 0.36), (0.30, 0.33, 0.36)]
     wall = times(ramp(colors, tone), 0.65 + 0.6 * rough)
     if is_night:
         wall = times(wall, 0.10)
@@ -131,10 +118,8 @@ def _city(rng: np.random.Generator) -> np.ndarray:
 def _forest(rng: np.random.Generator) -> np.ndarray:
     """Among trunks, with light through the canopy."""
     leaf, clumps = field(rng, 64, 16, 7, 0.95), field(rng, 16, 4, 6, 0.75)
-    image = ramp(
-        [(0.02, 0.03, 0.012), (0.10, 0.15, 0.035), (0.34, 0.42, 0.12), (0.86, 0.90, 0.72)],
-        0.5 * leaf + 0.9 * clumps - 0.25,
-    )
+    greens = [(0.02, 0.03, 0.012), (0.10, 0.15, 0.035), (0.34, 0.42, 0.12), (0.86, 0.90, 0.72)]
+    image = ramp(greens, 0.5 * leaf + 0.9 * clumps - 0.25)
     for count, width, veil in ((120, 0.0016, 0.5), (60, 0.003, 0.25), (26, 0.007, 0.0)):
         bark = field(rng, 512, 8, 4, 0.85)
         places, tones = rng.random((2, count), np.float32)
@@ -181,3 +166,6 @@ def _night(rng: np.random.Generator) -> np.ndarray:
     image = _clouds(rng, _sky(NIGHT), 0.5, (0.10, 0.07, 0.06), (0.02, 0.02, 0.03))
     image = _towers(rng, image, 120, 13, True)
     return _towers(rng, image, 60, 18, True)
+
+
+RECIPES = (_meadow, _overcast_wood, _dusk, _city, _forest, _mountains, _park, _night)

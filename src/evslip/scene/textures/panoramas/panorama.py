@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import fraction, places, whole
+from evslip.scene.textures.drawing.canvas import bilinear, fraction, places, whole
 from evslip.scene.textures.drawing.noise import fractal
 
 COLUMNS, ROWS = 2048, 1024
@@ -44,13 +44,7 @@ def plane(height: float) -> tuple[np.ndarray, np.ndarray]:
 def lookup(field: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """One channel at places in repetitions of its sides; bilinear, wraps."""
     rows, columns = field.shape
-    x, y = fraction(x) * np.float32(columns), fraction(y) * np.float32(rows)
-    i, j = whole(x) % columns, whole(y) % rows
-    x, y = fraction(x), fraction(y)
-    flat, i1, j0, j1 = field.ravel(), (i + 1) % columns, j * columns, (j + 1) % rows * columns
-    upper = flat[j0 + i] * (1 - x) + flat[j0 + i1] * x
-    lower = flat[j1 + i] * (1 - x) + flat[j1 + i1] * x
-    return upper + (lower - upper) * y
+    return bilinear(field, fraction(x) * np.float32(columns), fraction(y) * np.float32(rows))
 
 
 def skyline(rng: np.random.Generator, across: int, octaves: int = 8, gain: float = 0.6) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Brick walls, blockwork, and a roof of tiles."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -24,18 +25,8 @@ WALLS = (
     Wall(((0.26, 0.12, 0.05), (0.66, 0.40, 0.20)), (0.17, 0.16, 0.15), 5, 10, 0.5, 0.2),
     Wall(((0.12, 0.035, 0.025), (0.36, 0.11, 0.07)), (0.66, 0.63, 0.58), 8, 16, 0.5, 0.3),
     Wall(((0.04, 0.04, 0.042), (0.13, 0.13, 0.135)), (0.28, 0.27, 0.26), 4, 12, 0.7, 0.3),
+    Wall(((0.30, 0.30, 0.29), (0.46, 0.455, 0.44)), (0.36, 0.35, 0.34), 2, 4, 1.2, 0.5),  # concrete blocks
 )
-BLOCKS, ROOF = 6, 7
-COUNT = 8
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    if number == ROOF:
-        return _roof(rng)
-    if number == BLOCKS:
-        blocks = Wall(((0.30, 0.30, 0.29), (0.46, 0.455, 0.44)), (0.36, 0.35, 0.34), 2, 4, 1.2, 0.5)
-        return _wall(rng, blocks)
-    return _wall(rng, WALLS[number])
 
 
 def _wall(rng: np.random.Generator, wall: Wall) -> np.ndarray:
@@ -51,7 +42,7 @@ def _wall(rng: np.random.Generator, wall: Wall) -> np.ndarray:
     face = step(gap, gap + 0.06, edge + 0.04 * (rough - 0.5))
     share = 0.1 + 0.7 * tone + wall.rough * (rough - 0.5)
     bricks = times(mix(*wall.colors, share), 0.85 + 0.3 * hue)
-    joints = times(np.broadcast_to(rgb(wall.mortar), (*U.shape, 3)), 0.75 + 0.6 * (rough - 0.4))
+    joints = times(rgb(wall.mortar), 0.75 + 0.6 * (rough - 0.4))
     image = times(over(joints, bricks, face), relief(face + wall.rough * 0.6 * rough, 0.55))
     dirt = step(0.45, 0.9, fractal(rng, 4, 2, 7, 0.75))
     return times(image, 1 - wall.stain * dirt)
@@ -69,3 +60,6 @@ def _roof(rng: np.random.Generator) -> np.ndarray:
     moss = step(0.62, 0.85, fractal(rng, 8, 8, 6, 0.8))
     image = mix((0.20, 0.065, 0.035), (0.55, 0.24, 0.13), 0.15 + 0.6 * tone + 0.8 * (rough - 0.5))
     return times(over(image, (0.14, 0.15, 0.06), 0.7 * moss), shade * 1.25)
+
+
+RECIPES = (*(partial(_wall, wall=wall) for wall in WALLS), _roof)

@@ -1,5 +1,7 @@
 """Soft light: painted walls under lamps, a studio's backdrop, curtains, frosted glass, water."""
 
+from functools import partial
+
 import numpy as np
 
 from evslip.scene.textures.drawing.canvas import Color, U, V, mix, ramp, relief, step, times, wave, zigzag
@@ -13,12 +15,6 @@ WALLS: tuple[tuple[Color, Color], ...] = (
     ((0.02, 0.02, 0.02), (0.18, 0.17, 0.16)),
     ((0.46, 0.44, 0.42), (0.90, 0.89, 0.86)),
 )
-COUNT = len(WALLS) + 4
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    special = (_water, _curtain, _blinds, _frosted)
-    return _wall(rng, number) if number < len(WALLS) else special[number - len(WALLS)](rng)
 
 
 def _wall(rng: np.random.Generator, number: int) -> np.ndarray:
@@ -62,5 +58,8 @@ def _frosted(rng: np.random.Generator) -> np.ndarray:
     near, second, _ = cells(rng, 26, jitter=0.9)
     bump = step(0.0, 0.7, second - near)
     behind = fractal(rng, 4, 2, 5, 0.6, 1.3) + 0.25 * (bump - 0.4)
-    colors: list[Color] = [(0.06, 0.09, 0.06), (0.28, 0.34, 0.22), (0.55, 0.56, 0.50), (0.86, 0.87, 0.85)]
+    colors = [(0.06, 0.09, 0.06), (0.28, 0.34, 0.22), (0.55, 0.56, 0.50), (0.86, 0.87, 0.85)]
     return times(ramp(colors, behind), relief(bump, 0.9))
+
+
+RECIPES = (*(partial(_wall, number=number) for number in range(len(WALLS))), _water, _curtain, _blinds, _frosted)

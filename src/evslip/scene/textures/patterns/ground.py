@@ -2,25 +2,13 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import SIZE, Color, U, V, fraction, mix, over, ramp, relief, step, times, wave
+from evslip.scene.textures.drawing.canvas import SIZE, U, V, fraction, mix, over, ramp, relief, step, times, wave
 from evslip.scene.textures.drawing.noise import cells, fractal, leaves
-
-COUNT = 8
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    return (_gravel, _grass, _fallen_leaves, _soil, _bark, _sand, _moss, _ivy)[number](rng)
 
 
 def _gravel(rng: np.random.Generator) -> np.ndarray:
     image = np.full((SIZE, SIZE, 3), 0.05, np.float32)
-    colors: list[Color] = [
-        (0.10, 0.10, 0.10),
-        (0.34, 0.33, 0.31),
-        (0.48, 0.43, 0.36),
-        (0.22, 0.2, 0.19),
-        (0.64, 0.62, 0.58),
-    ]
+    colors = [(0.10, 0.10, 0.10), (0.34, 0.33, 0.31), (0.48, 0.43, 0.36), (0.22, 0.2, 0.19), (0.64, 0.62, 0.58)]
     for count in (60, 40, 26):
         near, second, tone = cells(rng, count, jitter=1.0)
         facet = np.clip(second - near, 0, 1)
@@ -43,13 +31,7 @@ def _grass(rng: np.random.Generator) -> np.ndarray:
 
 def _fallen_leaves(rng: np.random.Generator) -> np.ndarray:
     image = mix((0.02, 0.014, 0.01), (0.08, 0.055, 0.035), fractal(rng, 16, 16, 6, 0.9))
-    colors: list[Color] = [
-        (0.10, 0.035, 0.015),
-        (0.30, 0.10, 0.025),
-        (0.50, 0.22, 0.04),
-        (0.60, 0.42, 0.09),
-        (0.22, 0.2, 0.05),
-    ]
+    colors = [(0.10, 0.035, 0.015), (0.30, 0.10, 0.025), (0.50, 0.22, 0.04), (0.60, 0.42, 0.09), (0.22, 0.2, 0.05)]
     for level in range(4):
         cover, tone, place = leaves(rng, 70, 0.08, 0.045)
         vein = step(0.10, 0.03, np.abs(place)) + 0.4 * step(0.8, 0.95, wave(8 * place + 14 * V))
@@ -76,9 +58,8 @@ def _bark(rng: np.random.Generator) -> np.ndarray:
     ridge = np.clip(second - near, 0, 1)
     fibres = fractal(rng, 64, 8, 5, 0.9)
     height = step(0.0, 0.6, ridge) + 0.7 * fibres
-    image = mix(
-        (0.035, 0.025, 0.02), (0.30, 0.23, 0.17), 0.5 * step(0.0, 0.5, ridge) + 0.25 * tone + 0.6 * (fibres - 0.5)
-    )
+    share = 0.5 * step(0.0, 0.5, ridge) + 0.25 * tone + 0.6 * (fibres - 0.5)
+    image = mix((0.035, 0.025, 0.02), (0.30, 0.23, 0.17), share)
     lichen = step(0.62, 0.72, fractal(rng, 4, 4, 8, 0.8))
     return times(over(image, (0.32, 0.36, 0.22), 0.7 * lichen * step(0.1, 0.4, ridge)), relief(height, 0.9))
 
@@ -102,10 +83,8 @@ def _moss(rng: np.random.Generator) -> np.ndarray:
     tips = cells(rng, 110)[2]
     rough = fractal(rng, 32, 32, 5, 1.0)
     share = 0.45 * cushion + 0.5 * (tips - 0.5) + 0.7 * (rough - 0.5) - 0.1
-    return times(
-        ramp([(0.012, 0.02, 0.006), (0.07, 0.12, 0.015), (0.24, 0.30, 0.04), (0.5, 0.52, 0.16)], share),
-        relief(cushion, 0.7, 2),
-    )
+    greens = [(0.012, 0.02, 0.006), (0.07, 0.12, 0.015), (0.24, 0.30, 0.04), (0.5, 0.52, 0.16)]
+    return times(ramp(greens, share), relief(cushion, 0.7, 2))
 
 
 def _ivy(rng: np.random.Generator) -> np.ndarray:
@@ -119,3 +98,6 @@ def _ivy(rng: np.random.Generator) -> np.ndarray:
         image = over(times(image, 1 - 0.5 * np.roll(cover, (5, 5), (0, 1))), leaf, cover)
     glint = step(0.7, 0.9, fractal(rng, 64, 64, 4, 0.9))
     return times(image, (0.6 + 0.9 * fractal(rng, 2, 2, 5, 0.8)) * (1 + 0.3 * glint))
+
+
+RECIPES = (_gravel, _grass, _fallen_leaves, _soil, _bark, _sand, _moss, _ivy)

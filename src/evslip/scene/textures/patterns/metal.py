@@ -21,12 +21,6 @@ from evslip.scene.textures.drawing.canvas import (
 )
 from evslip.scene.textures.drawing.noise import cells, fractal
 
-COUNT = 8
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    return (_brushed, _rusty, _checkered, _perforated, _galvanised, _corrugated, _hammered, _painted)[number](rng)
-
 
 def _scratches(rng: np.random.Generator, count: int, longest: int) -> np.ndarray:
     """Thin straight lines in all directions, brightness 0 to 1."""
@@ -56,10 +50,8 @@ def _rusty(rng: np.random.Generator) -> np.ndarray:
     rust = step(0.42, 0.62, patches)
     flakes = fractal(rng, 16, 16, 6, 0.95)
     paint = times(mix((0.10, 0.16, 0.17), (0.18, 0.25, 0.26), fractal(rng, 8, 8, 6, 0.8)), 0.8 + 0.4 * flakes)
-    iron = ramp(
-        [(0.035, 0.018, 0.012), (0.16, 0.055, 0.02), (0.36, 0.13, 0.035), (0.46, 0.24, 0.10)],
-        flakes + 0.4 * (patches - 0.5),
-    )
+    browns = [(0.035, 0.018, 0.012), (0.16, 0.055, 0.02), (0.36, 0.13, 0.035), (0.46, 0.24, 0.10)]
+    iron = ramp(browns, flakes + 0.4 * (patches - 0.5))
     drips = step(0.6, 0.8, fractal(rng, 32, 1, 5, 0.7)) * step(0.3, 0.5, patches)
     image = over(over(paint, (0.20, 0.08, 0.03), 0.6 * drips), iron, rust)
     return times(image, relief(rust * (0.6 + flakes), 0.5))
@@ -75,9 +67,8 @@ def _checkered(rng: np.random.Generator) -> np.ndarray:
     along, across = (x + lean * y) * np.float32(0.7071), (x - lean * y) * np.float32(0.7071)
     bump = step(1.0, 0.55, np.sqrt((along / 0.46) ** 2 + (across / 0.16) ** 2))
     worn = fractal(rng, 8, 8, 7, 0.85)
-    image = mix(
-        (0.09, 0.09, 0.095), (0.40, 0.40, 0.41), 0.7 * worn + 0.35 * bump * worn + 0.15 * _reflection(rng, 2, 2)
-    )
+    share = 0.7 * worn + 0.35 * bump * worn + 0.15 * _reflection(rng, 2, 2)
+    image = mix((0.09, 0.09, 0.095), (0.40, 0.40, 0.41), share)
     image = over(image, (0.14, 0.08, 0.045), 0.6 * step(0.62, 0.8, fractal(rng, 4, 4, 8, 0.8)) * (1 - bump))
     return times(image, relief(bump, 0.9, 2) * (1 + 0.4 * soften(_scratches(rng, 150, 120))))
 
@@ -90,10 +81,8 @@ def _perforated(rng: np.random.Generator) -> np.ndarray:
     hole = step(0.34, 0.29, radius)
     rim = step(0.05, 0.0, np.abs(radius - 0.36)) * (fraction(x) + fraction(y) - 0.6)
     grain = fractal(rng, 4, 128, 4, 0.9)
-    sheet = ramp(
-        [(0.20, 0.20, 0.21), (0.48, 0.48, 0.48), (0.75, 0.75, 0.74)],
-        0.2 + 0.6 * _reflection(rng, 1, 2) + 0.35 * (grain - 0.5),
-    )
+    share = 0.2 + 0.6 * _reflection(rng, 1, 2) + 0.35 * (grain - 0.5)
+    sheet = ramp([(0.20, 0.20, 0.21), (0.48, 0.48, 0.48), (0.75, 0.75, 0.74)], share)
     below = mix((0.012, 0.012, 0.013), (0.06, 0.058, 0.055), fractal(rng, 4, 4, 6, 0.8))
     return over(times(sheet, 1 + 0.5 * rim), below, hole)
 
@@ -144,10 +133,10 @@ def _painted(rng: np.random.Generator) -> np.ndarray:
     slot = fraction(V * 20)
     image = times(image, np.where(louvre, 0.25 + 0.75 * step(0.25, 0.6, slot) * (1.15 - 0.3 * slot), np.float32(1)))
     screw = np.sqrt((zigzag(U) / 2 - 0.06) ** 2 + (zigzag(V) / 2 - 0.05) ** 2)
-    image = over(
-        image,
-        times(mix((0.2, 0.2, 0.2), (0.6, 0.6, 0.6), fraction(6 * U + 6 * V)), 0.5 + worn),
-        step(0.02, 0.017, screw),
-    )
+    steel = times(mix((0.2, 0.2, 0.2), (0.6, 0.6, 0.6), fraction(6 * U + 6 * V)), 0.5 + worn)
+    image = over(image, steel, step(0.02, 0.017, screw))
     chip = step(0.66, 0.7, warp(worn, 0.04 * worn, 0.02 * worn))
-    return over(image, times(mix((0.07, 0.05, 0.04), (0.3, 0.29, 0.28), fractal(rng, 64, 64, 3, 0.9)), 1 + 0 * U), chip)
+    return over(image, mix((0.07, 0.05, 0.04), (0.3, 0.29, 0.28), fractal(rng, 64, 64, 3, 0.9)), chip)
+
+
+RECIPES = (_brushed, _rusty, _checkered, _perforated, _galvanised, _corrugated, _hammered, _painted)

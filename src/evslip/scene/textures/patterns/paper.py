@@ -34,12 +34,6 @@ from evslip.scene.textures.drawing.printing import (
     word,
 )
 
-COUNT = 9
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    return (_newspaper, _cover, _label, _map, _notes, _comic, _music, _wallpaper, _crumpled)[number](rng)
-
 
 def _sheet(rng: np.random.Generator, low: Color, high: Color) -> np.ndarray:
     return mix(low, high, fractal(rng, 2, 2, 8, 0.7) + 0.25 * (fractal(rng, 128, 128, 3, 0.9) - 0.5))
@@ -78,11 +72,10 @@ def _newspaper(rng: np.random.Generator) -> np.ndarray:
 def _cover(rng: np.random.Generator) -> np.ndarray:
     """A book's cover."""
     picture = _photograph(rng)
-    dusk: list[Color] = [(0.015, 0.02, 0.045), (0.08, 0.05, 0.12), (0.42, 0.14, 0.10), (0.72, 0.46, 0.20)]
+    dusk = [(0.015, 0.02, 0.045), (0.08, 0.05, 0.12), (0.42, 0.14, 0.10), (0.72, 0.46, 0.20)]
     image = ramp(dusk, picture)
-    image = (
-        image * (1 - disc(SIZE, 350, 190, 60))[..., None] + rgb((0.8, 0.62, 0.35)) * disc(SIZE, 350, 190, 60)[..., None]
-    )
+    sun = disc(350, 190, 60)[..., None]
+    image = image * (1 - sun) + rgb((0.8, 0.62, 0.35)) * sun
     ink = blank()
     line = centred(ink, word(rng, 3).upper(), 40, 64, 0.18)
     centred(ink, "of the " + word(rng), line, 36, 0.13)
@@ -91,9 +84,8 @@ def _cover(rng: np.random.Generator) -> np.ndarray:
     worn = fractal(rng, 32, 32, 5, 0.95)
     image = over(image, (0.78, 0.74, 0.66), ink)
     spine = 1 - 0.45 * step(0.01, 0.0, np.abs(U - 0.06))
-    return times(
-        over(image, (0.5, 0.46, 0.4), 0.8 * step(0.72, 0.8, worn)), spine * (0.8 + 0.4 * fractal(rng, 2, 2, 4, 0.5))
-    )
+    image = over(image, (0.5, 0.46, 0.4), 0.8 * step(0.72, 0.8, worn))
+    return times(image, spine * (0.8 + 0.4 * fractal(rng, 2, 2, 4, 0.5)))
 
 
 def _label(rng: np.random.Generator) -> np.ndarray:
@@ -104,11 +96,8 @@ def _label(rng: np.random.Generator) -> np.ndarray:
     for x, y, r in ((200, 300, 66), (310, 290, 72), (255, 345, 70)):
         image = ball(image, x, y, r, (0.52, 0.04, 0.02))
     cover, tone, place = leaves(rng, 12, 0.06, 0.025)
-    image = over(
-        image,
-        times(mix((0.03, 0.11, 0.02), (0.16, 0.32, 0.06), tone), 1 - 0.4 * place),
-        cover * step(0.62, 0.58, np.abs(V - 0.2) + 0.3),
-    )
+    leaf = times(mix((0.03, 0.11, 0.02), (0.16, 0.32, 0.06), tone), 1 - 0.4 * place)
+    image = over(image, leaf, cover * step(0.62, 0.58, np.abs(V - 0.2) + 0.3))
     banner = step(0.0, 0.006, 0.1 - np.abs(V - 0.2 - 0.05 * wave(U)))
     image = over(image, (0.05, 0.10, 0.30), banner)
     ink = blank()
@@ -126,13 +115,7 @@ def _label(rng: np.random.Generator) -> np.ndarray:
 def _map(rng: np.random.Generator) -> np.ndarray:
     """Contours, woods, water, roads, names."""
     height = fractal(rng, 2, 2, 7, 0.5, 1.2)
-    colors: list[Color] = [
-        (0.42, 0.58, 0.70),
-        (0.60, 0.68, 0.46),
-        (0.74, 0.74, 0.56),
-        (0.70, 0.58, 0.40),
-        (0.82, 0.78, 0.72),
-    ]
+    colors = [(0.42, 0.58, 0.70), (0.60, 0.68, 0.46), (0.74, 0.74, 0.56), (0.70, 0.58, 0.40), (0.82, 0.78, 0.72)]
     image = times(ramp(colors, step(0.2, 0.85, height)), 0.85 + 0.3 * relief(height, 2.0, 2) - 0.3)
     contour = step(0.10, 0.04, np.abs(fraction(height * 22 + 0.5) - 0.5)) * (height > 0.36)
     image = over(image, (0.34, 0.20, 0.10), 0.55 * contour)
@@ -140,9 +123,8 @@ def _map(rng: np.random.Generator) -> np.ndarray:
     image = over(image, (0.22, 0.36, 0.14), 0.55 * wood)
     near, second, _ = cells(rng, 5, du=0.05 * (fractal(rng, 4, 4, 5, 0.6) - 0.5))
     road = step(0.045, 0.035, second - near) * (height > 0.37)
-    image = over(
-        over(image, (0.12, 0.1, 0.1), road), (0.75, 0.55, 0.16), step(0.032, 0.024, second - near) * (height > 0.37)
-    )
+    image = over(image, (0.12, 0.1, 0.1), road)
+    image = over(image, (0.75, 0.55, 0.16), step(0.032, 0.024, second - near) * (height > 0.37))
     ink = blank()
     for x, y, size in rng.random((16, 3)):
         write(ink, word(rng, 2).capitalize(), 400 * float(x) + 10, 480 * float(y) + 8, 9 + 8 * float(size), 0.15)
@@ -154,22 +136,14 @@ def _map(rng: np.random.Generator) -> np.ndarray:
 def _notes(rng: np.random.Generator) -> np.ndarray:
     """A squared notebook page with a drawing, figures, a coffee ring."""
     image = _sheet(rng, (0.70, 0.69, 0.65), (0.84, 0.83, 0.79))
-    lines = np.maximum(
-        step(0.06, 0.02, np.abs(fraction(U * 32) - 0.5)), step(0.06, 0.02, np.abs(fraction(V * 32) - 0.5))
-    )
-    image = over(image, (0.36, 0.46, 0.62), 0.7 * lines)
+    across, down = (step(0.06, 0.02, np.abs(fraction(at * 32) - 0.5)) for at in (U, V))
+    image = over(image, (0.36, 0.46, 0.62), 0.7 * np.maximum(across, down))
     ink = blank()
     for row in range(9):
         text = " ".join(word(rng, int(rng.integers(1, 4))) for _ in range(3))
-        write(
-            ink,
-            text if row % 3 else f"{number(rng, 2)} x {number(rng, 3)} - {number(rng, 2)}",
-            40 + 6 * (row % 2),
-            36 + 32 * row,
-            15,
-            0.1,
-            1.1,
-        )
+        if row % 3 == 0:
+            text = f"{number(rng, 2)} x {number(rng, 3)} - {number(rng, 2)}"
+        write(ink, text, 40 + 6 * (row % 2), 36 + 32 * row, 15, 0.1, 1.1)
     curve = 0.86 - 0.16 * wave(U * 2 + 0.4 * wave(U)) * U
     ink = np.maximum(ink, step(0.006, 0.003, np.abs(V - curve)) * (U > 0.1) * (U < 0.9))
     ink[300:490, 50:53] = ink[487:490, 50:470] = 1
@@ -233,9 +207,8 @@ def _wallpaper(rng: np.random.Generator) -> np.ndarray:
     paper = mix((0.30, 0.34, 0.30), (0.40, 0.44, 0.38), step(0.45, 0.55, wave(U * 8)))
     image = over(paper, (0.62, 0.60, 0.46), motif)
     stain = step(0.55, 0.9, fractal(rng, 2, 1, 8, 0.72))
-    return times(
-        over(image, (0.3, 0.24, 0.15), 0.5 * stain), (0.75 + 0.35 * fractal(rng, 64, 64, 4, 0.9)) * relief(motif, 0.2)
-    )
+    image = over(image, (0.3, 0.24, 0.15), 0.5 * stain)
+    return times(image, (0.75 + 0.35 * fractal(rng, 64, 64, 4, 0.9)) * relief(motif, 0.2))
 
 
 def _crumpled(rng: np.random.Generator) -> np.ndarray:
@@ -250,3 +223,6 @@ def _crumpled(rng: np.random.Generator) -> np.ndarray:
         near, second, _ = cells(rng, count, du=0.02 * (fractal(rng, 8, 8, 4, 0.6) - 0.5))
         fold += np.float32(depth) * np.abs(second - near)
     return times(over(image, BLACK, 0.9 * ink), relief(fold, 4.0, 2))
+
+
+RECIPES = (_newspaper, _cover, _label, _map, _notes, _comic, _music, _wallpaper, _crumpled)

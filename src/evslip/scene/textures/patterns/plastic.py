@@ -3,7 +3,6 @@
 import numpy as np
 
 from evslip.scene.textures.drawing.canvas import (
-    Color,
     U,
     V,
     fraction,
@@ -21,12 +20,6 @@ from evslip.scene.textures.drawing.canvas import (
 from evslip.scene.textures.drawing.lettering import write
 from evslip.scene.textures.drawing.noise import cells, fractal
 from evslip.scene.textures.drawing.printing import number as digits
-
-COUNT = 9
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    return (_grained, _ribbed, _carbon, _bubbles, _studs, _moulded, _leather, _foam, _crumpled)[number](rng)
 
 
 def _handled(rng: np.random.Generator) -> np.ndarray:
@@ -66,10 +59,8 @@ def _carbon(rng: np.random.Generator) -> np.ndarray:
     thread = np.where(on_top, fraction(U * count), fraction(V * count)) - 0.5
     fibres = np.where(on_top, fractal(rng, 256, 16, 3, 0.9), fractal(rng, 16, 256, 3, 0.9))
     shine = np.where(on_top, 0.35, 0.1) + 0.5 * (fibres - 0.5) * np.where(on_top, 0.8, 0.4)
-    return times(
-        mix((0.012, 0.012, 0.013), (0.22, 0.22, 0.225), shine * (1.1 - 2.5 * thread * thread)),
-        0.5 + 1.2 * fractal(rng, 2, 2, 6, 0.7),
-    )
+    image = mix((0.012, 0.012, 0.013), (0.22, 0.22, 0.225), shine * (1.1 - 2.5 * thread * thread))
+    return times(image, 0.5 + 1.2 * fractal(rng, 2, 2, 6, 0.7))
 
 
 def _bubbles(rng: np.random.Generator) -> np.ndarray:
@@ -108,9 +99,8 @@ def _moulded(rng: np.random.Generator) -> np.ndarray:
     x, y = np.abs(U - 0.5), np.abs(V - 0.5)
     panel = step(0.0, 0.02, 0.40 - np.maximum(x, y) - 0.3 * np.clip(x + y - 0.7, 0, 1))
     vent = step(0.0, 0.01, 0.22 - x) * step(0.0, 0.01, 0.09 - np.abs(V - 0.72)) * step(0.4, 0.6, wave(U * 24))
-    knob = step(0.16, 0.13, np.sqrt((U - 0.3) ** 2 + (V - 0.33) ** 2)) + step(
-        0.1, 0.085, np.sqrt((U - 0.3) ** 2 + (V - 0.33) ** 2)
-    )
+    radius = np.sqrt((U - 0.3) ** 2 + (V - 0.33) ** 2)
+    knob = step(0.16, 0.13, radius) + step(0.1, 0.085, radius)
     screen = step(0.0, 0.01, 0.13 - np.abs(U - 0.66)) * step(0.0, 0.01, 0.1 - np.abs(V - 0.32))
     height = soften(panel - 0.8 * vent + 0.7 * knob - 0.4 * screen, 2)
     fine = fractal(rng, 128, 128, 3, 0.9)
@@ -134,11 +124,8 @@ def _foam(rng: np.random.Generator) -> np.ndarray:
     """Expanded polystyrene: beads of several sizes pressed flat."""
     near, second, tone = cells(rng, 40, jitter=0.9)
     gap = step(0.0, 0.22, second - near)
-    image = mix(
-        (0.42, 0.42, 0.43),
-        (0.86, 0.86, 0.85),
-        0.25 + 0.45 * gap + 0.4 * (tone - 0.5) + 0.5 * (fractal(rng, 4, 4, 7, 0.8) - 0.5),
-    )
+    share = 0.25 + 0.45 * gap + 0.4 * (tone - 0.5) + 0.5 * (fractal(rng, 4, 4, 7, 0.8) - 0.5)
+    image = mix((0.42, 0.42, 0.43), (0.86, 0.86, 0.85), share)
     pits = step(0.93, 0.97, tone)
     return times(image, relief(gap, 0.35) * (1 - 0.5 * pits) * _handled(rng))
 
@@ -150,7 +137,10 @@ def _crumpled(rng: np.random.Generator) -> np.ndarray:
         near, second, _ = cells(rng, count, jitter=1.0)
         fold += np.float32(depth) * (second - near)
     light = relief(soften(fold, 2), 3.0, 2)
-    colors: list[Color] = [(0.48, 0.03, 0.02), (0.62, 0.10, 0.03), (0.72, 0.42, 0.04), (0.70, 0.60, 0.10)]
+    colors = [(0.48, 0.03, 0.02), (0.62, 0.10, 0.03), (0.72, 0.42, 0.04), (0.70, 0.60, 0.10)]
     image = ramp(colors, wave(V + 0.1 * wave(U)) + 0.15 * (fold - 0.5))
     glint = step(1.35, 1.7, light)
     return over(times(image, light * (0.6 + 0.6 * fractal(rng, 2, 2, 6, 0.7))), (0.9, 0.9, 0.88), 0.8 * glint)
+
+
+RECIPES = (_grained, _ribbed, _carbon, _bubbles, _studs, _moulded, _leather, _foam, _crumpled)

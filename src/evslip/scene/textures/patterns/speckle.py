@@ -1,5 +1,6 @@
 """Plaster, clouds, sponge, felt, camouflage: surfaces without a pattern, from soft to fine."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -27,16 +28,9 @@ SPECKLES = (
     Speckle(((0.03, 0.06, 0.03), (0.13, 0.20, 0.07), (0.30, 0.42, 0.16)), 8, 7, 0.75, 0.2),
     Speckle(((0.34, 0.33, 0.32), (0.68, 0.67, 0.65), (0.90, 0.89, 0.87)), 16, 6, 0.85, 1.0),  # roughcast
 )
-CAMOUFLAGE, FELT = 6, 7
-COUNT = 8
 
 
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    if number == CAMOUFLAGE:
-        return _camouflage(rng)
-    if number == FELT:
-        return _felt(rng)
-    kind = SPECKLES[number]
+def _speckle(rng: np.random.Generator, kind: Speckle) -> np.ndarray:
     share = fractal(rng, kind.base, kind.base, kind.octaves, kind.gain, 1.3)
     fine = fractal(rng, 64, 64, 4, 1.0)
     image = ramp(kind.colors, share)
@@ -63,3 +57,6 @@ def _felt(rng: np.random.Generator) -> np.ndarray:
         fibres = np.maximum(fibres, 1 - 4 * np.abs(warp(field, 0.08 * bend, 0.08 * bend.T) - 0.5))
     share = 0.2 + 0.45 * fibres + 0.5 * (fractal(rng, 4, 4, 7, 0.85) - 0.5)
     return ramp([(0.02, 0.07, 0.07), (0.06, 0.20, 0.20), (0.22, 0.42, 0.40)], share)
+
+
+RECIPES = (*(partial(_speckle, kind=kind) for kind in SPECKLES), _camouflage, _felt)

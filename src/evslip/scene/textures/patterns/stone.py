@@ -1,5 +1,7 @@
 """Granite, marble, slabs, pebbles, terrazzo, slate, concrete, sandstone, cobbles."""
 
+from functools import partial
+
 import numpy as np
 
 from evslip.scene.textures.drawing.canvas import (
@@ -11,6 +13,7 @@ from evslip.scene.textures.drawing.canvas import (
     over,
     ramp,
     relief,
+    rgb,
     step,
     times,
     warp,
@@ -19,34 +22,14 @@ from evslip.scene.textures.drawing.canvas import (
 )
 from evslip.scene.textures.drawing.noise import cells, fractal
 
-COUNT = 12
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    return (
-        lambda: _granite(rng, (0.05, 0.05, 0.055), (0.5, 0.48, 0.46), (0.72, 0.7, 0.68)),
-        lambda: _marble(rng, (0.74, 0.73, 0.70), (0.16, 0.155, 0.15)),
-        lambda: _paving(rng, 7, (0.10, 0.10, 0.11), (0.40, 0.38, 0.35)),
-        lambda: _granite(rng, (0.012, 0.012, 0.014), (0.07, 0.065, 0.07), (0.34, 0.28, 0.26)),
-        lambda: _marble(rng, (0.03, 0.055, 0.042), (0.50, 0.56, 0.50)),
-        lambda: _paving(rng, 12, (0.30, 0.24, 0.17), (0.68, 0.60, 0.48)),
-        lambda: _terrazzo(rng),
-        lambda: _slate(rng),
-        lambda: _concrete(rng),
-        lambda: _sandstone(rng),
-        lambda: _cobbles(rng),
-        lambda: _pebbles(rng),
-    )[number]()
-
 
 def _granite(rng: np.random.Generator, dark: Color, middle: Color, bright: Color) -> np.ndarray:
     blur = fractal(rng, 8, 8, 7, 0.8)
     _, _, coarse = cells(rng, 40, du=0.02 * (fractal(rng, 32, 32, 4, 0.8) - 0.5))
     _, _, fine = cells(rng, 96)
     share = 0.55 * coarse + 0.45 * fine + 0.5 * (blur - 0.5)
-    return times(
-        ramp([dark, middle, middle, bright], share * share * 1.2), 0.9 + 0.3 * (fractal(rng, 128, 128, 3, 0.9) - 0.5)
-    )
+    grain = 0.9 + 0.3 * (fractal(rng, 128, 128, 3, 0.9) - 0.5)
+    return times(ramp([dark, middle, middle, bright], share * share * 1.2), grain)
 
 
 def _marble(rng: np.random.Generator, base: Color, vein: Color) -> np.ndarray:
@@ -75,9 +58,7 @@ def _paving(rng: np.random.Generator, count: int, dark: Color, bright: Color) ->
 def _terrazzo(rng: np.random.Generator) -> np.ndarray:
     fine = fractal(rng, 64, 64, 4, 0.9)
     image = mix((0.58, 0.55, 0.5), (0.72, 0.69, 0.64), fine)
-    palette = np.array(
-        [(0.12, 0.11, 0.1), (0.45, 0.16, 0.1), (0.75, 0.73, 0.7), (0.3, 0.33, 0.3), (0.5, 0.38, 0.22)], np.float32
-    )
+    palette = rgb([(0.12, 0.11, 0.1), (0.45, 0.16, 0.1), (0.75, 0.73, 0.7), (0.3, 0.33, 0.3), (0.5, 0.38, 0.22)])
     for count, width in ((44, 0.30), (22, 0.32), (11, 0.36)):
         near, second, tone = cells(rng, count)
         chip = step(0.0, 0.05, np.where(tone > 0.45, width - near, -1)) * step(0.1, 0.16, second - near)
@@ -113,7 +94,7 @@ def _sandstone(rng: np.random.Generator) -> np.ndarray:
     wide, thin = wave(beds), wave(beds * 3 + 2 * fractal(rng, 4, 8, 5, 0.6))
     grain = fractal(rng, 64, 64, 4, 1.0)
     share = 0.5 * wide + 0.3 * thin + 0.5 * (grain - 0.5)
-    colors: list[Color] = [(0.28, 0.12, 0.06), (0.5, 0.28, 0.14), (0.66, 0.46, 0.28), (0.72, 0.6, 0.44)]
+    colors = [(0.28, 0.12, 0.06), (0.5, 0.28, 0.14), (0.66, 0.46, 0.28), (0.72, 0.6, 0.44)]
     return times(ramp(colors, share), relief(0.5 * grain + 0.3 * thin, 0.9))
 
 
@@ -133,25 +114,25 @@ def _cobbles(rng: np.random.Generator) -> np.ndarray:
 def _pebbles(rng: np.random.Generator) -> np.ndarray:
     """Rounded stones of two sizes in sand."""
     image = times(mix((0.20, 0.16, 0.11), (0.50, 0.42, 0.32), fractal(rng, 64, 64, 4, 1.0)), np.float32(0.7) + 0 * U)
-    colors: list[Color] = [
-        (0.08, 0.08, 0.085),
-        (0.3, 0.28, 0.26),
-        (0.42, 0.3, 0.2),
-        (0.6, 0.57, 0.52),
-        (0.24, 0.26, 0.27),
-    ]
+    colors = [(0.08, 0.08, 0.085), (0.3, 0.28, 0.26), (0.42, 0.3, 0.2), (0.6, 0.57, 0.52), (0.24, 0.26, 0.27)]
     for count in (22, 12):
         near, second, tone = cells(rng, count, jitter=0.75)
         dome = np.clip(1 - near / 0.5, 0, 1) * step(0.05, 0.2, second - near)
         cover = step(0.02, 0.1, dome)
         vein = step(0.9, 1.0, 1 - 2 * np.abs(fractal(rng, 16, 16, 4, 0.6) - 0.5))
-        stone = (
-            ramp(colors, fraction(tone * 7))
-            * (0.75 + 0.3 * vein + 0.5 * (fractal(rng, 64, 64, 3, 0.9) - 0.5))[..., None]
-        )
-        image = over(
-            times(image, 1 - 0.6 * step(0.0, 0.35, np.roll(dome, (5, 5), (0, 1)))),
-            times(stone, relief(np.sqrt(dome), 1.3, 2)),
-            cover,
-        )
+        light = 0.75 + 0.3 * vein + 0.5 * (fractal(rng, 64, 64, 3, 0.9) - 0.5)
+        stone = times(times(ramp(colors, fraction(tone * 7)), light), relief(np.sqrt(dome), 1.3, 2))
+        shadow = 0.6 * step(0.0, 0.35, np.roll(dome, (5, 5), (0, 1)))
+        image = over(times(image, 1 - shadow), stone, cover)
     return image
+
+
+RECIPES = (
+    partial(_granite, dark=(0.05, 0.05, 0.055), middle=(0.5, 0.48, 0.46), bright=(0.72, 0.7, 0.68)),
+    partial(_marble, base=(0.74, 0.73, 0.70), vein=(0.16, 0.155, 0.15)),
+    partial(_paving, count=7, dark=(0.10, 0.10, 0.11), bright=(0.40, 0.38, 0.35)),
+    partial(_granite, dark=(0.012, 0.012, 0.014), middle=(0.07, 0.065, 0.07), bright=(0.34, 0.28, 0.26)),
+    partial(_marble, base=(0.03, 0.055, 0.042), vein=(0.50, 0.56, 0.50)),
+    partial(_paving, count=12, dark=(0.30, 0.24, 0.17), bright=(0.68, 0.60, 0.48)),
+    *(_terrazzo, _slate, _concrete, _sandstone, _cobbles, _pebbles),
+)

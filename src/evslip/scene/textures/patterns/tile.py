@@ -1,5 +1,6 @@
 """Ceramic tiles, mosaics, checkers."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -24,13 +25,6 @@ TILINGS = (
     Tiling((0.22, 0.22, 0.215), (0.44, 0.43, 0.42), 4, False, False),
     Tiling((0.55, 0.54, 0.51), (0.86, 0.85, 0.82), 12, False, True),
 )
-HEXAGONS, AZULEJO, MOSAIC = 6, 7, 8
-COUNT = 9
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    special = {HEXAGONS: _hexagons, AZULEJO: _azulejo, MOSAIC: _mosaic}
-    return special[number](rng) if number in special else _tiled(rng, TILINGS[number])
 
 
 def _tiled(rng: np.random.Generator, tiling: Tiling) -> np.ndarray:
@@ -45,9 +39,8 @@ def _tiled(rng: np.random.Generator, tiling: Tiling) -> np.ndarray:
     veins = step(0.9, 1.0, 1 - 2 * np.abs(fractal(rng, 4, 4, 7, 0.6) - 0.5))
     edge = np.minimum(0.5 - np.abs(fraction(x) - 0.5), 0.5 - np.abs(fraction(y) - 0.5)) + 0.012 * (cloud - 0.5)
     face = step(0.02, 0.06, edge)
-    image = times(
-        mix(tiling.first, tiling.second, share), 0.85 + 0.3 * (tone - 0.5) + 0.5 * (cloud - 0.5) - 0.2 * veins
-    )
+    light = 0.85 + 0.3 * (tone - 0.5) + 0.5 * (cloud - 0.5) - 0.2 * veins
+    image = times(mix(tiling.first, tiling.second, share), light)
     grout = mix((0.16, 0.15, 0.14), (0.30, 0.29, 0.27), fractal(rng, 64, 64, 4, 0.9))
     return times(over(grout, image, face), relief(face, 0.35, 2) * _sheen(rng))
 
@@ -78,9 +71,8 @@ def _hexagons(rng: np.random.Generator) -> np.ndarray:
     tone = rng.random(across * down, np.float32)[label]
     face = step(0.04, 0.12, second - nearest)
     glaze = fractal(rng, 8, 8, 7, 0.85)
-    image = ramp(
-        [(0.05, 0.06, 0.08), (0.66, 0.65, 0.62), (0.78, 0.77, 0.73)], step(0.1, 0.16, tone) * (0.5 + 0.5 * tone)
-    )
+    share = step(0.1, 0.16, tone) * (0.5 + 0.5 * tone)
+    image = ramp([(0.05, 0.06, 0.08), (0.66, 0.65, 0.62), (0.78, 0.77, 0.73)], share)
     image = times(image, 0.8 + 0.5 * (glaze - 0.4))
     return times(over(image, (0.22, 0.21, 0.2), 1 - face), relief(face, 0.3) * _sheen(rng))
 
@@ -108,7 +100,10 @@ def _mosaic(rng: np.random.Generator) -> np.ndarray:
     """Broken pieces in warm colours."""
     near, second, tone = cells(rng, 24, jitter=0.8)
     blobs = fractal(rng, 2, 2, 3, 0.6)
-    colors: list[Color] = [(0.04, 0.12, 0.2), (0.1, 0.3, 0.33), (0.7, 0.62, 0.4), (0.62, 0.28, 0.07), (0.3, 0.05, 0.04)]
+    colors = [(0.04, 0.12, 0.2), (0.1, 0.3, 0.33), (0.7, 0.62, 0.4), (0.62, 0.28, 0.07), (0.3, 0.05, 0.04)]
     face = step(0.06, 0.14, second - near)
     image = times(ramp(colors, blobs + 0.7 * (tone - 0.5)), 0.8 + 0.5 * (fractal(rng, 16, 16, 6, 0.9) - 0.4))
     return times(over(image, (0.34, 0.32, 0.29), 1 - face), relief(face, 0.4) * _sheen(rng))
+
+
+RECIPES = (*(partial(_tiled, tiling=tiling) for tiling in TILINGS), _hexagons, _azulejo, _mosaic)

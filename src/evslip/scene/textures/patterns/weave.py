@@ -1,5 +1,6 @@
 """Cloth, wicker, knitting, denim, tartan, corduroy, carpet, print."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ class Cloth(NamedTuple):
     """A thread goes over one and under this many: 1 is plain, more is twill."""
     slubs: float
     """Unevenness of the threads."""
+    is_herringbone: bool = False
 
 
 CLOTHS = (
@@ -23,26 +25,17 @@ CLOTHS = (
     Cloth((0.05, 0.08, 0.20), (0.32, 0.37, 0.52), 32, 1, 0.4),
     Cloth((0.16, 0.16, 0.165), (0.06, 0.06, 0.065), 64, 3, 0.4),  # suit
     Cloth((0.52, 0.36, 0.18), (0.36, 0.22, 0.10), 16, 1, 0.6),  # wicker
-    Cloth((0.75, 0.73, 0.70), (0.40, 0.39, 0.38), 64, 3, 0.6),  # herringbone
+    Cloth((0.75, 0.73, 0.70), (0.40, 0.39, 0.38), 64, 3, 0.6, is_herringbone=True),
     Cloth((0.03, 0.05, 0.13), (0.24, 0.28, 0.36), 128, 2, 1.2),  # denim
 )
-HERRINGBONE, KNIT, TARTAN, CORDUROY, CARPET, CHINTZ = 4, 6, 7, 8, 9, 10
-COUNT = 11
 
 
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    special = {KNIT: _knit, TARTAN: _tartan, CORDUROY: _corduroy, CARPET: _carpet, CHINTZ: _chintz}
-    if number in special:
-        return special[number](rng)
-    return times(_woven(rng, CLOTHS[number], number == HERRINGBONE), _wear(rng))
-
-
-def _woven(rng: np.random.Generator, cloth: Cloth, is_herringbone: bool = False) -> np.ndarray:
+def _woven(rng: np.random.Generator, cloth: Cloth) -> np.ndarray:
     count, period = cloth.threads, cloth.over + 1
     sway = 0.006 * (fractal(rng, 4, 4, 5, 0.6) - 0.5) * min(1, 40 / count)
     x, y = (U + sway) * count, (V + sway.T) * count
     i, j = whole(x), whole(y)
-    lean = np.where(i // 16 % 2 == 0, i, -i) if is_herringbone else i
+    lean = np.where(i // 16 % 2 == 0, i, -i) if cloth.is_herringbone else i
     on_top = (lean + j) % period == 0 if cloth.over > 1 else (i + j) % 2 == 0
     across = np.where(on_top, fraction(x), fraction(y)) - 0.5
     along = np.where(on_top, fraction(y), fraction(x)) - 0.5
@@ -52,11 +45,10 @@ def _woven(rng: np.random.Generator, cloth: Cloth, is_herringbone: bool = False)
     round_ = 1 - 3.2 * across * across
     dip = 1 - 1.4 * along * along
     fluff = fractal(rng, 256, 256, 2, 0.8)
-    light = (0.35 + 0.65 * round_ * dip) * (
-        0.85 + 0.3 * (tone - 0.5) + 0.6 * slub + 0.3 * (fluff - 0.5) - 0.25 * across
-    )
+    light = 0.85 + 0.3 * (tone - 0.5) + 0.6 * slub + 0.3 * (fluff - 0.5) - 0.25 * across
+    light = (0.35 + 0.65 * round_ * dip) * light
     color = np.where(on_top[..., None], rgb(cloth.warp), rgb(cloth.weft))
-    return times(color, light)
+    return times(times(color, light), _wear(rng))
 
 
 def _wear(rng: np.random.Generator) -> np.ndarray:
@@ -130,3 +122,6 @@ def _chintz(rng: np.random.Generator) -> np.ndarray:
         image = over(image, ramp(colors, 0.6 * tone + 0.4 * np.abs(place)), cover)
     fine = 0.85 + 0.15 * fraction(U * 128) * fraction(V * 128) + 0.25 * (fractal(rng, 128, 128, 3, 0.9) - 0.5)
     return times(image, fine * relief(fractal(rng, 2, 2, 4, 0.5), 5.0) * _wear(rng))
+
+
+RECIPES = (*(partial(_woven, cloth=cloth) for cloth in CLOTHS), _knit, _tartan, _corduroy, _carpet, _chintz)

@@ -1,5 +1,6 @@
 """Boards, parquet and chipboard."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -44,16 +45,6 @@ TIMBERS = (
     Timber((0.16, 0.05, 0.02), (0.42, 0.17, 0.07), 1, 4, 5, 0.2, 0, 0),  # cherry
     Timber((0.26, 0.15, 0.07), (0.58, 0.40, 0.22), 8, 2, 2, 0.5, 0, 0),  # floor of short boards
 )
-PARQUET, CHIPS, END_GRAIN = 6, 7, 8
-COUNT = 9
-
-
-def draw(rng: np.random.Generator, number: int) -> np.ndarray:
-    if number == PARQUET:
-        return _parquet(rng)
-    if number == CHIPS:
-        return _chips(rng)
-    return _end_grain(rng) if number == END_GRAIN else _boards(rng, TIMBERS[number])
 
 
 def _boards(rng: np.random.Generator, timber: Timber) -> np.ndarray:
@@ -92,9 +83,8 @@ def _grain(rng: np.random.Generator, timber: Timber, offset: np.ndarray, boards:
     share = 0.62 - 0.5 * late + 0.6 * (fibres - 0.5) + 0.3 * (fractal(rng, 4, 2, 6, 0.7) - 0.5)
     share = share - timber.pores * 0.5 * pores - 0.55 * knots
     if timber.worn:
-        share = share * relief(fractal(rng, 64, 2, 5, 0.9), 0.9 * timber.worn) - 0.5 * step(
-            0.7, 0.8, fractal(rng, 64, 1, 3, 0.8)
-        )
+        share = share * relief(fractal(rng, 64, 2, 5, 0.9), 0.9 * timber.worn)
+        share = share - 0.5 * step(0.7, 0.8, fractal(rng, 64, 1, 3, 0.8))
     return share
 
 
@@ -136,3 +126,6 @@ def _end_grain(rng: np.random.Generator) -> np.ndarray:
     share = 0.75 - 0.45 * late * late + 0.4 * (rays - 0.5) + 0.45 * (chance[2] - 0.5)
     edge = np.minimum(np.abs(fraction(U * count + 0.5) - 0.5), np.abs(fraction(V * count + 0.5) - 0.5)) / count
     return times(mix((0.12, 0.06, 0.03), (0.55, 0.36, 0.2), share), 0.35 + 0.65 * step(0.0006, 0.003, edge))
+
+
+RECIPES = (*(partial(_boards, timber=timber) for timber in TIMBERS), _parquet, _chips, _end_grain)
