@@ -203,7 +203,7 @@ def test_the_size_is_what_the_header_says_or_the_extent(tmp_path: Path, header: 
         ("a.dat", b"% Version 1\n\x0c\x08", "version 1 of DAT"),
         ("a.dat", b"% Version 2\n\x0e\x08", "type 14 of 8 bytes, expected type 12"),
         ("a.dat", b"% Version 2\n", "expected type 12"),
-        ("a.dat", b"% Version 2\n% Width many\n\x0c\x08", "expected two whole numbers"),
+        ("a.dat", b"% Version 2\n% Width many\n\x0c\x08", "expected one such as 640x480"),
         ("a.es", b"Event Stream\x02\x00\x00", "truncated in the header"),
         ("a.es", b"Event Stream\x01\x00\x00\x01\x05\x00\x05\x00", "version 1.0.0"),
         ("a.es", b"Event Stream\x02\x00\x00\x04\x05\x00\x05\x00", "holds colour events, expected DVS"),

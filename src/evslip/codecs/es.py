@@ -14,7 +14,7 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.prophesee.header import check_sides, check_times
+from evslip.codecs.sink import check_sides, check_times
 from evslip.codecs.source import Source, blocks
 from evslip.events.checks import check_size
 from evslip.events.stream import Events

@@ -104,17 +104,19 @@ def facts_of(path: str | Path, gap_us: int = PEAK_US, progress: Callable[[int], 
 
 
 class _Tally:
+    """Facts so far, in attributes of their names, and what they are counted from."""
+
     def __init__(self, size: tuple[int, int] | None, gap_us: int):
-        self._size, self._least_gap_us = size, gap_us
-        self._count = self._on = self._disorder = self._outside = self._gaps = 0
-        self._start = self._end = self._last = 0
-        self._gap = (0, 0)
+        self.size, self._least_gap_us = size, gap_us
+        self.count = self.on = self.disorder = self.outside = self.gaps = 0
+        self.start_us = self.end_us = self._last_us = 0
+        self.gap_us = self.gap_start_us = 0
+        self.extent = (1, 1)
         self._bin = (0, 0)
         """The newest stretch of 10 ms, and its events so far."""
-        self._peak = 0
+        self.peak_hz = 0.0
         self._pixels = np.zeros((1, 1), np.int64)
         """Events of each pixel, rows first; grows with the extent up to the size."""
-        self._extent = (1, 1)
         self._labels: dict[str, np.ndarray] = {}
 
     def add(self, events: Events) -> None:
@@ -122,21 +124,22 @@ class _Tally:
         if not events.count:
             return
         t = events.t_us
-        if not self._count:
-            self._start = self._end = self._last = int(t[0])
+        if not self.count:
+            self.start_us = self.end_us = self._last_us = int(t[0])
         # Compared, not subtracted, where times may be farther apart than an int64 can hold.
-        before = np.concatenate([[self._last], t[:-1]])
+        before = np.concatenate([[self._last_us], t[:-1]])
         backward = t < before
-        self._disorder += int(np.count_nonzero(backward))
+        self.disorder += int(np.count_nonzero(backward))
         steps = np.where(backward, 0, t - before)
         longest = int(steps.argmax())
-        self._gap = max(self._gap, (int(steps[longest]), int(before[longest])), key=lambda gap: gap[0])
-        self._gaps += int(np.count_nonzero(steps > self._least_gap_us))
-        self._start, self._end = min(self._start, int(t.min())), max(self._end, int(t.max()))
-        self._last = int(t[-1])
+        if steps[longest] > self.gap_us:
+            self.gap_us, self.gap_start_us = int(steps[longest]), int(before[longest])
+        self.gaps += int(np.count_nonzero(steps > self._least_gap_us))
+        self.start_us, self.end_us = min(self.start_us, int(t.min())), max(self.end_us, int(t.max()))
+        self._last_us = int(t[-1])
         self._count_rate(t)
-        self._on += int(np.count_nonzero(events.p))
-        self._count += events.count
+        self.on += int(np.count_nonzero(events.p))
+        self.count += events.count
         self._count_pixels(events)
         for name, number in (("body", 256), ("cause", len(CAUSES))):
             labels = getattr(events, name)
@@ -150,18 +153,17 @@ class _Tally:
         counts = np.diff(edges, append=len(t))
         if int(stretch[0]) == self._bin[0]:
             counts[0] += self._bin[1]
-        self._peak = max(self._peak, int(counts.max()))
+        self.peak_hz = max(self.peak_hz, int(counts.max()) * 1e6 / PEAK_US)
         self._bin = int(stretch[-1]), int(counts[-1])
 
     def _count_pixels(self, events: Events) -> None:
-        reach = int(events.x.max()) + 1, int(events.y.max()) + 1
-        self._extent = max(self._extent[0], reach[0]), max(self._extent[1], reach[1])
-        if self._size is not None:
-            inside = (events.x < self._size[0]) & (events.y < self._size[1])
-            self._outside += events.count - int(np.count_nonzero(inside))
-            if not inside.all():
-                events = events.select(inside)
-        width, height = (min(pair) for pair in zip(self._extent, self._size or (65536, 65536), strict=True))
+        self.extent = max(self.extent[0], int(events.x.max()) + 1), max(self.extent[1], int(events.y.max()) + 1)
+        limits = self.size or (65536, 65536)
+        inside = (events.x < limits[0]) & (events.y < limits[1])
+        self.outside += events.count - int(np.count_nonzero(inside))
+        if not inside.all():
+            events = events.select(inside)
+        width, height = (min(pair) for pair in zip(self.extent, limits, strict=True))
         if width * height > MOST_PIXELS or not self._pixels.size:
             self._pixels = np.zeros((0, 0), np.int64)
             return
@@ -182,19 +184,8 @@ class _Tally:
         body, cause = self._labels.get("body"), self._labels.get("cause")
         named = [*enumerate(BODIES), (NO_BODY, "unknown")]
         return Facts(
+            **{field: value for field, value in vars(self).items() if not field.startswith("_")},
             format=name,
-            size=self._size,
-            extent=self._extent,
-            count=self._count,
-            start_us=self._start,
-            end_us=self._end,
-            on=self._on,
-            peak_hz=self._peak * 1e6 / PEAK_US,
-            gaps=self._gaps,
-            gap_us=self._gap[0],
-            gap_start_us=self._gap[1],
-            disorder=self._disorder,
-            outside=self._outside,
             active_pixels=int(np.count_nonzero(self._pixels)),
             busiest=(column, row, int(self._pixels[row, column]) if counted else 0),
             bodies=None if body is None else {label: int(body[i]) for i, label in named},

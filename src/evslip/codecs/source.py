@@ -16,6 +16,10 @@ BLOCK_EVENTS = 1 << 20
 """Events of an HDF5 file that are decoded at once: whole chunks of the files that evslip writes."""
 
 
+LIMITS = {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "t": (-(2**62), 2**62)}
+"""Least and largest numbers in the columns of a file."""
+
+
 class Source(NamedTuple):
     """A file of events."""
 
@@ -38,6 +42,11 @@ def whole(source: Source, where: object) -> tuple[Events, tuple[int, int]]:
     parts = list(checked(source, where))
     events = parts[0] if len(parts) == 1 else concatenate(parts)
     return events, source.size or extent(events)
+
+
+def events_of(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, *labels: np.ndarray | None) -> Events:
+    """Columns of other types, within LIMITS, as events; p above 0 is ON."""
+    return Events(t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p > 0, *labels)
 
 
 def blocks(path: Path, start: int, dtype: np.dtype) -> Iterator[np.ndarray]:

@@ -5,6 +5,9 @@ from pathlib import Path
 
 from evslip.utils.errors import DataError
 
+MOST_COMPRESSED = 1040
+"""Deflate shrinks by at most 1032: a larger claim is a lie, found before memory is allocated for it."""
+
 
 def require_file(path: str | Path) -> Path:
     """The path, if it is a non-empty file that may be read. Raises DataError."""

@@ -10,14 +10,12 @@ import h5py
 import numpy as np
 
 from evslip.utils.errors import DataError
-from evslip.utils.files import require_file
+from evslip.utils.files import MOST_COMPRESSED, require_file
 
 CHUNK_BYTES = 1 << 20
 """Size of a chunk, small enough to read in part; smaller chunks compress worse, 64 kB ones by 3 %."""
 GZIP_LEVEL = 4
 """Records are 6 % smaller than with level 1 for at most 0.1 s per million events; level 6 takes twice as long."""
-_MOST_COMPRESSED = 1040
-"""Deflate shrinks by at most 1032: a larger claim is a lie, found before memory is allocated for it."""
 
 
 def image(fill: Callable[[h5py.File], None]) -> bytes:
@@ -103,7 +101,7 @@ def check_claim(dataset: h5py.Dataset) -> None:
     stored = dataset.id.get_storage_size()
     file_size = Path(dataset.file.filename).stat().st_size
     chunk_bytes = int(np.prod(dataset.chunks or (0,), dtype=np.float64)) * dataset.dtype.itemsize
-    if stored > file_size or max(dataset.nbytes, chunk_bytes // 4) > _MOST_COMPRESSED * max(stored, 64):
+    if stored > file_size or max(dataset.nbytes, chunk_bytes // 4) > MOST_COMPRESSED * max(stored, 64):
         raise DataError(f"{dataset.file.filename}: {dataset.name}: claims {dataset.nbytes} bytes but stores {stored}")
 
 

@@ -11,6 +11,7 @@ t_offset             int64 microseconds
 import h5py
 import numpy as np
 
+from evslip.codecs.source import LIMITS, events_of
 from evslip.events.stream import Events
 from evslip.utils import hdf5
 from evslip.utils.errors import DataError
@@ -64,17 +65,11 @@ class Columns:
         if len(t) and not (-(2**62) < self._offset < 2**62 and int(t.min()) > -(2**62) and int(t.max()) < 2**62):
             raise DataError(f"{self._name}: events/t: times beyond 2**62 us")
         columns = {name: column[which] for name, column in self._columns.items()}
-        for name, (low, high) in {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1)}.items():
-            values = columns[name]
+        for name, values in columns.items():
+            low, high = LIMITS[name]
             if len(t) and (int(values.min()) < low or int(values.max()) > high):
                 raise DataError(
                     f"{self._name}: events/{name}: {values.min()} to {values.max()}, expected {low} to {high}"
                 )
         labels = [None if label is None else label[which].astype(np.uint8) for label in self._labels]
-        return Events(
-            t.astype(np.int64) + self._offset,
-            columns["x"].astype(np.uint16),
-            columns["y"].astype(np.uint16),
-            columns["p"] > 0,
-            *labels,
-        )
+        return events_of(t.astype(np.int64) + self._offset, *columns.values(), *labels)

@@ -13,21 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.source import Source
+from evslip.codecs.source import LIMITS, Source, events_of
 from evslip.events.checks import check_events
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
-from evslip.utils.files import require_file
+from evslip.utils.files import MOST_COMPRESSED, require_file
 
 _HEADER_BYTES, _TEXT_BYTES = 128, 116
 _MATRIX, _COMPRESSED = 14, 15
 _STRUCTURE, _DOUBLE, _UINT64 = 2, 6, 15
 """Classes of matrices; numbers are those from double to uint64."""
 _NUMBERS = {1: "<i1", 2: "<u1", 3: "<i2", 4: "<u2", 5: "<i4", 6: "<u4", 7: "<f4", 9: "<f8", 12: "<i8", 13: "<u8"}
-_MOST_COMPRESSED = 1040
-"""Deflate shrinks by at most 1032."""
-_LIMITS = {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "ts": (-(2**62), 2**62)}
+_LIMITS = {{"t": "ts"}.get(name, name): limits for name, limits in LIMITS.items()}
 
 
 def stream(path: Path) -> Source:
@@ -46,8 +44,7 @@ def stream(path: Path) -> Source:
         if not ((values >= low) & (values <= high) & (values == np.floor(values))).all():
             unit = "; times are microseconds" if name == "ts" else ""
             raise DataError(f"{path}: td_data.{name}: expected whole numbers from {low} to {high}{unit}")
-    x, y = (columns[name].astype(np.uint16) for name in "xy")
-    return Source(None, iter([Events(columns["ts"].astype(np.int64), x, y, columns["p"] > 0)]))
+    return Source(None, iter([events_of(*(columns[name] for name in ("ts", "x", "y", "p")))]))
 
 
 def write(path: Path, events: Events, size: tuple[int, int]) -> None:
@@ -68,7 +65,7 @@ def _table(data: bytes) -> dict[str, np.ndarray]:
     """The columns of the variable td_data. Raises ValueError."""
     if len(data) <= _HEADER_BYTES or data[126:128] != b"IM":
         raise ValueError("it is not a little-endian MATLAB file of version 5")
-    budget = _MOST_COMPRESSED * len(data)
+    budget = MOST_COMPRESSED * len(data)
     for kind, content in _elements(memoryview(data)[_HEADER_BYTES:], padded=False):
         if kind == _COMPRESSED:
             decoder = zlib.decompressobj()

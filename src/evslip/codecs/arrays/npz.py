@@ -11,10 +11,7 @@ from evslip.events.checks import check_events, check_size
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
-from evslip.utils.files import require_file
-
-_MOST_COMPRESSED = 1040
-"""Deflate shrinks by at most 1032."""
+from evslip.utils.files import MOST_COMPRESSED, require_file
 
 
 def stream(path: Path) -> Source:
@@ -23,7 +20,7 @@ def stream(path: Path) -> Source:
     try:
         with zipfile.ZipFile(path) as archive:
             claimed = sum(item.file_size for item in archive.infolist())
-        if claimed > _MOST_COMPRESSED * path.stat().st_size:
+        if claimed > MOST_COMPRESSED * path.stat().st_size:
             raise DataError(f"{path}: claims {claimed} bytes, more than can be packed into it")
         with np.load(path, allow_pickle=False) as arrays:
             lacking = [name for name in (*Events._fields[:4], "size") if name not in arrays]

@@ -16,11 +16,9 @@ from numpy.lib import format as npy
 
 from evslip.codecs.clips.times import UNITS, check_count, check_increasing
 from evslip.utils.errors import DataError
-from evslip.utils.files import require_file
+from evslip.utils.files import MOST_COMPRESSED, require_file
 
 FRAMES, TIMES = ("frames", "luminance"), {"t_us": "us", "t_s": "s"}
-_MOST_COMPRESSED = 1040
-"""Deflate shrinks by at most 1032."""
 
 
 class Arrays(NamedTuple):
@@ -105,7 +103,7 @@ def _archive(path: Path) -> Iterator[zipfile.ZipFile]:
 def _member(archive: zipfile.ZipFile, name: str, path: Path) -> Iterator[tuple[IO[bytes], tuple[int, ...], np.dtype]]:
     """A stored array as a file that stands at its first number, its shape and type; nothing is unpickled."""
     info = archive.getinfo(f"{name}.npy")
-    if info.file_size > _MOST_COMPRESSED * max(1, info.compress_size):
+    if info.file_size > MOST_COMPRESSED * max(1, info.compress_size):
         raise DataError(f"{path}: {name}: claims {info.file_size} bytes, more than can be packed into it")
     with archive.open(info) as file:
         version = npy.read_magic(file)

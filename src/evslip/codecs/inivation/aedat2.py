@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.source import Source, blocks
+from evslip.codecs.source import Source, blocks, events_of
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -80,4 +80,4 @@ def _parts(path: Path, start: int, size: tuple[int, int], is_davis: bool) -> Ite
             x, y, p = address >> 1 & 0x7F, address >> 8 & 0x7F, address & 1 == 0
         if (x >= size[0]).any() or (y >= size[1]).any():
             raise DataError(f"{path}: damaged, or of another sensor than one of {size[0]} x {size[1]} pixels")
-        yield Events(t_us, (size[0] - 1 - x).astype(np.uint16), (size[1] - 1 - y).astype(np.uint16), p)
+        yield events_of(t_us, size[0] - 1 - x, size[1] - 1 - y, p)

@@ -18,7 +18,7 @@ import zstandard
 
 from evslip.codecs.inivation.aedat4_sink import COLOURS, EVENT, MAGIC, Sink
 from evslip.codecs.inivation.flatbuffer import Table
-from evslip.codecs.source import Source
+from evslip.codecs.source import Source, events_of
 from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
@@ -77,7 +77,7 @@ def _parts(path: Path, header: _Header, number: int) -> Iterator[Events]:
             rows = np.frombuffer(Table.root(packet[4:], b"EVTS").vector(0, EVENT.itemsize), EVENT)
         except _DAMAGE as error:
             raise _damaged(path, error) from None
-        yield Events(rows["t"].astype(np.int64), rows["x"].copy(), rows["y"].copy(), rows["on"] != 0)
+        yield events_of(rows["t"], rows["x"], rows["y"], rows["on"])
 
 
 def _frame(table: Table) -> tuple[int, np.ndarray]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from evslip.codecs import sink
 from evslip.codecs.inivation.flatbuffer import Vector, buffer
-from evslip.codecs.prophesee.header import check_sides
+from evslip.codecs.sink import check_sides
 from evslip.events.stream import Events, concatenate, empty_events
 
 MAGIC = b"#!AER-DAT4.0\r\n"

@@ -4,7 +4,6 @@ After https://docs.prophesee.ai/stable/data/file_formats/dat.html: lines `% key 
 then an event as 32 bits of time in us, which wrap after 71 minutes, 14 bits of x, 14 bits of y, 4 bits of polarity.
 """
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -12,9 +11,9 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.prophesee.header import check_sides, check_times, read_header, unwrapped
-from evslip.codecs.source import Source, blocks
-from evslip.events.checks import check_size
+from evslip.codecs.prophesee.header import read_header, stated_size, unwrapped
+from evslip.codecs.sink import check_sides, check_times
+from evslip.codecs.source import Source, blocks, events_of
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -38,12 +37,7 @@ def stream(path: Path) -> Source:
         kind, item_bytes = [*file.read(2), -1, -1][:2]
     if kind not in _TYPES or item_bytes != _EVENT.itemsize:
         raise DataError(f"{path}: holds items of type {kind} of {item_bytes} bytes, expected type 12 (CD) of 8 bytes")
-    size = None
-    sides = [fields.get(name, "") for name in ("width", "height")]
-    if any(sides):
-        if not all(re.fullmatch("[0-9]{1,5}", side) for side in sides):
-            raise DataError(f"{path}: the sensor's size is {'x'.join(sides)[:40]!r}, expected two whole numbers")
-        size = check_size(sides[0], sides[1], path)
+    size = stated_size([fields.get(name, "") for name in ("width", "height")], path)
     return Source(size, _parts(path, start + 2))
 
 
@@ -53,8 +47,7 @@ def _parts(path: Path, start: int) -> Iterator[Events]:
         t_us = unwrapped(rows["t"], 32, last_us)
         last_us = int(t_us[-1])
         place = rows["place"]
-        x, y = ((place >> shift & 0x3FFF).astype(np.uint16) for shift in (0, 14))
-        yield Events(t_us, x, y, place >> 28 != 0)
+        yield events_of(t_us, place & 0x3FFF, place >> 14 & 0x3FFF, place >> 28)
 
 
 class Sink(sink.Sink):

@@ -1,10 +1,11 @@
-"""Parts that Prophesee's files share: a header of text, times that wrap, few bits for a coordinate."""
+"""Parts that Prophesee's files share: a header of text, times that wrap."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 
-from evslip.events.stream import Events
+from evslip.events.checks import check_size
 from evslip.utils.errors import DataError
 
 _LONGEST_LINE, _LONGEST_HEADER = 4096, 1 << 20
@@ -38,16 +39,10 @@ def unwrapped(counter: np.ndarray, bits: int, before: int = 0) -> np.ndarray:
     return full + ((before >> bits) + np.cumsum(wraps) << bits)
 
 
-def check_sides(size: tuple[int, int], most: int, path: Path) -> None:
-    """Raise DataError unless a format with `most` columns and rows holds a sensor of the size."""
-    if max(size) > most:
-        raise DataError(f"{path}: the sensor's size is {size[0]} x {size[1]}, the format has {most} at most")
-
-
-def check_times(events: Events, latest_us: int, path: Path) -> None:
-    """Raise DataError unless all times are from 0 to `latest_us`."""
-    if events.count and (events.t_us[0] < 0 or events.t_us[-1] > latest_us):
-        raise DataError(
-            f"{path}: times from {events.t_us[0]} to {events.t_us[-1]} us, the format holds 0 to {latest_us} us; "
-            "`evslip convert --from-zero` lets the first event be at 0"
-        )
+def stated_size(sides: list[str], path: Path) -> tuple[int, int] | None:
+    """The sensor's (width, height) from the texts of a header; None where both are empty. Raises DataError."""
+    if not any(sides):
+        return None
+    if not all(re.fullmatch("[0-9]{1,5}", side) for side in sides):
+        raise DataError(f"{path}: the sensor's size is {'x'.join(sides)[:40]!r}, expected one such as 640x480")
+    return check_size(sides[0], sides[1], path)

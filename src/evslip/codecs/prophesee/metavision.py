@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 
-from evslip.codecs.source import BLOCK_EVENTS
+from evslip.codecs.source import BLOCK_EVENTS, LIMITS, events_of
 from evslip.events.stream import Events
 from evslip.utils import hdf5
 from evslip.utils.errors import DataError
@@ -39,9 +38,8 @@ def parts(path: Path) -> Iterator[Events]:
         if not isinstance(table, h5py.Dataset) or not {"x", "y", "p", "t"} <= set(table.dtype.names or ()):
             raise DataError(f"{path}: CD/events: expected a table of x, y, p and t")
         filters = table.id.get_create_plist()
-        if any(filters.get_filter(i)[0] == ECF for i in range(filters.get_nfilters())) and not h5py.h5z.filter_avail(
-            ECF
-        ):
+        is_packed = any(filters.get_filter(i)[0] == ECF for i in range(filters.get_nfilters()))
+        if is_packed and not h5py.h5z.filter_avail(ECF):
             raise DataError(
                 f"{path}: packed by the HDF5 filter ECF ({ECF}), which is not installed; build the plug-in of "
                 "https://github.com/prophesee-ai/hdf5_ecf and let HDF5_PLUGIN_PATH name its folder"
@@ -49,9 +47,7 @@ def parts(path: Path) -> Iterator[Events]:
         hdf5.check_claim(table)
         for start in range(0, len(table), BLOCK_EVENTS):
             rows = table[start : start + BLOCK_EVENTS]
-            for name, (low, high) in {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "t": (-(2**62), 2**62)}.items():
+            for name, (low, high) in LIMITS.items():
                 if rows[name].dtype.kind not in "biu" or rows[name].min() < low or rows[name].max() > high:
                     raise DataError(f"{path}: CD/events: {name}: expected whole numbers from {low} to {high}")
-            yield Events(
-                rows["t"].astype(np.int64), rows["x"].astype(np.uint16), rows["y"].astype(np.uint16), rows["p"] > 0
-            )
+            yield events_of(*(rows[name] for name in "txyp"))

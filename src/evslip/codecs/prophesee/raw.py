@@ -5,7 +5,6 @@ written as EVT 3.0, or as EVT 2.0 if its name ends in .evt2.raw. This is a reade
 not say when a file is damaged.
 """
 
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -14,9 +13,9 @@ import numpy as np
 
 from evslip.codecs import sink
 from evslip.codecs.prophesee import evt2, evt3, evt21
-from evslip.codecs.prophesee.header import check_sides, check_times, read_header
+from evslip.codecs.prophesee.header import read_header, stated_size
+from evslip.codecs.sink import check_sides, check_times
 from evslip.codecs.source import Source, blocks
-from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -79,19 +78,14 @@ def _encoding(fields: dict[str, str], path: Path) -> tuple[str, dict[str, str]]:
         if name.upper() == encoding or (not name and fields.get("evt") == version):
             return encoding, {key: value for key, _, value in (option.partition("=") for option in options)}
     said = name or fields.get("evt")
-    known = ", ".join(_ENCODINGS)
     if said is None:
         raise DataError(f"{path}: not a RAW file: no line `% format` or `% evt` at its beginning")
-    raise DataError(f"{path}: its encoding {said[:20]!r} is unknown; known are {known}")
+    raise DataError(f"{path}: its encoding {said[:20]!r} is unknown; known are {', '.join(_ENCODINGS)}")
 
 
 def _size(fields: dict[str, str], options: dict[str, str], path: Path) -> tuple[int, int] | None:
     sides = fields.get("geometry", "").split("x")
     if len(sides) != 2:
         sides = [options.get(name) or fields.get(name, "") for name in ("width", "height")]
-    if any(sides):
-        if not all(re.fullmatch("[0-9]{1,5}", side) for side in sides):
-            raise DataError(f"{path}: the sensor's size is {'x'.join(sides)[:40]!r}, expected one such as 640x480")
-        return check_size(sides[0], sides[1], path)
     driver = fields.get("plugin_name", "")
-    return next((size for name, size in _SENSORS.items() if name in driver), None)
+    return stated_size(sides, path) or next((size for name, size in _SENSORS.items() if name in driver), None)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from evslip.codecs.source import Source
+from evslip.codecs.source import Source, events_of
 from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError, MissingExtraError
@@ -46,7 +46,7 @@ def _parts(path: Path) -> Iterator[Events]:
     for data in _messages(path, _KINDS):
         rows = _array(data, path)[1]
         t_us = rows["s"].astype(np.int64) * 1_000_000 + rows["ns"] // 1000
-        yield Events(t_us, rows["x"].copy(), rows["y"].copy(), rows["p"] != 0)
+        yield events_of(t_us, rows["x"], rows["y"], rows["p"])
 
 
 def _messages(path: Path, kinds: tuple[str, ...], required: bool = True) -> Iterator[bytes]:

@@ -7,7 +7,7 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.source import Source, lines
+from evslip.codecs.source import Source, events_of, lines
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -37,8 +37,7 @@ def _parts(path: Path, start: int) -> Iterator[Events]:
             raise DataError(f"{path}: not a table of events: {' '.join(str(error).split())[:160]}") from None
         if rows.shape[1] != 4 or (rows < low).any() or (rows > high).any():
             raise DataError(f"{path}: expected four columns: {HEADER}, x and y from 0 to 65535, p 0 or 1")
-        t_us, x, y, p = rows.T
-        yield Events(t_us.copy(), x.astype(np.uint16), y.astype(np.uint16), p != 0)
+        yield events_of(*rows.T)
 
 
 class Sink(sink.Sink):

@@ -10,8 +10,8 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.prophesee.header import check_times
-from evslip.codecs.source import Source, lines
+from evslip.codecs.sink import check_times
+from evslip.codecs.source import Source, events_of, lines
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -54,7 +54,7 @@ def _events(rows: np.ndarray, seen: int, path: Path) -> Events:
             f"{path}: event {seen + wrong[0]} is {' '.join(f'{value:g}' for value in rows[wrong[0]])}, expected "
             "t (in seconds) x y p, x and y whole from 0 to 65535, p 0 or 1"
         )
-    return Events(t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p > 0)
+    return events_of(t_us, x, y, p)
 
 
 class Sink(sink.Sink):
