@@ -59,13 +59,10 @@ def convert_format(
                 start_us, end_us = start_us if count else int(events.t_us[0]), int(events.t_us[-1])
             count, on = count + events.count, on + int(np.count_nonzero(events.p))
             labelled |= events.body is not None or events.cause is not None
-    lost = {
-        "the labels": labelled and not form.keeps_labels,
-        "the sensor's size": not form.keeps_size,
-        "all of the sample but its events": is_record(source),
-    }
-    names = tuple(name for name, is_lost in lost.items() if is_lost)
-    return ConvertedFormat(count, on, start_us, end_us, selector.size, names)
+    lost = ("the labels",) if labelled and not form.keeps_labels else ()
+    lost += () if form.keeps_size else ("the sensor's size",)
+    lost += ("all of the sample but its events",) if is_record(source) else ()
+    return ConvertedFormat(count, on, start_us, end_us, selector.size, lost)
 
 
 def _watched(parts: Iterable[Events], progress: Callable[[int], None]) -> Iterator[Events]:

@@ -69,16 +69,7 @@ def card(
         "",
     ]
     if synthetic:
-        lines += [
-            "## How it was made",
-            "",
-            _MAKING,
-            "",
-            "```toml",
-            config_toml.strip(),
-            "```",
-            "",
-        ]
+        lines += ["## How it was made", "", _MAKING, "", "```toml", config_toml.strip(), "```", ""]
     return "\n".join(lines)
 
 
