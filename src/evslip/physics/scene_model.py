@@ -11,6 +11,7 @@ from evslip.physics.contact import CONTACTS, Patch
 from evslip.physics.grip import FINGER_Z_M, TCP_M, grasp
 from evslip.physics.inertia import inertia_kg_m2
 from evslip.physics.robot import FINGERS, HAND, ROBOTS
+from evslip.physics.trajectory import rounded
 from evslip.scene.shapes import shape_of
 from evslip.scene.shapes.shape import Shape
 
@@ -76,11 +77,8 @@ def _set_solver(spec: Any) -> None:
 def _add_object(spec: Any, params: Params) -> None:
     obj, error, shape = params.object, params.grip, shape_of(params)
     yaw = np.radians(error.error_yaw_deg) / 2
-    body = spec.worldbody.add_body(
-        name=OBJECT,
-        pos=[obj.x_m + error.error_x_m, obj.y_m + error.error_y_m, shape.half_m[2]],
-        quat=[np.cos(yaw), 0, 0, np.sin(yaw)],
-    )
+    place = [obj.x_m + error.error_x_m, obj.y_m + error.error_y_m, shape.half_m[2]]
+    body = spec.worldbody.add_body(name=OBJECT, pos=place, quat=[np.cos(yaw), 0, 0, np.sin(yaw)])
     body.add_freejoint(name=OBJECT)
     inertia = inertia_kg_m2(params)
     body.explicitinertial = True
@@ -186,8 +184,3 @@ def _in_hand_plane(gripper: np.ndarray, place: np.ndarray, force: np.ndarray) ->
     torque = (up * along - x * upward).sum(2)
     forces = np.stack([along.sum(2), upward.sum(2)], axis=-1)
     return np.concatenate([rounded(forces, FORCE_BITS), rounded(torque, TORQUE_BITS)[..., None]], axis=-1)
-
-
-def rounded(values: np.ndarray, bits: int) -> np.ndarray:
-    """Values to the nearest 2**-bits: what lies beyond any use would only make records large."""
-    return (np.round(values * 2.0**bits) / 2.0**bits).astype(np.float32)

@@ -9,7 +9,7 @@ from evslip.physics import scene_model
 from evslip.physics.grip import grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.motion.servo_plan import plan
-from evslip.physics.trajectory import JOINTS, Trajectory
+from evslip.physics.trajectory import JOINTS, Trajectory, rounded
 from evslip.utils.errors import GraspFailed
 
 UTILISATION_BITS = 10
@@ -53,4 +53,4 @@ def _utilisation(params: Params, normal_n: np.ndarray, friction: np.ndarray) -> 
         surface, touching = LimitSurface.of(patch.points, patch.weights), normal_n[:, k] > 0
         can = params.grip.friction * normal_n[touching, k]
         used[touching, k] = surface.utilisation(friction[touching, k], can)
-    return scene_model.rounded(used, UTILISATION_BITS)
+    return rounded(used, UTILISATION_BITS)

@@ -36,7 +36,7 @@ class Trajectory(NamedTuple):
     """Share of what each pad's friction can carry that is in use: its pad_friction on the limit surface of its patch
     under its normal force. 1 where it slides, within 0.03; 0 where it does not touch; of shape (n, 2)."""
 
-    @property
-    def finger_gap_m(self) -> np.ndarray:
-        """Distance between the two pads' faces in metres; of shape (n,)."""
-        return self.joints[:, 7] + self.joints[:, 8]
+
+def rounded(values: np.ndarray, bits: int) -> np.ndarray:
+    """Values to the nearest 2**-bits, in single precision: finer digits would only make records large."""
+    return (np.round(values * 2.0**bits) / 2.0**bits).astype(np.float32)

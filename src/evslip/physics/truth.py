@@ -9,7 +9,7 @@ from evslip.config.params import Params
 from evslip.physics.episodes import SLIP_DEG, SLIP_M, Episode, slips_of
 from evslip.physics.grip import TCP_M
 from evslip.physics.motion.phases import PHASE_NAMES, phase_times
-from evslip.physics.trajectory import Trajectory
+from evslip.physics.trajectory import Trajectory, rounded
 from evslip.utils.errors import GraspFailed
 
 SETTLED_SHARE = 0.9
@@ -21,7 +21,7 @@ SETTLED_S = 0.1
 LOST_S = 0.02
 """The grip is lost when a pad has carried nothing for this long."""
 THETA_BITS, ROTATION_BITS, POSITION_BITS = 16, 22, 23
-"""Angles are kept to about 1e-5 degrees, positions to 0.1 micrometres: finer digits would only make records large."""
+"""Angles are kept to about 1e-5 degrees, positions to 0.1 micrometres."""
 SPEED_S = 0.01
 """Slip speeds are central differences over this time."""
 
@@ -112,7 +112,7 @@ def angular_difference(trajectory: Trajectory) -> np.ndarray:
     """The paper's theta in degrees, of shape (n,): |arccos((tr(dMg^T dMc) - 1) / 2)| with dM = M M0^T, for gripper and
     cuboid against the first pose (Reinold et al. 2025, eq. 1)."""
     relative = _relative_rotation(trajectory)
-    return _angle_deg(relative[0].inv() * relative)
+    return np.degrees((relative[0].inv() * relative).magnitude())
 
 
 def measure(trajectory: Trajectory) -> Truth:
@@ -130,9 +130,9 @@ def measure(trajectory: Trajectory) -> Truth:
     episodes = find_episodes(t_us, relative, position, held, phase, lost)
     return Truth(
         t_us=t_us,
-        theta_deg=_rounded(angular_difference(trajectory), THETA_BITS),
-        rotation=_rounded(relative.as_quat(scalar_first=True), ROTATION_BITS),
-        position_m=_rounded(position, POSITION_BITS),
+        theta_deg=rounded(angular_difference(trajectory), THETA_BITS),
+        rotation=rounded(relative.as_quat(scalar_first=True), ROTATION_BITS),
+        position_m=rounded(position, POSITION_BITS),
         held=held,
         span_us=(int(t_us[closed]), int(t_us[opening])),
         onset_us=episodes[0].start_us if episodes else None,
@@ -221,12 +221,3 @@ def _rotation(pose: np.ndarray) -> Rotation:
 
 def _relative_rotation(trajectory: Trajectory) -> Rotation:
     return _rotation(trajectory.gripper_pose).inv() * _rotation(trajectory.object_pose)
-
-
-def _rounded(values: np.ndarray, bits: int) -> np.ndarray:
-    """Values to the nearest 2**-bits, in single precision."""
-    return (np.round(values * 2.0**bits) / 2.0**bits).astype(np.float32)
-
-
-def _angle_deg(rotation: Rotation) -> np.ndarray:
-    return np.degrees(rotation.magnitude())

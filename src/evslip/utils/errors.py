@@ -9,10 +9,10 @@ class ConfigError(EvslipError):
     """A configuration key is unknown, of the wrong type, out of range, or asks for what the robot cannot do."""
 
 
-class PlanRejected(ConfigError):
-    """The robot cannot do the motion of one sample. Of a sample among others a rejection, recorded at its index.
+class Rejection(EvslipError):
+    """One sample cannot be made. Of a sample among others recorded at its index, never redrawn.
 
-    `kind` is a short stable name: "unreachable", "joint_limit", "too_fast", "too_long", "collision", "grip".
+    `kind` is a short stable name.
     """
 
     def __init__(self, kind: str, message: str):
@@ -21,6 +21,10 @@ class PlanRejected(ConfigError):
 
     def __reduce__(self) -> tuple[type, tuple[str, str]]:
         return type(self), (self.kind, str(self))
+
+
+class PlanRejected(Rejection, ConfigError):
+    """The robot cannot do the motion: "unreachable", "joint_limit", "too_fast", "too_long", "collision", "grip"."""
 
 
 class DataError(EvslipError):
@@ -35,15 +39,5 @@ class MissingExtraError(EvslipError):
     """An optional package is not installed; the message names the command that installs it."""
 
 
-class GraspFailed(EvslipError):
-    """The physics let the grasp fail. Not a user error: recorded as a rejection at its index, never redrawn.
-
-    `kind` is a short stable name: "never_closed", "never_lifted", "unstable".
-    """
-
-    def __init__(self, kind: str, message: str):
-        super().__init__(message)
-        self.kind = kind
-
-    def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        return type(self), (self.kind, str(self))
+class GraspFailed(Rejection):
+    """The physics let the grasp fail, which is no user error: "never_closed", "never_lifted", "unstable"."""

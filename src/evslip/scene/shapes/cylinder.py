@@ -29,39 +29,24 @@ class Cylinder(Shape):
         vertices = np.concatenate([*ends, [[0, 0, -top], [0, 0, top]]])
         k = np.arange(FACETS)
         after = (k + 1) % FACETS
-        low, high = np.stack([k, after], axis=1), np.stack([k, after], axis=1) + FACETS
-        middle = np.full(FACETS, 2 * FACETS)
-        faces = np.concatenate(
-            [
-                np.stack([low[:, 0], low[:, 1], high[:, 1]], axis=1),
-                np.stack([low[:, 0], high[:, 1], high[:, 0]], axis=1),
-                np.stack([middle, low[:, 1], low[:, 0]], axis=1),
-                np.stack([middle + 1, high[:, 0], high[:, 1]], axis=1),
-            ]
-        )
-        radial = np.c_[circle, np.zeros(FACETS)]
-        normals = np.concatenate(
-            [
-                np.stack([radial, radial[after], radial[after]], axis=1),
-                np.stack([radial, radial[after], radial], axis=1),
-                np.broadcast_to([0.0, 0.0, -1.0], (FACETS, 3, 3)),
-                np.broadcast_to([0.0, 0.0, 1.0], (FACETS, 3, 3)),
-            ]
-        )
+        up, up_after, middle = k + FACETS, after + FACETS, np.full(FACETS, 2 * FACETS)
+        triangles = (k, after, up_after), (k, up_after, up), (middle, after, k), (middle + 1, up, up_after)
+        faces = np.concatenate([np.stack(corners, axis=1) for corners in triangles])
+        here, there = np.c_[circle, np.zeros(FACETS)], np.c_[circle[after], np.zeros(FACETS)]
+        mantle = [np.stack(normals, axis=1) for normals in ((here, there, there), (here, there, here))]
+        ends = [np.broadcast_to([0.0, 0.0, z], (FACETS, 3, 3)) for z in (-1.0, 1.0)]
+        normals = np.concatenate([*mantle, *ends])
         # Anticlockwise from above is to the right, seen from outside.
         half_turn = FACETS // 2
         left = (k % half_turn) / half_turn
         right = left + 1 / half_turn
-        zero, one = np.zeros(FACETS), np.ones(FACETS)
-        mantle = [
-            np.stack([np.stack([left, right, right], 1), np.stack([one, one, zero], 1)], axis=2),
-            np.stack([np.stack([left, right, left], 1), np.stack([one, zero, zero], 1)], axis=2),
-        ]
+        low, high = np.ones(FACETS), np.zeros(FACETS)
+        mantle = [np.stack([left, low, right, low, right, high], 1), np.stack([left, low, right, high, left, high], 1)]
         # As on a cuboid: seen from outside with y upwards.
         flat = vertices[faces[2 * FACETS :]][..., :2] / (2 * radius)
         flip = np.repeat([-1.0, 1.0], FACETS)[:, None]
         caps = np.stack([0.5 + flip * flat[..., 0], 0.5 - flat[..., 1]], axis=2)
-        return Surface(vertices, faces, np.concatenate([*mantle, caps]), normals)
+        return Surface(vertices, faces, np.concatenate([*(uv.reshape(-1, 3, 2) for uv in mantle), caps]), normals)
 
     def filling(self) -> Filling:
         radius, top = self.half_m[1:]

@@ -7,14 +7,12 @@ import numpy as np
 
 from evslip.scene.shapes.mesh_file import load_mesh
 from evslip.scene.shapes.shape import Filling, Footing, Shape, in_hull
-from evslip.scene.shapes.surface import Surface, box_uv, corner_normals
+from evslip.scene.shapes.surface import Surface, box_uv, corner_normals, pairs
 from evslip.utils.errors import ConfigError
 
 WORN_M, WORN_AT_MOST = 0.001, 0.05
 """Height above the table up to which the bottom is worn flat; where that is an edge, its largest share."""
 SPOT_CORNERS = 32
-PAIRS = 1 << 20
-"""Pairs of triangle and line looked at together: bounds the memory."""
 ROUNDING = 1e-9
 """Shares by which a line that runs exactly through an edge may miss it."""
 
@@ -59,9 +57,8 @@ class MeshShape(Shape):
         volumes = np.sum(a * np.cross(b, c), axis=1) / 6
         volume, total = volumes.sum(), corners.sum(axis=1)
         centroid = volumes @ total / (4 * volume)
-        moments = np.einsum("n,nki,nkj->ij", volumes, corners, corners) + np.einsum(
-            "n,ni,nj->ij", volumes, total, total
-        )
+        moments = np.einsum("n,nki,nkj->ij", volumes, corners, corners)
+        moments = moments + np.einsum("n,ni,nj->ij", volumes, total, total)
         return Filling(float(volume), centroid, moments / (20 * volume) - np.outer(centroid, centroid))
 
     def footing(self) -> Footing:
@@ -94,17 +91,10 @@ class MeshShape(Shape):
         column, columns = _span(self._low[:, 0], self._high[:, 0], x)
         row, rows = _span(self._low[:, 2], self._high[:, 2], z)
         out = np.full((len(x), len(z)), -np.inf)
-        ends = np.cumsum(columns * rows)
-        start = 0
-        while start < len(corners):
-            stop = max(start + 1, int(np.searchsorted(ends, ends[start] + PAIRS)))
-            count = (columns * rows)[start:stop]
-            triangle = np.repeat(np.arange(start, stop), count)
-            rank = np.arange(len(triangle)) - np.repeat(np.cumsum(count) - count, count)
+        for triangle, rank in pairs(columns * rows):
             i, j = column[triangle] + rank // rows[triangle], row[triangle] + rank % rows[triangle]
             reached = _meet(corners[triangle], x[i], z[j])
             np.maximum.at(out, (i, j), np.where(np.isnan(reached), -np.inf, side * reached))
-            start = stop
         return out
 
 

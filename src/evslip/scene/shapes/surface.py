@@ -1,5 +1,6 @@
 """Surface of an object: triangles with texture coordinates and normals."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ SMOOTH_DEG = 30.0
 MOST_AROUND = 256
 """A vertex of more faces, such as the tip of a fan, is left sharp."""
 PAIRS = 1 << 20
-"""Pairs of corners compared at a time: bounds the memory."""
+"""Pairs looked at together: bounds the memory."""
 
 
 class Surface(NamedTuple):
@@ -42,23 +43,26 @@ def corner_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     order = np.argsort(vertex, kind="stable")
     valence = np.bincount(vertex, minlength=len(vertices))
     starts = np.cumsum(valence) - valence
-    count = np.where(valence[vertex] > MOST_AROUND, 0, valence[vertex])
     total = np.repeat(vectors, 3, axis=0)
-    ends = np.cumsum(count)
-    first = 0
-    while first < len(vertex):
-        last = max(first + 1, int(np.searchsorted(ends, ends[first] + PAIRS)))
-        # Every corner against all corners of the same vertex.
-        own = np.repeat(np.arange(first, last), count[first:last])
-        rank = np.arange(len(own)) - np.repeat(
-            ends[first:last] - count[first:last] - ends[first] + count[first], count[first:last]
-        )
+    # Every corner against all corners of the same vertex.
+    for own, rank in pairs(np.where(valence[vertex] > MOST_AROUND, 0, valence[vertex])):
         other = order[starts[vertex[own]] + rank] // 3
         smooth = (other != own // 3) & (np.sum(units[own // 3] * units[other], axis=1) > np.cos(np.radians(SMOOTH_DEG)))
         np.add.at(total, own[smooth], vectors[other[smooth]])
-        first = last
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return (total / np.maximum(length, 1e-30)).reshape(-1, 3, 3)
+
+
+def pairs(counts: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Index and number from 0 on of each of counts[i] things of every i, in two arrays, about PAIRS at a time."""
+    ends = np.cumsum(counts)
+    first = 0
+    while first < len(counts):
+        last = max(first + 1, int(np.searchsorted(ends, ends[first] + PAIRS)))
+        some = counts[first:last]
+        owner = np.repeat(np.arange(first, last), some)
+        yield owner, np.arange(len(owner)) - np.repeat(np.cumsum(some) - some, some)
+        first = last
 
 
 def box_uv(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
