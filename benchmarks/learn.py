@@ -18,7 +18,7 @@ import torch
 from torch.nn import functional
 
 from evslip.learn import build_model
-from evslip.learn.layers import patterns, trains
+from evslip.learn.layers import patterns
 from evslip.learn.layers.occupancy import Binner, dense
 from evslip.learn.networks.cnn3d import CNN3d
 from evslip.learn.networks.mlp import MLP
@@ -88,9 +88,7 @@ def densely(network: torch.nn.Module, batch: list) -> tuple[Callable[..., torch.
     if isinstance(network, CNN3d):
         return lambda x, y: functional.cross_entropy(network.rest(network.conv1(x)), y), dense(batch, network.grid)
     if isinstance(network, MLP):
-        return lambda x, y: functional.cross_entropy(network.dense(x), y), trains.dense(
-            batch, network.grid[0], network.units
-        )
+        return lambda x, y: functional.cross_entropy(network.dense(x), y), dense(batch, network.grid)
     assert isinstance(network, SNN)
 
     def loss(grids: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:

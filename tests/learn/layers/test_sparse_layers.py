@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from torch.nn import functional
 
 from evslip.learn import build_model
-from evslip.learn.layers import patterns, srm, trains
+from evslip.learn.layers import patterns, srm
 from evslip.learn.layers.grids import counts, voxel_grid
 from evslip.learn.layers.input_neurons import POOL_WEIGHT, InputNeurons
 from evslip.learn.layers.occupancy import Occupancy
@@ -32,25 +32,13 @@ def random_occupancy(seed: int, share: float = 0.2) -> Occupancy:
     return Occupancy(by_time, rng.random(len(cells)).astype(np.float32))
 
 
-@given(st.integers(0, 10**6), st.floats(0, 1))
-@settings(max_examples=20)
-def test_trains_hold_what_the_grid_holds(seed: int, share: float) -> None:
-    batch = [random_occupancy(seed, share), random_occupancy(seed + 1, 0.0)]
-    found = trains.dense([trains.trains(sample, GRID) for sample in batch], 7, 24)
-    torch.testing.assert_close(found, dense_grid(batch, GRID).permute(0, 2, 1, 3, 4).reshape(2, 7, 24))
-    for sample in batch:
-        train = trains.trains(sample, GRID)
-        assert (np.diff(train.units) > 0).all()
-        for first, last in zip(train.starts, train.starts[1:], strict=False):
-            assert (np.diff(train.bins[first:last]) > 0).all()
-
-
 @given(st.integers(0, 10**6), st.sampled_from([1, 3, 8]))
 @settings(max_examples=20)
 def test_the_sparse_linear_layer_and_its_gradient_equal_the_dense_ones(seed: int, outputs: int) -> None:
-    batch = [trains.trains(random_occupancy(seed + k), GRID) for k in range(3)]
+    batch = [random_occupancy(seed + k, share) for k, share in enumerate((0.2, 0.0, 0.2))]
     weight = torch.randn(outputs, 24, generator=torch.Generator().manual_seed(seed), requires_grad=True)
-    sparse, full = sparse_linear(batch, weight, 7), trains.dense(batch, 7, 24) @ weight.T
+    grids = dense_grid(batch, GRID).transpose(1, 2).flatten(2)
+    sparse, full = sparse_linear(batch, weight, 7), grids @ weight.T
     assert (sparse - full).abs().max() < 1e-5
     towards = torch.randn_like(full)
     (one,), (other,) = (torch.autograd.grad((out * towards).sum(), weight) for out in (sparse, full))
@@ -62,7 +50,7 @@ def test_the_mlp_on_coordinates_equals_the_dense_one() -> None:
     network = build_model("mlp")
     assert isinstance(network, MLP)
     batch = [network.prepare(random_window(seed, count)) for seed, count in enumerate((0, 3, 9000))]
-    labels, grids = torch.tensor([0, 1, 1]), trains.dense(batch, 150, 6300)
+    labels, grids = torch.tensor([0, 1, 1]), dense_grid(batch, network.grid)
     gradients = []
     for logits in (network(batch), network.dense(grids)):
         network.zero_grad()

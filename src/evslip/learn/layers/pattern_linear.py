@@ -13,7 +13,7 @@ import torch
 from numba import prange
 
 from evslip.learn.layers.patterns import Patterns
-from evslip.learn.layers.rows import add_row, set_sum
+from evslip.learn.layers.rows import set_sum
 from evslip.utils.jit import compiled
 
 BLOCK = 4
@@ -23,7 +23,6 @@ BLOCK = 4
 @compiled()
 def _add_weights(units, starts, bins, patterns, weight, tables, lanes, out):
     """The sums of some windows. `tables`: room for one block's tables."""
-    one = np.float32(1)
     for first in range(0, len(units), BLOCK):
         block = units[first : first + BLOCK]
         for g in range(len(block)):
@@ -38,13 +37,12 @@ def _add_weights(units, starts, bins, patterns, weight, tables, lanes, out):
             for g in range(len(block)):
                 table = tables[g]
                 for i in range(starts[b, first + g], starts[b, first + g + 1]):
-                    add_row(sums, bins[i], table, patterns[i], one, lanes)
+                    set_sum(sums, bins[i], sums, bins[i], table, patterns[i], lanes)
 
 
 @compiled()
 def _add_gradients(units, starts, bins, patterns, gradient, tables, lanes, out):
     """The gradients of some groups' weights, over all windows in order. `starts` are those of these groups."""
-    one = np.float32(1)
     for first in range(0, len(units), BLOCK):
         block = units[first : first + BLOCK]
         tables[:] = 0
@@ -53,15 +51,15 @@ def _add_gradients(units, starts, bins, patterns, gradient, tables, lanes, out):
             for g in range(len(block)):
                 table = tables[g]
                 for i in range(starts[b, first + g], starts[b, first + g + 1]):
-                    add_row(table, patterns[i], rows, bins[i], one, lanes)
+                    set_sum(table, patterns[i], table, patterns[i], rows, bins[i], lanes)
         for g in range(len(block)):
             table = tables[g]
             for k in range(7, -1, -1):
                 unit = block[g, k]
                 for m in range(1 << k):
                     if unit >= 0:
-                        add_row(out, unit, table, (1 << k) + m, one, lanes)
-                    add_row(table, m, table, (1 << k) + m, one, lanes)
+                        set_sum(out, unit, out, unit, table, (1 << k) + m, lanes)
+                    set_sum(table, m, table, m, table, (1 << k) + m, lanes)
 
 
 @compiled(parallel=True)

@@ -6,7 +6,6 @@ language. Arrays are float32, in C order, with as many columns as `lanes`, a tup
 length is known when the loop is compiled. Nothing checks the indices.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -19,39 +18,21 @@ WIDTH = 16
 """Numbers that are added at a time, as many as the widest registers hold."""
 
 
-def lowered(function: Callable[..., Any]) -> Any:
-    """Decorator: the function says, for the types of a call's arguments, which code stands for it."""
-    return intrinsic(function)
-
-
-@lowered
-def add_row(typing, target, i, source, j, scale, lanes):
-    """target[i] += scale * source[j]"""
-
-    def generate(context: Any, builder: Builder, signature: Any, values: Any) -> Value:
-        to, of = (_row(context, builder, signature.args[n], values[n], values[n + 1], len(lanes)) for n in (0, 2))
-        for first, width in _pieces(len(lanes)):
-            summand = builder.fmul(_load(builder, of, first, width), _spread(builder, values[4], width))
-            _store(builder, builder.fadd(_load(builder, to, first, width), summand), to, first)
-        return context.get_dummy_value()
-
-    return types.void(target, types.intp, source, types.intp, types.float32, lanes), generate
-
-
-@lowered
-def set_sum(typing, target, i, first, j, second, k, lanes):
-    """target[i] = first[j] + second[k]"""
-
+def _set_sum(typing, target, i, first, j, second, k, lanes):
     def generate(context: Any, builder: Builder, signature: Any, values: Any) -> Value:
         to, one, other = (
             _row(context, builder, signature.args[n], values[n], values[n + 1], len(lanes)) for n in (0, 2, 4)
         )
-        for first, width in _pieces(len(lanes)):
-            summands = (_load(builder, row, first, width) for row in (one, other))
-            _store(builder, builder.fadd(*summands), to, first)
+        for start, width in _pieces(len(lanes)):
+            summands = (_load(builder, row, start, width) for row in (one, other))
+            _store(builder, builder.fadd(*summands), to, start)
         return context.get_dummy_value()
 
     return types.void(target, types.intp, first, types.intp, second, types.intp, lanes), generate
+
+
+set_sum: Any = intrinsic(_set_sum)
+"""target[i] = first[j] + second[k]"""
 
 
 def _pieces(length: int) -> list[tuple[int, int]]:
@@ -78,10 +59,3 @@ def _load(builder: Builder, row: Value, first: int, width: int) -> Value:
 
 def _store(builder: Builder, value: Value, row: Value, first: int) -> None:
     builder.store(value, _at(builder, row, first, value.type.count)).align = 4
-
-
-def _spread(builder: Builder, number: Value, width: int) -> Value:
-    """A vector of so many times a number."""
-    one = ir.Constant(ir.VectorType(ir.FloatType(), width), ir.Undefined)
-    one = builder.insert_element(one, number, ir.Constant(ir.IntType(32), 0))
-    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width))

@@ -1,7 +1,4 @@
-"""A linear layer over every time bin, computed from what is active: equal to the dense matrix product.
-
-Unit by unit, because then a unit's weights, and the sums of all bins of one window, stay in the nearest cache.
-"""
+"""A linear layer over every time bin, computed from what is active: equal to the dense matrix product."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,65 +8,62 @@ import numpy as np
 import torch
 from numba import prange
 
-from evslip.learn.layers.rows import add_row
-from evslip.learn.layers.trains import Trains, joined
+from evslip.learn.layers.occupancy import Occupancy, joined
 from evslip.utils.jit import compiled
 
 
-@compiled()
-def _add_weights(first, last, units, starts, bins, values, weight, lanes, sums):
-    """The sums of one window, whose units are first to last."""
-    for i in range(first, last):
-        for j in range(starts[i], starts[i + 1]):
-            add_row(sums, bins[j], weight, units[i], values[j], lanes)
-
-
-@compiled()
-def _add_gradients(first, last, windows, units, starts, bins, values, gradient, lanes, out):
-    """The gradients of the weights of units first to last, over all windows in order."""
-    for b in range(len(windows) - 1):
-        rows, of_window = gradient[b], units[windows[b] : windows[b + 1]]
-        begin, end = np.searchsorted(of_window, first), np.searchsorted(of_window, last)
-        for i in range(windows[b] + begin, windows[b] + end):
-            for j in range(starts[i], starts[i + 1]):
-                add_row(out, units[i], rows, bins[j], values[j], lanes)
+@compiled(inline="always")
+def _place(cell, bins, plane):
+    """Unit and time bin of a cell; 32 bits, because dividing 64 takes several times as long."""
+    layer = np.uint32(cell) // np.uint32(plane)
+    polarity = layer // np.uint32(bins)
+    return np.int64(cell) - np.int64(layer - polarity) * plane, layer - polarity * np.uint32(bins)
 
 
 @compiled(parallel=True)
-def _forward(windows, units, starts, bins, values, weight, lanes, out):
-    for b in prange(len(windows) - 1):
-        _add_weights(windows[b], windows[b + 1], units, starts, bins, values, weight, lanes, out[b])
+def _forward(starts, cells, values, plane, weight, lanes, out):
+    """Add weights to the sums of each bin. `lanes` has as many numbers as a row: known when this is compiled."""
+    for b in prange(len(out)):
+        for i in range(starts[b], starts[b + 1]):
+            unit, time_bin = _place(cells[i], out.shape[1], plane)
+            sums, row = out[b, time_bin], weight[unit]
+            for k in range(len(lanes)):
+                sums[k] += values[i] * row[k]
 
 
 @compiled(parallel=True)
-def _backward(windows, units, starts, bins, values, gradient, slices, lanes, out):
+def _backward(starts, cells, values, plane, gradient, lanes, slices, out):
     """Each thread takes some of the units: no sum depends on the number of threads."""
     for part in prange(slices):
         first, last = len(out) * part // slices, len(out) * (part + 1) // slices
-        _add_gradients(first, last, windows, units, starts, bins, values, gradient, lanes, out)
+        for b in range(len(gradient)):
+            for i in range(starts[b], starts[b + 1]):
+                unit, time_bin = _place(cells[i], gradient.shape[1], plane)
+                if first <= unit < last:
+                    sums, row = out[unit], gradient[b, time_bin]
+                    for k in range(len(lanes)):
+                        sums[k] += values[i] * row[k]
 
 
 class _SparseLinear(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, weight: torch.Tensor, batch: Sequence[Trains], bins: int):
-        windows, every = joined(batch)
-        out = torch.zeros(len(batch), bins, len(weight))
-        _forward(windows, *every, weight.detach().t().contiguous().numpy(), (0,) * len(weight), out.numpy())
-        ctx.inputs, ctx.shape = (windows, *every), weight.shape
+    def forward(ctx: Any, weight: torch.Tensor, batch: Sequence[Occupancy], bins: int):
+        outputs, units = weight.shape
+        ctx.inputs, ctx.lanes, ctx.units = (*joined(batch), units // 2), (0,) * outputs, units
+        out = torch.zeros(len(batch), bins, outputs)
+        _forward(*ctx.inputs, weight.detach().t().contiguous().numpy(), ctx.lanes, out.numpy())
         return out
 
     @staticmethod
     def backward(ctx: Any, gradient: torch.Tensor):  # pyright: ignore[reportIncompatibleMethodOverride] (one output)
-        outputs, units = ctx.shape
-        out = torch.zeros(units, outputs)
-        rows = gradient.contiguous().numpy()
-        _backward(*ctx.inputs, rows, numba.get_num_threads(), (0,) * outputs, out.numpy())
+        out = torch.zeros(ctx.units, len(ctx.lanes))
+        _backward(*ctx.inputs, gradient.contiguous().numpy(), ctx.lanes, numba.get_num_threads(), out.numpy())
         return out.t(), None, None
 
 
-def sparse_linear(batch: Sequence[Trains], weight: torch.Tensor, bins: int) -> torch.Tensor:
-    """x W^T for the vector x of all units in every bin: (windows, bins, outputs), on the CPU. `weight` is (outputs,
-    units)."""
+def sparse_linear(batch: Sequence[Occupancy], weight: torch.Tensor, bins: int) -> torch.Tensor:
+    """x W^T for the vector x of all units (polarity, row, column) in every bin: (windows, bins, outputs), on the CPU.
+    `weight` is (outputs, units)."""
     out = _SparseLinear.apply(weight, batch, bins)
     assert isinstance(out, torch.Tensor)
     return out

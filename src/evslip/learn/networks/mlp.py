@@ -7,9 +7,8 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from evslip.learn.layers.occupancy import Binner
+from evslip.learn.layers.occupancy import Binner, Occupancy, dense
 from evslip.learn.layers.sparse_linear import sparse_linear
-from evslip.learn.layers.trains import Trains, dense, trains
 from evslip.learn.networks.network import Geometry, Network
 from evslip.windows.window_set import WindowEvents
 
@@ -34,19 +33,19 @@ class MLP(Network):
         self.gru = nn.GRU(1000, 32, batch_first=True)
         self.head = nn.Linear(32, 2)
 
-    def prepare(self, events: WindowEvents) -> Trains:
-        return trains(self._binner(*events), self.grid)
+    def prepare(self, events: WindowEvents) -> Occupancy:
+        return self._binner(*events)
 
-    def forward(self, batch: Sequence[Trains]) -> torch.Tensor:
+    def forward(self, batch: Sequence[Occupancy]) -> torch.Tensor:
         if self.device.type == "cpu":
             return self.head(self._folded(batch))
-        return self.dense(dense(batch, BINS, self.units).to(self.device))
+        return self.dense(dense(batch, self.grid).to(self.device))
 
     def dense(self, grids: torch.Tensor) -> torch.Tensor:
-        """The same from the whole input, (windows, bins, 6300)."""
-        return self.head(self.gru(self.linear(grids))[0][:, -1])
+        """Logits from the whole input, (windows, 2, bins, rows, columns)."""
+        return self.head(self.gru(self.linear(grids.transpose(1, 2).flatten(2)))[0][:, -1])
 
-    def _folded(self, batch: Sequence[Trains]) -> torch.Tensor:
+    def _folded(self, batch: Sequence[Occupancy]) -> torch.Tensor:
         inward, recurrent, bias_in, bias_recurrent = self.gru.all_weights[0]
         gates = sparse_linear(batch, inward @ self.linear.weight, BINS)
         bias = functional.linear(self.linear.bias, inward, bias_in)
