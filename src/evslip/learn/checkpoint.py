@@ -34,15 +34,6 @@ class Description:
     training: dict[str, Any]
     """Where it comes from: settings, data, best epoch and validation scores."""
 
-    @property
-    def geometry(self) -> Geometry:
-        return geometry_of(self.windows)
-
-
-def geometry_of(settings: WindowSettings) -> Geometry:
-    """The network input that fits windows of these settings."""
-    return Geometry(settings.width, settings.height, round(settings.length_s * 1e6))
-
 
 def save_model(folder: Path, network: Network, description: Description) -> None:
     """Write both files, the description last: a folder that has it is complete. Raises StorageError."""
@@ -58,7 +49,7 @@ def load_model(folder: str | Path) -> tuple[Network, Description]:
     folder = model_folder(folder)
     description = read_description(folder)
     path = folder / WEIGHTS
-    network = stored_class(description.model)(description.geometry)
+    network = stored_class(description.model)(Geometry.of(description.windows))
     try:
         network.load_state_dict(load(path.read_bytes()))
     except FileNotFoundError:
@@ -85,7 +76,7 @@ def read_description(folder: Path) -> Description:
         model, threshold = str(plain["model"]), float(plain["threshold"])
         if not 0 <= threshold <= 1:
             raise ValueError(f"threshold {threshold:g}, expected 0 to 1")
-        network(geometry_of(WindowSettings(**known)))
+        network(Geometry.of(WindowSettings(**known)))
         return Description(model, threshold, WindowSettings(**known), dict(plain["training"]))
     except (KeyError, TypeError, ValueError, RuntimeError, EvslipError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:160]}") from None

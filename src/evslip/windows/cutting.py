@@ -147,7 +147,7 @@ def _append(
     events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
     inside = crop(events, settings)
     bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
-    packed = pack(WindowEvents((inside.t_us - start_us).astype(np.uint32), inside.x, inside.y, inside.p))
+    packed = pack(WindowEvents.of(inside, start_us))
     row = {
         "packed": packed,
         "events": np.array([inside.count]),

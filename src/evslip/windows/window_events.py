@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evslip.events.stream import Events
 from evslip.utils.jit import compiled
 
 PAUSE = 127
@@ -25,6 +26,14 @@ class WindowEvents(NamedTuple):
     """Rows in the crop, uint8 of shape (n,)."""
     p: np.ndarray
     """Polarity, bool of shape (n,)."""
+
+    @classmethod
+    def of(cls, cropped: Events, start_us: int) -> "WindowEvents":
+        """Events of a crop as those of a window that begins at a time."""
+        return cls((cropped.t_us - start_us).astype(np.uint32), cropped.x, cropped.y, cropped.p)
+
+
+NO_EVENTS = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
 
 
 @compiled()

@@ -10,7 +10,6 @@ from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.inference import probabilities
-from evslip.learn.streaming.recent import LEAST, Recent
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.cutting import windows_of
 from evslip.windows.window_set import WindowSettings
@@ -75,17 +74,3 @@ def test_events_out_of_order_are_refused(model: Path) -> None:
 def test_wrong_hop(model: Path, hop_s: float) -> None:
     with pytest.raises(ConfigError, match="hop_s"):
         Detector(model, hop_s=hop_s)
-
-
-def test_the_buffer_of_recent_events_stays_small_and_right() -> None:
-    rng, recent, kept, most = np.random.default_rng(0), Recent(), np.empty(0, np.int64), 0
-    for step in range(200):
-        count = int(rng.integers(0, 20_000 if step < 20 else 200))
-        t_us = np.sort(rng.integers(step * 1000, (step + 1) * 1000, count))
-        recent.add(Events(t_us, *(np.zeros(count, kind) for kind in (np.uint8, np.uint8, bool))))
-        recent.forget((step - 5) * 1000)
-        kept = np.concatenate([kept, t_us])
-        most = max(most, len(kept))
-        kept = kept[kept >= (step - 5) * 1000]
-        np.testing.assert_array_equal(recent.t_us, kept)
-    assert len(recent._columns[0]) <= 2 * most + LEAST

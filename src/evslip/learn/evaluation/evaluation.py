@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evslip.data.record import Record
-from evslip.learn.checkpoint import Description, geometry_of, load_model
+from evslip.learn.checkpoint import Description, load_model
 from evslip.learn.evaluation import alarms, predictions
 from evslip.learn.evaluation.alarms import Alarms
 from evslip.learn.evaluation.cost import Cost, measure_cost
@@ -16,6 +16,7 @@ from evslip.learn.evaluation.evaluation_data import EvaluationData
 from evslip.learn.evaluation.groups import Grouping, groupings
 from evslip.learn.evaluation.predictions import UNKNOWN, Predictions
 from evslip.learn.inference import probabilities
+from evslip.learn.networks.network import Geometry
 from evslip.learn.scores import bootstrap, weighted
 from evslip.learn.scores.metrics import Metrics, measure, measured
 from evslip.utils.errors import ConfigError, DataError
@@ -144,7 +145,7 @@ def evaluate(model: str | Path, windows: Windows, *, align: Align | None = None)
 def check_windows(windows: Windows, trained: WindowSettings, align: Align | None) -> None:
     """Raise DataError unless the windows have the size and length of those that a detector was trained on, and are from
     a sensor of the same size, or `align` lets another one pass."""
-    have, want = geometry_of(windows.settings), geometry_of(trained)
+    have, want = Geometry.of(windows.settings), Geometry.of(trained)
     if have != want:
         raise DataError(
             f"the windows are {have.width}x{have.height} pixels and {have.length_us / 1e6:g} s long, "

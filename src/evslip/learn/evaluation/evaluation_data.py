@@ -8,10 +8,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from evslip.data import record_file
 from evslip.data.dataset import Dataset, open_dataset
 from evslip.data.layout import CONFIG
 from evslip.data.record import Record
+from evslip.data.recordings import open_samples
+from evslip.data.samples import Samples
 from evslip.utils.errors import DataError
 from evslip.windows.cutting import windows_of
 from evslip.windows.window_set import FORMAT, WindowEvents, Windows, WindowSettings, load_windows
@@ -24,30 +25,21 @@ class EvaluationData:
     name: str
     """For a person: the path and the split."""
     windows: Windows | None = None
-    dataset: Dataset | None = None
-    paths: tuple[Path, ...] = ()
-    """Files of records."""
+    samples: Samples | None = None
     notes: tuple[str, ...] = ()
     """What a reader of the figures should know of the data."""
 
     def __iter__(self) -> Iterator[Record]:
-        if self.dataset is not None:
-            yield from self.dataset
-        for path in self.paths:
-            yield record_file.read(path)
+        return iter(self.samples or ())
 
     def named(self, names: Collection[str]) -> Iterator[Record]:
-        """The records of some names; of a data set, no other one is read."""
-        if self.dataset is not None:
-            yield from (self.dataset.read(position) for position in self.dataset.positions(names))
-        for path in self.paths:
-            record = record_file.read(path)
-            if record.name in names:
-                yield record
+        """Records of some names; no other one is read."""
+        if self.samples is not None:
+            yield from map(self.samples.read, self.samples.positions(names))
 
     def __len__(self) -> int:
         """Number of records."""
-        return len(self.paths) + (len(self.dataset) if self.dataset is not None else 0)
+        return len(self.samples or ())
 
     @property
     def steps(self) -> int:
@@ -75,16 +67,16 @@ def open_evaluation_data(path: str | Path, split: str | None = None) -> Evaluati
     if split is not None:
         raise DataError(f"{path}: not a data set, so it has no split {split!r}")
     if path.is_dir():
-        files = tuple(sorted(path.glob("*.h5")))
-        if not files:
+        if not any(path.glob("*.h5")):
             raise DataError(f"{path}: neither a data set nor a folder with records (*.h5)")
-        return EvaluationData(f"{path}, {len(files)} records", paths=files)
+        samples = open_samples(path)
+        return EvaluationData(f"{path}, {len(samples)} records", samples=samples)
     if _is_windows(path):
         windows = load_windows(path)
         if not len(windows):
             raise DataError(f"{path}: there is no window to evaluate on")
         return EvaluationData(str(path), windows=windows)
-    return EvaluationData(str(path), paths=(path,))
+    return EvaluationData(str(path), samples=open_samples(path))
 
 
 def _of_dataset(dataset: Dataset, split: str | None) -> EvaluationData:
@@ -99,7 +91,7 @@ def _of_dataset(dataset: Dataset, split: str | None) -> EvaluationData:
         dataset = dataset.split(split)
     if not len(dataset):
         raise DataError(f"{dataset.root}: no sample{f' in split {split}' if split else ''} to evaluate on")
-    return EvaluationData(f"{dataset.root}, {split or 'all samples'}", dataset=dataset, notes=notes)
+    return EvaluationData(f"{dataset.root}, {split or 'all samples'}", samples=dataset, notes=notes)
 
 
 def _is_windows(path: Path) -> bool:

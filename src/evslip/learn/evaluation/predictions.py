@@ -7,7 +7,6 @@ import numpy as np
 
 from evslip.data.record import Record
 from evslip.events.frame import OBJECT
-from evslip.events.stream import Events
 from evslip.learn.inference import BATCH, predict, probabilities
 from evslip.learn.networks.network import Network
 from evslip.utils.errors import DataError
@@ -147,7 +146,7 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> Pr
     p_slip = [np.empty(0, np.float32)]
     for first in range(0, len(moved), BATCH):
         chosen = range(first, min(first + BATCH, len(moved)))
-        windows = [_window(inside, slice(*bounds[:, i]), int(start_us[i])) for i in chosen]
+        windows = [WindowEvents.of(inside.select(slice(*bounds[:, i])), int(start_us[i])) for i in chosen]
         p_slip.append(predict(network, [network.prepare(window) for window in windows]))
     return Predictions(
         p_slip=np.concatenate(p_slip).astype(float),
@@ -165,11 +164,6 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> Pr
         length_us=length_us,
         hop_us=round(settings.hop_s * 1e6),
     )
-
-
-def _window(events: Events, which: slice, start_us: int) -> WindowEvents:
-    part = events.select(which)
-    return WindowEvents((part.t_us - start_us).astype(np.uint32), part.x, part.y, part.p)
 
 
 def _apart(start_us: np.ndarray, length_us: int) -> np.ndarray:

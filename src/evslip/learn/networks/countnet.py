@@ -47,8 +47,7 @@ class CountNet(Network):
         self.prior = functional.interpolate(prior[None, None], size, mode="bilinear", align_corners=False)[0, 0]
 
     def prepare(self, events: WindowEvents) -> np.ndarray:
-        size = self.geometry.width, self.geometry.height
-        grid = np.log1p(counts(events, size, self.geometry.length_us, BINS, POOL))
+        grid = np.log1p(counts(events, self.geometry.size, self.geometry.length_us, BINS, POOL))
         return grid.reshape(2 * BINS, *grid.shape[2:])
 
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:

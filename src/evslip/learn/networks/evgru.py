@@ -43,8 +43,7 @@ class EvGRU(Network):
         self.register_buffer("places", places(rows, columns), persistent=False)
 
     def prepare(self, events: WindowEvents) -> np.ndarray:
-        size = self.geometry.width, self.geometry.height
-        return np.log1p(counts(events, size, self.geometry.length_us, self.hops, POOL))
+        return np.log1p(counts(events, self.geometry.size, self.geometry.length_us, self.hops, POOL))
 
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
         hops = torch.from_numpy(np.stack(batch)).to(self.device)

@@ -11,9 +11,8 @@ from evslip.learn.layers import flow
 from evslip.learn.layers.grids import counts
 from evslip.learn.networks.network import Geometry, Network
 from evslip.windows.label import Label
-from evslip.windows.window_set import WindowEvents, Windows
-
-_NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
+from evslip.windows.window_events import NO_EVENTS, WindowEvents
+from evslip.windows.window_set import Windows
 
 
 class FeatureNetwork(Network):
@@ -24,7 +23,7 @@ class FeatureNetwork(Network):
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)
-        number = len(self.prepare(_NOTHING))
+        number = len(self.prepare(NO_EVENTS))
         self.register_buffer("mean", torch.zeros(number))
         self.register_buffer("scale", torch.ones(number))
         self.register_buffer("weight", torch.zeros(number + 1))
@@ -53,11 +52,6 @@ class FeatureNetwork(Network):
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
         odds = self.odds(torch.from_numpy(np.stack(batch)).to(self.device))
         return torch.stack([torch.zeros_like(odds), odds], 1)
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Width and height of the crop."""
-        return self.geometry.width, self.geometry.height
 
 
 def logistic(values: np.ndarray, slips: np.ndarray, ridge: float = 1.0, steps: int = 25) -> np.ndarray:
@@ -94,7 +88,7 @@ class RateMap(FeatureNetwork):
     """How many events there are in each of about 10 x 10 parts of the picture: log(1 + n)."""
 
     def features(self, events: WindowEvents) -> np.ndarray:
-        return np.log1p(counts(events, self.size, self.geometry.length_us, 1, 25).sum((0, 1))).ravel()
+        return np.log1p(counts(events, self.geometry.size, self.geometry.length_us, 1, 25).sum((0, 1))).ravel()
 
 
 class Flow(FeatureNetwork):
@@ -102,8 +96,8 @@ class Flow(FeatureNetwork):
     these agree, and the number of events."""
 
     def features(self, events: WindowEvents) -> np.ndarray:
-        motion = flow.sharpest(events, self.size)
-        normal = flow.normal_flow(events, self.size)
+        motion = flow.sharpest(events, self.geometry.size)
+        normal = flow.normal_flow(events, self.geometry.size)
         speeds = np.linalg.norm(normal, axis=1)
         across = np.log1p(np.quantile(speeds, (0.25, 0.5, 0.75))) if len(speeds) else np.zeros(3)
         agreement = np.linalg.norm(normal.mean(0)) / max(speeds.mean(), 1e-9) if len(speeds) else 0.0

@@ -10,7 +10,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from evslip.windows.window_set import WindowEvents, Windows
+from evslip.windows.window_set import WindowEvents, Windows, WindowSettings
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,16 @@ class Geometry:
     """Rows of the crop."""
     length_us: int = 160_000
     """Length of a window in microseconds."""
+
+    @classmethod
+    def of(cls, settings: WindowSettings) -> "Geometry":
+        """Network input that fits windows of these settings."""
+        return cls(settings.width, settings.height, round(settings.length_s * 1e6))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the crop."""
+        return self.width, self.height
 
 
 class Network(nn.Module, ABC):

@@ -30,8 +30,7 @@ class VoxelNet(Network):
 
     def prepare(self, events: WindowEvents) -> np.ndarray:
         """Voxels, squeezed to sign(v) log(1 + |v|)."""
-        size = self.geometry.width, self.geometry.height
-        grid = voxel_grid(events, size, self.geometry.length_us, BINS, POOL)
+        grid = voxel_grid(events, self.geometry.size, self.geometry.length_us, BINS, POOL)
         return np.sign(grid) * np.log1p(np.abs(grid))
 
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:

@@ -5,7 +5,6 @@ model of each trial in `trials/`. A process that was killed leaves its trial run
 look takes it up where its training stopped. Optuna keeps the journal, draws and prunes (Akiba et al. 2019).
 """
 
-import hashlib
 import json
 import os
 import shutil
@@ -23,6 +22,7 @@ import numpy as np
 from evslip.learn.search.spaces import Range, Space
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.train import TrainResult, split, train
+from evslip.learn.training.training_state import digest_of
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
 from evslip.windows.window_set import Windows
@@ -191,12 +191,9 @@ def _pruner(settings: SweepSettings):
 
 def _identify(study: Any, out: Path, settings: SweepSettings, windows: Windows) -> None:
     """Note what the sweep is of, or check that it is of this."""
-    digest = hashlib.sha256(repr(asdict(windows.settings)).encode())
-    for values in (windows.label, windows.start_us, windows.name.astype("S")):
-        digest.update(np.ascontiguousarray(values).tobytes())
     space = {"searched": {k: _plain(v) for k, v in settings.space.searched.items()}, "fixed": settings.space.fixed}
     here = {name: getattr(settings, name) for name in ("model", "goal", "seed")}
-    here |= {"windows": digest.hexdigest()[:16], "space": json.dumps(space, sort_keys=True)}
+    here |= {"windows": digest_of(windows)[:16], "space": json.dumps(space, sort_keys=True)}
     there = study.user_attrs.get("of")
     if there is None:
         study.set_user_attr("of", here)

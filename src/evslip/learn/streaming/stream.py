@@ -5,19 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.events.stream import Events
+from evslip.events.stream import Events, concatenate, empty_events
 from evslip.learn.checkpoint import load_model
 from evslip.learn.inference import BATCH, predict
-from evslip.learn.streaming.recent import Recent
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import require_sensor
 from evslip.windows.cutting import crop
 from evslip.windows.settings import Align
-from evslip.windows.window_set import WindowEvents
+from evslip.windows.window_events import NO_EVENTS, WindowEvents
 
 MOST_SILENCE_US = 3_600_000_000
 """A longer gap is a broken clock, not a silent scene."""
-_NOTHING = WindowEvents(np.empty(0, np.uint32), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, bool))
 
 
 @dataclass(frozen=True)
@@ -65,11 +63,11 @@ class Detector:
         settings = self.description.windows
         self._crop = require_sensor(settings, size or settings.sensor, align)
         self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
-        self._kept = Recent()
+        self._kept = crop(empty_events(), self._crop)
         self._last_us: int | None = None
         self._next_us = 0
         self._newest = float("nan")
-        self._silent = float(predict(self._network, [self._network.prepare(_NOTHING)])[0])
+        self._silent = float(predict(self._network, [self._network.prepare(NO_EVENTS)])[0])
 
     def push(self, events: Events, until_us: int | None = None) -> float:
         """Take the next events of the stream; the newest slip probability, nan until a first window is complete.
@@ -88,18 +86,20 @@ class Detector:
         DataError for events that lie before those pushed earlier or more than an hour after them.
         """
         now = self._advance(events, until_us)
-        self._kept.add(crop(Events(*events[:4]), self._crop))
+        self._kept = concatenate([self._kept, crop(Events(*events[:4]), self._crop)])
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
         bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
         counts = bounds[1] - bounds[0]
         p_slip = np.full(len(ends), self._silent, np.float32)
         busy = np.flatnonzero(counts)
         for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
-            windows = [self._window(slice(*bounds[:, i]), int(ends[i]) - self._length_us) for i in chosen]
+            windows = [
+                WindowEvents.of(self._kept.select(slice(*bounds[:, i])), int(ends[i]) - self._length_us) for i in chosen
+            ]
             p_slip[chosen] = predict(self._network, [self._network.prepare(window) for window in windows])
         if len(ends):
             self._next_us = int(ends[-1]) + self._hop_us
-        self._kept.forget(self._next_us - self._length_us)
+        self._kept = self._kept.between(self._next_us - self._length_us, now + 1)
         return Detection(ends, p_slip, counts, self.description.threshold)
 
     def _advance(self, events: Events, until_us: int | None) -> int:
@@ -118,10 +118,6 @@ class Detector:
             raise DataError(f"until_us {last}: more than an hour after {first} us; expected the stream's own clock")
         self._last_us = last
         return last
-
-    def _window(self, which: slice, start_us: int) -> WindowEvents:
-        t_us, x, y, p = self._kept.part(which)
-        return WindowEvents((t_us - start_us).astype(np.uint32), x, y, p)
 
 
 def detect(

@@ -19,7 +19,7 @@ class Augmentation:
 
     def __init__(self, settings: TrainSettings, windows: WindowSettings):
         self._settings = settings
-        self._geometry = Geometry(windows.width, windows.height, round(windows.length_s * 1e6))
+        self._geometry = Geometry.of(windows)
         self._noise = _noise(settings.noise, windows) if settings.noise else None
 
     def __call__(self, events: WindowEvents, rng: np.random.Generator) -> WindowEvents:
@@ -48,7 +48,7 @@ class Augmentation:
         start = int(rng.integers(first, last - self._geometry.length_us + 1))
         part = self._noise.between(start, start + self._geometry.length_us)
         part = part.select(np.flatnonzero(rng.random(part.count) < rng.random()))
-        return WindowEvents((part.t_us - start).astype(np.uint32), part.x, part.y, part.p)
+        return WindowEvents.of(part, start)
 
 
 def flipped(events: WindowEvents, width: int) -> WindowEvents:

@@ -13,10 +13,10 @@ import torch
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from torch.nn.modules.batchnorm import _BatchNorm
 
-from evslip.learn.checkpoint import Description, geometry_of, save_model
+from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.inference import BATCH, probabilities
 from evslip.learn.networks import build_model
-from evslip.learn.networks.network import Network
+from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.training.augment import Augmentation
 from evslip.learn.training.logs import logs
@@ -75,7 +75,7 @@ def train(
         out.mkdir(parents=True, exist_ok=True)
     augmentation = Augmentation(settings, windows.settings)
     torch.manual_seed(settings.seed)
-    network = build_model(settings.model, geometry_of(windows.settings))
+    network = build_model(settings.model, Geometry.of(windows.settings))
     network.fit(training)
     network.to("cuda" if torch.cuda.is_available() else "cpu")
     optimiser = make_optimiser(network, settings)

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
@@ -84,11 +85,16 @@ class TrainingState:
 
 
 def training_of(windows: Windows, settings: TrainSettings) -> dict[str, Any]:
-    """What identifies a training: its settings and its windows."""
+    """Identity of a training: its settings and its windows."""
+    return {"settings": asdict(settings), "windows": digest_of(windows)}
+
+
+def digest_of(windows: Windows) -> str:
+    """SHA-256 of what tells windows from others: their settings, labels, times and names."""
     digest = hashlib.sha256(repr(asdict(windows.settings)).encode())
     for values in (windows.label, windows.start_us, windows.name.astype("S")):
-        digest.update(values.tobytes())
-    return {"settings": asdict(settings), "windows": digest.hexdigest()}
+        digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()
 
 
 def _require_same(path: Path, there: dict[str, Any], here: dict[str, Any]) -> None:
