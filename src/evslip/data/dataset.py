@@ -24,7 +24,8 @@ class Dataset(Samples):
     def __init__(self, root: str | Path, splits: tuple[str, ...] = SPLITS):
         self.root = root = Path(root)
         self.splits = splits
-        self.entries = [entry for key, entry in sorted(finished(root).items(), key=_order) if key[0] in splits]
+        in_order = sorted(finished(root).items(), key=lambda item: (SPLITS.index(item[0][0]), item[0][1]))
+        self.entries = [entry for (split, _), entry in in_order if split in splits]
         """Entries of all finished samples, rejected ones included."""
         self.rejections = [entry for entry in self.entries if entry["kind"] == "rejected"]
         self.listing = [_listed(root, entry) for entry in self.entries if entry["kind"] == "simulated"]
@@ -109,11 +110,6 @@ def finished(
 def _listed(root: Path, entry: Entry) -> Listing:
     path = sample_path(root, entry["split"], entry["index"])
     return Listing(path, entry["name"], entry["split"], entry.get("label", "hold"), entry["events"], entry["sha256"])
-
-
-def _order(item: tuple[tuple[str, int], Entry]) -> tuple[int, int]:
-    (split, index), _ = item
-    return SPLITS.index(split), index
 
 
 def _size(path: Path) -> int | None:

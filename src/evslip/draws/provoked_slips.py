@@ -1,11 +1,12 @@
 """Slip on purpose: for each kind, where the grip and the motion have to be, and how heavy the object."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from evslip.config.config import Config
 from evslip.config.distributions import Uniform, choices, extremes
 from evslip.config.params import Params
+from evslip.config.sections.grip import GripSpec
 from evslip.config.sections.slip import NATURAL
 from evslip.draws import stratification
 from evslip.physics.motion.phases import hanging_phases
@@ -15,9 +16,7 @@ from evslip.utils.errors import ConfigError
 from evslip.utils.seeds import generator
 
 Bounds = tuple[float, float]
-UPRIGHT = ("pick_and_place", "hold")
-EITHER_SIDE = ((-0.8, -0.4), (0.4, 0.8))
-NEARLY_CENTRAL = ((-0.1, 0.1),)
+PICK_AND_PLACE = ("pick_and_place",)
 
 
 @dataclass(frozen=True)
@@ -30,82 +29,51 @@ class Recipe:
     """Phases in which it shall slip; none: any in which it hangs."""
     earlier: tuple[str, ...] = ()
     """Phases in which it shall not slip before: there the mass is at most EARLIER of their onset mass."""
-    settings: dict[str, tuple[Bounds, ...]] = field(default_factory=dict)
-    """Ranges in which keys of the configuration have to lie."""
     motions: tuple[str, ...] = tuple(MOTIONS)
     """Kinds of motion that it works with."""
 
 
+def _within(**ranges: float | Bounds | tuple[Bounds, Bounds]) -> dict[str, tuple[Bounds, ...]]:
+    """Bounds by key, of the grip or the motion, from a number, a range, or one range for either side."""
+    bounds: dict[str, Any] = {}
+    for name, given in ranges.items():
+        section = "grip" if name in GripSpec.model_fields else "motion"
+        values: Any = given if isinstance(given, tuple) else (given, given)
+        bounds[f"{section}.{name}"] = values if isinstance(values[0], tuple) else (values,)
+    return bounds
+
+
 EARLIER = 0.95
 """The first tenth of a degree comes at 0.97 of the onset mass."""
+TILTED, HANGING = ("tilt", "back"), ("lift", "tilt", "back")
 RECIPES: dict[str, Recipe] = {
     "hold": Recipe((0.3, 0.8)),
-    "rotation": Recipe((1.1, 1.2), settings={"grip.offset": ((-0.8, -0.5), (0.5, 0.8))}),
+    "rotation": Recipe((1.1, 1.2)),
+    "translation": Recipe((1.05, 1.08), ("lift",), motions=("pick_and_place", "hold")),
+    "lift": Recipe((1.12, 1.3), ("lift",)),
+    "tilt": Recipe((1.08, 1.25), TILTED, ("lift",), PICK_AND_PLACE),
+    "placement": Recipe((1.12, 1.2), ("placement",), HANGING, PICK_AND_PLACE),
+    "creep": Recipe((1.1, 1.2), TILTED, ("lift",), PICK_AND_PLACE),
+    "drop": Recipe((0.985, 0.995), ("lift",), motions=PICK_AND_PLACE),
+}
+SETTINGS: dict[str, dict[str, tuple[Bounds, ...]]] = {
+    "rotation": _within(offset=((-0.8, -0.5), (0.5, 0.8))),
     # A central grip without tilt carries no torque; the acceleration of a short lift overloads it for a moment.
-    "translation": Recipe(
-        (1.05, 1.08),
-        ("lift",),
-        settings={
-            "grip.offset": ((0.0, 0.0),),
-            "grip.depth_m": ((0.012, 0.016),),
-            "motion.tilt_deg": ((0.0, 0.0),),
-            "motion.lift_m": ((0.06, 0.06),),
-            "motion.lift_s": ((0.41, 0.41),),
-        },
-        motions=UPRIGHT,
-    ),
-    "lift": Recipe((1.12, 1.3), ("lift",), settings={"grip.offset": EITHER_SIDE, "motion.tilt_deg": ((0.0, 0.0),)}),
-    "tilt": Recipe(
-        (1.08, 1.25),
-        ("tilt", "back"),
-        ("lift",),
-        {"grip.offset": NEARLY_CENTRAL, "motion.tilt_deg": ((-24.0, -18.0), (20.0, 30.0))},
-        ("pick_and_place",),
-    ),
+    "translation": _within(offset=0.0, depth_m=(0.012, 0.016), tilt_deg=0.0, lift_m=0.06, lift_s=0.41),
+    "lift": _within(offset=((-0.8, -0.4), (0.4, 0.8)), tilt_deg=0.0),
+    "tilt": _within(offset=(-0.1, 0.1), tilt_deg=((-24.0, -18.0), (20.0, 30.0))),
     # The arm brakes as hard as it may, at the end of a long way down after a slow way up.
-    "placement": Recipe(
-        (1.12, 1.2),
-        ("placement",),
-        ("lift", "tilt", "back"),
-        {
-            "grip.offset": ((-0.8, -0.6), (0.6, 0.8)),
-            "grip.depth_m": ((0.008, 0.015),),
-            "motion.tilt_deg": ((0.0, 0.0),),
-            "motion.lift_m": ((0.35, 0.35),),
-            "motion.lift_s": ((2.4, 2.4),),
-            "motion.lower_s": ((0.82, 0.82),),
-        },
-        ("pick_and_place",),
-    ),
+    "placement": _within(offset=((-0.8, -0.6), (0.6, 0.8)), depth_m=(0.008, 0.015), tilt_deg=0.0)
+    | _within(lift_m=0.35, lift_s=2.4, lower_s=0.82),
     # The object swings in the hand at most at twice the speed at which the hand tilts.
-    "creep": Recipe(
-        (1.1, 1.2),
-        ("tilt", "back"),
-        ("lift",),
-        {
-            "grip.offset": ((-0.04, 0.04),),
-            "grip.depth_m": ((-0.0045, 0.001),),
-            "motion.tilt_deg": ((-14.5, -11.0), (11.0, 14.5)),
-            "motion.lift_s": ((2.0, 2.0),),
-            "motion.tilt_s": ((8.0, 8.0),),
-        },
-        ("pick_and_place",),
-    ),
+    "creep": _within(offset=(-0.04, 0.04), depth_m=(-0.0045, 0.001), tilt_deg=((-14.5, -11.0), (11.0, 14.5)))
+    | _within(lift_s=2.0, tilt_s=8.0),
     # Friction that nearly all goes into the weight has none left for a torque: while the tilt turns the object in the
     # hand, it slides out of it.
-    "drop": Recipe(
-        (0.985, 0.995),
-        ("lift",),
-        settings={
-            "grip.offset": ((0.0, 0.0),),
-            "grip.depth_m": ((-0.0045, 0.003),),
-            "motion.tilt_deg": ((-25.0, -22.0), (25.0, 30.0)),
-            "motion.lift_m": ((0.15, 0.15),),
-            "motion.lift_s": ((3.5, 3.5),),
-        },
-        motions=("pick_and_place",),
-    ),
+    "drop": _within(offset=0.0, depth_m=(-0.0045, 0.003), tilt_deg=((-25.0, -22.0), (25.0, 30.0)))
+    | _within(lift_m=0.15, lift_s=3.5),
 }
+"""Ranges in which keys of the configuration have to lie, by kind of slip."""
 
 
 def prepare(config: Config, index: int, split: str) -> Config:
@@ -122,7 +90,7 @@ def prepare(config: Config, index: int, split: str) -> Config:
     fitting = tuple(name for name in motions if name in recipe.motions)
     if fitting and fitting != motions:
         changes["motion.kind"] = _one(fitting, config, index, split, "slip motion.kind")
-    for key, intervals in recipe.settings.items():
+    for key, intervals in SETTINGS.get(kind, {}).items():
         section, name = key.split(".")
         if not _inside(getattr(getattr(config, section), name), intervals):
             changes[key] = _distribution(_one(intervals, config, index, split, f"slip {key}"))

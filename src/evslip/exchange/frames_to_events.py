@@ -80,18 +80,8 @@ def convert_frames(
     from evslip.codecs.writers import writing
 
     require_other(out, clip)
-    mode: Any = conversion.mode
-    computer: Any = device
-    camera = EventCamera(
-        conversion.camera,
-        size=clip.size,
-        seed=conversion.seed,
-        mode=mode,
-        intensity=clip.intensity,
-        threads=threads,
-        device=computer,
-        **conversion.parameters,
-    )
+    how: Any = {"mode": conversion.mode, "threads": threads, "device": device, **conversion.parameters}
+    camera = EventCamera(conversion.camera, size=clip.size, seed=conversion.seed, intensity=clip.intensity, **how)
     settings = json.dumps(describe(conversion, clip, camera), indent=1)
     frames = _between(_watched(clip, progress), conversion, clip)
     events = on = seen = 0

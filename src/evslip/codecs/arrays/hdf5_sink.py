@@ -62,7 +62,8 @@ class Sink(sink.Sink):
         else:
             if rest.count:
                 self._store(rest)
-            self._finish_index()
+            if "ms_to_idx" in self._hdf5:
+                _append(self._hdf5["ms_to_idx"], np.array([self._stored]))
             hdf5.put_scalar(self._hdf5, "t_offset", np.int64(self._offset))
         self._hdf5.close()
         self._check_disk()
@@ -102,10 +103,6 @@ class Sink(sink.Sink):
             _append(self._hdf5["ms_to_idx"], self._stored + np.searchsorted(t, starts))
             self._indexed_ms = last_ms + 1
 
-    def _finish_index(self) -> None:
-        if "ms_to_idx" in self._hdf5:
-            _append(self._hdf5["ms_to_idx"], np.array([self._stored]))
-
     def _widen(self) -> None:
         """Times that no longer fit into 32 bits: as int64, without the index, as `put_events` does."""
         group = self._hdf5["events"]
@@ -123,17 +120,7 @@ class Sink(sink.Sink):
 
 
 def _growing(group: h5py.Group, name: str, dtype: str) -> Any:
-    return group.create_dataset(
-        name,
-        (0,),
-        dtype,
-        maxshape=(None,),
-        chunks=(BLOCK,),
-        compression="gzip",
-        compression_opts=hdf5.GZIP_LEVEL,
-        shuffle=True,
-        fletcher32=True,
-    )
+    return group.create_dataset(name, (0,), dtype, maxshape=(None,), chunks=(BLOCK,), **hdf5.FILTERS)
 
 
 def _append(dataset: Any, values: np.ndarray) -> None:
@@ -147,7 +134,6 @@ class _Disk(io.RawIOBase):
 
     def __init__(self, file: BinaryIO):
         self._file = file
-        self._place = 0
         self._refusing = False
         self.error: OSError | None = None
 
@@ -159,36 +145,26 @@ class _Disk(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        if whence == io.SEEK_END:
-            offset += self._file.seek(0, io.SEEK_END)
-        elif whence == io.SEEK_CUR:
-            offset += self._place
-        self._place = offset
-        return offset
+        return self._file.seek(offset, whence)
 
     def tell(self) -> int:
-        return self._place
+        return self._file.tell()
 
     def readinto(self, buffer: memoryview) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
-        self._file.seek(self._place)
         data = self._file.read(len(buffer))
         buffer[: len(data)] = data
-        self._place += len(data)
         return len(data)
 
     def write(self, data: memoryview) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
-        length = len(data)
-        if not self._refusing:
-            try:
-                self._file.seek(self._place)
-                rest = memoryview(data)
-                while rest:
-                    rest = rest[self._file.write(rest) :]
-            except OSError as error:
-                self.error = self.error or error
-                self._refusing = True
-        self._place += length
-        return length
+        rest = memoryview(data)
+        try:
+            while rest and not self._refusing:
+                rest = rest[self._file.write(rest) :]
+        except OSError as error:
+            self.error = self.error or error
+            self._refusing = True
+        self._file.seek(len(rest), io.SEEK_CUR)  # as if it had been written
+        return len(data)
 
     def truncate(self, size: int | None = None) -> int:
         if not self._refusing:

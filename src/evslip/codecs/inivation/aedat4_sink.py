@@ -17,9 +17,7 @@ from evslip.codecs.sink import check_sides
 from evslip.events.stream import Events, concatenate, empty_events
 
 MAGIC = b"#!AER-DAT4.0\r\n"
-EVENT = np.dtype(
-    {"names": ["t", "x", "y", "on"], "formats": ["<i8", "<u2", "<u2", "u1"], "offsets": [0, 8, 10, 12], "itemsize": 16}
-)
+EVENT = np.dtype([("t", "<i8"), ("x", "<u2"), ("y", "<u2"), ("on", "u1")], align=True)
 COLOURS = {0: 1, 16: 3, 24: 4}
 """Channels of the formats of frames that have 8 bits a channel; the numbers are OpenCV's."""
 _LZ4 = 1
@@ -27,14 +25,8 @@ _MOST_COLUMNS = 1 << 15
 """Coordinates are int16."""
 _PACKET = 10_000
 """Events of a packet."""
-_PLACE = np.dtype(
-    {
-        "names": ["vtable", "stream", "bytes", "begin", "count", "first_us", "last_us"],
-        "formats": ["<i4", "<i4", "<i4", "<i8", "<i8", "<i8", "<i8"],
-        "offsets": [0, 4, 8, 16, 24, 32, 40],
-        "itemsize": 48,
-    }
-)
+_PLACES = ["vtable", "stream", "bytes", "begin", "count", "first_us", "last_us"]
+_PLACE = np.dtype({"names": _PLACES, "formats": ["<i4"] * 3 + ["<i8"] * 4}, align=True)
 _PLACE_VTABLE = struct.pack("<7H", 14, _PLACE.itemsize, 16, 4, 24, 32, 40)
 _XML = """<dv version="2.0"><node name="outInfo" path="/mainloop/Recorder/outInfo/"><node name="0" \
 path="/mainloop/Recorder/outInfo/0/"><attr key="compression" type="string">LZ4</attr><attr key="originalModuleName" \
@@ -92,7 +84,9 @@ class Sink(sink.Sink):
         count = len(self._places)
         vtable = 4 * count + -4 * count % 8
         start = vtable + 16
-        rows = np.array(self._places, _PLACE)
+        rows = np.zeros(count, _PLACE)  # its padding too: the bytes depend on the events alone
+        for name, column in zip(_PLACES, np.array(self._places, np.int64).reshape(-1, len(_PLACES)).T, strict=True):
+            rows[name] = column
         begins = start + _PLACE.itemsize * np.arange(count)
         rows["vtable"] = begins - vtable
         offsets = (begins - 4 * np.arange(count)).astype("<u4").tobytes()
