@@ -142,6 +142,17 @@ def test_a_full_disk_is_one_clear_line_and_leaves_nothing(room, tmp_path, monkey
         file["x"] = 1
 
 
+def test_the_bytes_of_aedat4_depend_on_the_events_alone(tmp_path):
+    events, written = stream(25_000), []
+    for value in (0, 255):  # what memory held before must not get into the file
+        left_over = [np.full(bytes_, value, np.uint8) for bytes_ in range(48, 480, 48) for _ in range(20)]
+        del left_over
+        with writing(tmp_path / "a.aedat4", (346, 260)) as push:
+            push(events)
+        written.append((tmp_path / "a.aedat4").read_bytes())
+    assert written[0] == written[1]
+
+
 def test_unknown_suffixes_are_refused(tmp_path):
     with pytest.raises(DataError, match=r"e\.mp4"), writing(tmp_path / "e.mp4", SIZE):
         pass

@@ -76,6 +76,15 @@ def lines(path: Path, start: int = 0) -> Iterator[list[str]]:
     yield _text(rest, path).splitlines()
 
 
+def tables(blocks: Iterable[list[str]], path: Path, dtype: type, delimiter: str | None = None) -> Iterator[np.ndarray]:
+    """Numbers in lines of text, of shape (n, columns), of every block that is not empty. Raises DataError."""
+    for block in filter(None, blocks):
+        try:
+            yield np.loadtxt(block, dtype, delimiter=delimiter, comments=None, ndmin=2)
+        except (ValueError, ArithmeticError) as error:
+            raise DataError(f"{path}: not a table of events: {' '.join(str(error).split())[:160]}") from None
+
+
 def extent_of(parts: Iterable[Events]) -> tuple[int, int]:
     """The smallest (width, height) that holds all events; (1, 1) for none."""
     width = height = 1

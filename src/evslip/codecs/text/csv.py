@@ -7,7 +7,7 @@ from typing import BinaryIO
 import numpy as np
 
 from evslip.codecs import sink
-from evslip.codecs.source import Source, events_of, lines
+from evslip.codecs.source import Source, events_of, lines, tables
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -27,14 +27,7 @@ def stream(path: Path) -> Source:
 
 def _parts(path: Path, start: int) -> Iterator[Events]:
     low, high = [-(2**63), 0, 0, 0], [2**63 - 1, 65535, 65535, 1]
-    for block in lines(path, start):
-        some = [line for line in block if line.strip()]
-        if not some:
-            continue
-        try:
-            rows = np.loadtxt(some, np.int64, delimiter=",", comments=None, ndmin=2)
-        except (ValueError, ArithmeticError) as error:
-            raise DataError(f"{path}: not a table of events: {' '.join(str(error).split())[:160]}") from None
+    for rows in tables(([line for line in block if line.strip()] for block in lines(path, start)), path, np.int64, ","):
         if rows.shape[1] != 4 or (rows < low).any() or (rows > high).any():
             raise DataError(f"{path}: expected four columns: {HEADER}, x and y from 0 to 65535, p 0 or 1")
         yield events_of(*rows.T)

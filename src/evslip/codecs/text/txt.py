@@ -11,7 +11,7 @@ import numpy as np
 
 from evslip.codecs import sink
 from evslip.codecs.sink import check_times
-from evslip.codecs.source import Source, events_of, lines
+from evslip.codecs.source import Source, events_of, lines, tables
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -30,14 +30,8 @@ def stream(path: Path) -> Source:
 
 def _parts(path: Path) -> Iterator[Events]:
     seen = 0
-    for block in lines(path):
-        some = [line for line in block if not line.startswith("#") and line and not line.isspace()]
-        if not some:
-            continue
-        try:
-            rows = np.loadtxt(some, np.float64, comments=None, ndmin=2)
-        except (ValueError, ArithmeticError) as error:
-            raise DataError(f"{path}: not a table of events: {' '.join(str(error).split())[:160]}") from None
+    told = ([line for line in block if line.strip() and not line.startswith("#")] for block in lines(path))
+    for rows in tables(told, path, np.float64):
         if rows.shape[1] != 4:
             raise DataError(f"{path}: {rows.shape[1]} columns, expected four: t (in seconds) x y p")
         yield _events(rows, seen, path)

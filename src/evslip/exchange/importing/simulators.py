@@ -27,21 +27,18 @@ def read_simulator_folder(folder: Path, how: Importing) -> Record:
     row of that table, and perhaps events_v2e.txt or events in any other format. Frames have the sensor's size or are
     brought to it; where there are no events, evslip's camera looks at them.
     """
-    home = next((place for place in (folder, folder / "data") if _poses_file(place) is not None), None)
-    if home is None:
+    tables = [place / name for place in (folder, folder / "data") for name in POSES if (place / name).is_file()]
+    if not tables:
         raise DataError(
             f"{folder}: holds none of {', '.join(POSES)}, nor {VT_SNN}; expected a folder of a simulator, or a file"
         )
-    table = _poses_file(home)
-    assert table is not None  # it is how the place was found
-    given, held = read_poses(table)
+    home = tables[0].parent
+    given, held = read_poses(tables[0])
     zero_us = int(given.t_us[0])
     given = given._replace(t_us=given.t_us - zero_us)
     poses = even(given)
-    if held is None:
-        hangs = np.ones(len(poses.t_us), bool)
-    else:
-        hangs = held[np.searchsorted(given.t_us, poses.t_us, "right") - 1]
+    last = np.searchsorted(given.t_us, poses.t_us, "right") - 1
+    hangs = np.ones(len(poses.t_us), bool) if held is None else held[last]
     pictures = _pictures(home / FRAMES, given.t_us, how.simulated_size)
     footage = footage_of(pictures, home / FRAMES)
     events, made_of = _events_of(home, zero_us, footage, how)
@@ -61,10 +58,6 @@ def read_simulator_folder(folder: Path, how: Importing) -> Record:
         notes={name: text for name, text in notes.items() if text},
         provenance=provenance(),
     )
-
-
-def _poses_file(folder: Path) -> Path | None:
-    return next((folder / name for name in POSES if (folder / name).is_file()), None)
 
 
 def _pictures(folder: Path, t_us: np.ndarray, size: tuple[int, int]) -> Iterator[tuple[int, np.ndarray]]:

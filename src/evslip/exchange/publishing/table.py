@@ -36,25 +36,15 @@ def row(item: Listing, file: str) -> tuple[dict[str, Any], bytes]:
     if item.sha256 is not None and digest != item.sha256:
         raise DataError(f"{item.path}: damaged, its sha256 is not the one it was written with; see `evslip verify`")
     sample = record_file.read(item.path)
-    onset_us, t_us, params = sample.onset_us, sample.events.t_us, sample.params
-    values = {
-        "file": file,
-        "name": sample.name,
-        "label": sample.label,
-        "onset_s": None if onset_us is None else onset_us / 1e6,
-        "seconds": (int(t_us[-1]) - int(t_us[0])) / 1e6 if len(t_us) else 0.0,
-        "events": len(t_us),
-        "width": sample.size[0],
-        "height": sample.size[1],
-        "bytes": len(data),
-        "sha256": digest,
-        "mass_kg": None if params is None else params.object.mass_kg,
-        "grip_force_n": None if params is None else params.grip.force_n,
-        "friction": None if params is None else params.grip.friction,
-        "params": "" if params is None else params.model_dump_json(),
-        "notes": json.dumps(sample.notes, sort_keys=True),
-    }
-    return values, data
+    t_us, params, notes = sample.events.t_us, sample.params, json.dumps(sample.notes, sort_keys=True)
+    onset_s = None if sample.onset_us is None else sample.onset_us / 1e6
+    seconds = (int(t_us[-1]) - int(t_us[0])) / 1e6 if len(t_us) else 0.0
+    drawn = (None, None, None, "")
+    if params is not None:
+        drawn = params.object.mass_kg, params.grip.force_n, params.grip.friction, params.model_dump_json()
+    stream = onset_s, seconds, len(t_us), *sample.size
+    values = (file, sample.name, sample.label, *stream, len(data), digest, *drawn, notes)
+    return dict(zip(COLUMNS, values, strict=True)), data
 
 
 def json_lines(rows: list[dict[str, Any]]) -> Iterator[bytes]:

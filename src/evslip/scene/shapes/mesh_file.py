@@ -65,7 +65,8 @@ def load_mesh(path: str) -> MeshFile:
     merged_faces = merged.reshape(-1)[faces]
     a, b, c = merged_faces.T
     solid = (a != b) & (b != c) & (c != a)
-    vertices, merged_faces = _used(vertices, merged_faces[solid])
+    used, merged_faces = np.unique(merged_faces[solid], return_inverse=True)
+    vertices, merged_faces = vertices[used], merged_faces.reshape(-1, 3)
     own_uv = None if uv is None or len(uv) != len(corners) else _downwards(np.asarray(uv, np.float64)[faces][solid])
     vertices, merged_faces, own_uv = _checked(path, vertices, merged_faces, own_uv)
     hull = np.sort(ConvexHull(vertices).vertices)
@@ -90,11 +91,6 @@ def _sphere(count: int) -> np.ndarray:
     z, angle = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
     ring = np.sqrt(1 - z**2)
     return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
-
-
-def _used(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    used, faces_of_used = np.unique(faces, return_inverse=True)
-    return vertices[used], faces_of_used.reshape(faces.shape)
 
 
 def _downwards(uv: np.ndarray) -> np.ndarray:

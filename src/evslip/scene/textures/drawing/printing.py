@@ -12,6 +12,8 @@ SYLLABLES = (
 DIGITS = "0123456789"
 BLACK: Color = (0.025, 0.022, 0.02)
 """Printer's ink."""
+Area = tuple[float, float, float, float]
+"""Left, top, right and bottom in texels."""
 AXIS = np.arange(SIZE, dtype=np.float32)
 
 
@@ -29,13 +31,7 @@ def number(rng: np.random.Generator, digits: int) -> str:
     return "".join(DIGITS[int(k)] for k in rng.integers(10, size=digits))
 
 
-def paragraph(
-    ink: np.ndarray,
-    rng: np.random.Generator,
-    area: tuple[float, float, float, float],
-    height: float,
-    leading: float = 1.9,
-) -> None:
+def paragraph(ink: np.ndarray, rng: np.random.Generator, area: Area, height: float, leading: float = 1.9) -> None:
     """Lines of small invented text that fill (left, top, right, bottom), the last line of a paragraph shorter."""
     left, top, right, bottom = area
     while top + height < bottom:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evslip.scene.textures.drawing import printing
 from evslip.scene.textures.drawing.canvas import (
     SIZE,
     Color,
@@ -25,20 +26,6 @@ from evslip.scene.textures.drawing.canvas import (
 )
 from evslip.scene.textures.drawing.lettering import fit, length, write
 from evslip.scene.textures.drawing.noise import fractal, leaves
-from evslip.scene.textures.drawing.printing import (
-    BLACK,
-    ball,
-    bars,
-    blank,
-    centred,
-    disc,
-    frame,
-    matrix_code,
-    number,
-    paragraph,
-    table,
-    word,
-)
 
 KRAFT: Color = (0.40, 0.265, 0.15)
 
@@ -90,36 +77,36 @@ def _stamp(rng: np.random.Generator, image: np.ndarray, ink: np.ndarray, color: 
 
 
 def _fragile(rng: np.random.Generator) -> np.ndarray:
-    ink = blank()
-    line = centred(ink, "FRAGILE", 28, 80, 0.2)
-    line = centred(ink, "THIS SIDE UP", line, 38, 0.16)
+    ink = printing.blank()
+    line = printing.centred(ink, "FRAGILE", 28, 80, 0.2)
+    line = printing.centred(ink, "THIS SIDE UP", line, 38, 0.16)
     x, y = U * SIZE, V * SIZE
     for middle in (110, 402):  # arrows
         head = step(0, 2, 34 - np.abs(x - middle) - np.clip(232 - y, -200, 40)) * (y > 196) * (y < 236)
         shaft = (np.abs(x - middle) < 12) & (y >= 232) & (y < 300)
         ink = np.maximum(ink, np.maximum(head, shaft))
-    frame(ink, (60, 310, 160, 312), 2)
-    frame(ink, (352, 310, 452, 312), 2)
+    printing.frame(ink, (60, 310, 160, 312), 2)
+    printing.frame(ink, (352, 310, 452, 312), 2)
     goblet = np.abs(x - 256) < 14 + 22 * step(270, 200, y)
     ink = np.maximum(ink, goblet & (y > 200) & (y < 262))
     for half, top, bottom in ((4, 262, 300), (26, 300, 306)):  # its stem and its foot
         ink = np.maximum(ink, (np.abs(x - 256) < half) & (y >= top) & (y < bottom))
-    bars(ink, rng, 40, 360, 200, 90)
-    write(ink, "NET " + number(rng, 2) + ".5 KG", 268, 365, 27)
-    write(ink, "LOT " + number(rng, 5), 268, 415, 27)
-    return _handled(rng, _stamp(rng, _board(rng, KRAFT), ink, BLACK))
+    printing.bars(ink, rng, 40, 360, 200, 90)
+    write(ink, "NET " + printing.number(rng, 2) + ".5 KG", 268, 365, 27)
+    write(ink, "LOT " + printing.number(rng, 5), 268, 415, 27)
+    return _handled(rng, _stamp(rng, _board(rng, KRAFT), ink, printing.BLACK))
 
 
 def _parts(rng: np.random.Generator) -> np.ndarray:
     """A long box with adhesive tape across and a shipping label."""
     image = _board(rng, (0.31, 0.2, 0.11))
-    ink = blank()
-    centred(ink, "PARTS", 20, 100, 0.22, width=0.6)
+    ink = printing.blank()
+    printing.centred(ink, "PARTS", 20, 100, 0.22, width=0.6)
     write(ink, "HANDLE FLAT", 40, 420, 40, 0.16)
     image = _stamp(rng, image, ink, (0.30, 0.03, 0.02))
     tape = step(0.0, 0.006, 0.09 - np.abs(V - 0.35)) * (1 - 0.25 * fractal(rng, 2, 64, 5, 0.8))
     image = over(image, mix((0.42, 0.30, 0.14), (0.62, 0.50, 0.30), fractal(rng, 4, 32, 5, 0.8)), 0.85 * tape)
-    ink = blank()
+    ink = printing.blank()
     word_width = length("evslip", 40, 0.2)
     for k in range(5):
         write(ink, "evslip", 12 + k * (word_width + 24), 160, 40, 0.2)
@@ -132,18 +119,18 @@ def _labelled(rng: np.random.Generator) -> np.ndarray:
     label = step(0.0, 0.004, np.minimum(0.34 - np.abs(U - 0.46), 0.38 - np.abs(V - 0.5)))
     paper = mix((0.72, 0.71, 0.69), (0.84, 0.84, 0.82), fractal(rng, 4, 4, 7, 0.8))
     image = over(times(image, 1 - 0.35 * np.roll(label, (5, 5), (0, 1))), paper, label)
-    ink = blank()
-    frame(ink, (72, 72, 400, 440), 3)
+    ink = printing.blank()
+    printing.frame(ink, (72, 72, 400, 440), 3)
     write(ink, "TO:", 84, 84, 16)
     for row in range(4):
-        address = f"{word(rng).capitalize()} {word(rng, 3).capitalize()} {number(rng, 2)}"
+        address = f"{printing.word(rng).capitalize()} {printing.word(rng, 3).capitalize()} {printing.number(rng, 2)}"
         write(ink, address, 120, 84 + 27 * row, 17, 0.15)
-    frame(ink, (72, 200, 400, 202), 2)
-    bars(ink, rng, 100, 215, 270, 70)
-    matrix_code(ink, rng, 84, 322, 105)
-    paragraph(ink, rng, (204, 326, 392, 432), 9)
-    frame(ink, (72, 312, 400, 314), 2)
-    image = over(image, BLACK, ink)
+    printing.frame(ink, (72, 200, 400, 202), 2)
+    printing.bars(ink, rng, 100, 215, 270, 70)
+    printing.matrix_code(ink, rng, 84, 322, 105)
+    printing.paragraph(ink, rng, (204, 326, 392, 432), 9)
+    printing.frame(ink, (72, 312, 400, 314), 2)
+    image = over(image, printing.BLACK, ink)
     tape = step(0.0, 0.004, 0.055 - np.abs(U - 0.92))
     return _handled(rng, over(image, (0.66, 0.6, 0.48), (0.35 + 0.3 * fractal(rng, 64, 2, 5, 0.8)) * tape))
 
@@ -175,30 +162,30 @@ def _printed(rng: np.random.Generator, carton: Carton, layout: int) -> np.ndarra
         image = over(image, mix(top, accent, 0.5 * rays), window)
     else:
         if layout == 2:
-            image = over(image, (0.84, 0.82, 0.76), disc(256, middle - 10, 150))
+            image = over(image, (0.84, 0.82, 0.76), printing.disc(256, middle - 10, 150))
         image = _still_life(rng, image, percent(carton.fruit), middle, 6 - layout)
-    ink = blank()
+    ink = printing.blank()
     title = fit(carton.name, 0.8 * SIZE, 105 - 15 * layout, 0.24)
     left = (SIZE - length(carton.name, title, 0.24)) * (0.5, 0.2, 0.5)[layout]
-    shadow = blank()
+    shadow = printing.blank()
     write(shadow, carton.name, left + 5, title_top + 5, title, 0.26)
-    image = over(image, BLACK, 0.5 * soften(shadow, 3))
+    image = over(image, printing.BLACK, 0.5 * soften(shadow, 3))
     write(ink, carton.name, left, title_top, title, 0.24)
     write(ink, carton.claim, left + 8, title_top + 1.3 * title, 26, 0.16)
     image = over(image, text_color, ink)
-    seal = disc(446, title_top + 150, 42)
-    ink = blank()
-    write(ink, number(rng, 3), 446 - 30, title_top + 130, 22, 0.18)
+    seal = printing.disc(446, title_top + 150, 42)
+    ink = printing.blank()
+    write(ink, printing.number(rng, 3), 446 - 30, title_top + 130, 22, 0.18)
     write(ink, "g net", 446 - 26, title_top + 160, 15, 0.16)
-    image = over(over(image, (0.80, 0.78, 0.70), seal), text_color if sum(text_color) < 0.9 else BLACK, ink)
+    image = over(over(image, (0.80, 0.78, 0.70), seal), text_color if sum(text_color) < 0.9 else printing.BLACK, ink)
     panel = step(0.0, 0.004, np.minimum(0.46 - np.abs(U - 0.5), 0.1 - np.abs(V - 0.87)))
     image = over(image, (0.82, 0.82, 0.80), panel)
-    ink = blank()
+    ink = printing.blank()
     places = ((40, 188, 312), (342, 220, 40), (188, 40, 330))[layout]
-    bars(ink, rng, places[0], 404, 130, 66)
-    table(ink, rng, (places[1], 402, places[1] + 112, 490), 5)
-    paragraph(ink, rng, (places[2], 404, places[2] + 160, 490), 7.5)
-    return _handled(rng, times(over(image, BLACK, ink), 0.85 + 0.3 * fractal(rng, 64, 64, 4, 0.9)))
+    printing.bars(ink, rng, places[0], 404, 130, 66)
+    printing.table(ink, rng, (places[1], 402, places[1] + 112, 490), 5)
+    printing.paragraph(ink, rng, (places[2], 404, places[2] + 160, 490), 7.5)
+    return _handled(rng, times(over(image, printing.BLACK, ink), 0.85 + 0.3 * fractal(rng, 64, 64, 4, 0.9)))
 
 
 def _still_life(rng: np.random.Generator, image: np.ndarray, color: Color, middle: int, count: int) -> np.ndarray:
@@ -209,7 +196,7 @@ def _still_life(rng: np.random.Generator, image: np.ndarray, color: Color, middl
         x, y, radius, shade = (float(c) for c in rng.random(4))
         tint = tuple(channel * (0.75 + 0.5 * shade) for channel in color)
         at = 256 + (k - (count - 1) / 2) * 62 + 20 * (x - 0.5)
-        image = ball(image, at, middle - 20 + 40 * y, 34 + 20 * radius, (tint[0], tint[1], tint[2]))
+        image = printing.ball(image, at, middle - 20 + 40 * y, 34 + 20 * radius, (tint[0], tint[1], tint[2]))
     return image
 
 

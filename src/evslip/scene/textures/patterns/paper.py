@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from evslip.scene.textures.drawing import printing
 from evslip.scene.textures.drawing.canvas import (
     SIZE,
     Color,
@@ -20,19 +21,6 @@ from evslip.scene.textures.drawing.canvas import (
 )
 from evslip.scene.textures.drawing.lettering import write
 from evslip.scene.textures.drawing.noise import cells, fractal, leaves
-from evslip.scene.textures.drawing.printing import (
-    BLACK,
-    ball,
-    bars,
-    blank,
-    centred,
-    disc,
-    frame,
-    number,
-    paragraph,
-    table,
-    word,
-)
 
 
 def _sheet(rng: np.random.Generator, low: Color, high: Color) -> np.ndarray:
@@ -54,19 +42,19 @@ def _photograph(rng: np.random.Generator, horizon: float = 0.5) -> np.ndarray:
 
 
 def _newspaper(rng: np.random.Generator) -> np.ndarray:
-    image, ink = _sheet(rng, (0.50, 0.48, 0.43), (0.64, 0.62, 0.56)), blank()
-    line = centred(ink, "The " + word(rng).capitalize() + " Times", 16, 48, 0.16)
-    frame(ink, (16, int(line), SIZE - 16, int(line) + 3), 1)
+    image, ink = _sheet(rng, (0.50, 0.48, 0.43), (0.64, 0.62, 0.56)), printing.blank()
+    line = printing.centred(ink, "The " + printing.word(rng).capitalize() + " Times", 16, 48, 0.16)
+    printing.frame(ink, (16, int(line), SIZE - 16, int(line) + 3), 1)
     top = int(line) + 14
-    write(ink, " ".join(word(rng) for _ in range(3)).capitalize(), 18, top, 28, 0.2)
+    write(ink, " ".join(printing.word(rng) for _ in range(3)).capitalize(), 18, top, 28, 0.2)
     for column in range(4):
         left = 18 + 122 * column
         start = top + 48 if column < 2 else top + 210
-        paragraph(ink, rng, (left, start, left + 110, SIZE - 12), 7.5, 1.75)
+        printing.paragraph(ink, rng, (left, start, left + 110, SIZE - 12), 7.5, 1.75)
     picture = _photograph(rng, 0.27)
     box = (slice(top, top + 195), slice(262, 494))
     ink[box] = step(0.42, 0.58, 1 - picture + 0.45 * (wave(U * 96 + V * 96) * wave(U * 96 - V * 96) - 0.4))[box]
-    return times(over(image, BLACK, 0.88 * ink), _creases(rng, 0.25))
+    return times(over(image, printing.BLACK, 0.88 * ink), _creases(rng, 0.25))
 
 
 def _cover(rng: np.random.Generator) -> np.ndarray:
@@ -74,13 +62,14 @@ def _cover(rng: np.random.Generator) -> np.ndarray:
     picture = _photograph(rng)
     dusk = [(0.015, 0.02, 0.045), (0.08, 0.05, 0.12), (0.42, 0.14, 0.10), (0.72, 0.46, 0.20)]
     image = ramp(dusk, picture)
-    sun = disc(350, 190, 60)[..., None]
+    sun = printing.disc(350, 190, 60)[..., None]
     image = image * (1 - sun) + rgb((0.8, 0.62, 0.35)) * sun
-    ink = blank()
-    line = centred(ink, word(rng, 3).upper(), 40, 64, 0.18)
-    centred(ink, "of the " + word(rng), line, 36, 0.13)
-    centred(ink, f"{word(rng).capitalize()} {word(rng).capitalize()}", 450, 28, 0.15, width=0.6)
-    frame(ink, (14, 14, SIZE - 14, SIZE - 14), 3)
+    ink = printing.blank()
+    line = printing.centred(ink, printing.word(rng, 3).upper(), 40, 64, 0.18)
+    printing.centred(ink, "of the " + printing.word(rng), line, 36, 0.13)
+    author = f"{printing.word(rng).capitalize()} {printing.word(rng).capitalize()}"
+    printing.centred(ink, author, 450, 28, 0.15, width=0.6)
+    printing.frame(ink, (14, 14, SIZE - 14, SIZE - 14), 3)
     worn = fractal(rng, 32, 32, 5, 0.95)
     image = over(image, (0.78, 0.74, 0.66), ink)
     spine = 1 - 0.45 * step(0.01, 0.0, np.abs(U - 0.06))
@@ -94,20 +83,20 @@ def _label(rng: np.random.Generator) -> np.ndarray:
     stripes = step(0.45, 0.55, wave(U * 20))
     image = over(image, mix((0.30, 0.02, 0.03), (0.62, 0.52, 0.34), stripes), step(0.79, 0.81, V))
     for x, y, r in ((200, 300, 66), (310, 290, 72), (255, 345, 70)):
-        image = ball(image, x, y, r, (0.52, 0.04, 0.02))
+        image = printing.ball(image, x, y, r, (0.52, 0.04, 0.02))
     cover, tone, place = leaves(rng, 12, 0.06, 0.025)
     leaf = times(mix((0.03, 0.11, 0.02), (0.16, 0.32, 0.06), tone), 1 - 0.4 * place)
     image = over(image, leaf, cover * step(0.62, 0.58, np.abs(V - 0.2) + 0.3))
     banner = step(0.0, 0.006, 0.1 - np.abs(V - 0.2 - 0.05 * wave(U)))
     image = over(image, (0.05, 0.10, 0.30), banner)
-    ink = blank()
-    centred(ink, "TOMATOES", 88, 62, 0.2, width=0.84)
+    ink = printing.blank()
+    printing.centred(ink, "TOMATOES", 88, 62, 0.2, width=0.84)
     image = over(image, (0.82, 0.72, 0.36), ink)
-    ink = blank()
-    write(ink, number(rng, 3) + " g", 30, 430, 40, 0.18)
-    bars(ink, rng, 330, 424, 150, 50)
+    ink = printing.blank()
+    write(ink, printing.number(rng, 3) + " g", 30, 430, 40, 0.18)
+    printing.bars(ink, rng, 330, 424, 150, 50)
     paper = step(0.0, 0.004, np.minimum(0.17 - np.abs(U - 0.79), 0.085 - np.abs(V - 0.89)))
-    image = over(over(image, (0.84, 0.83, 0.8), paper), BLACK, ink)
+    image = over(over(image, (0.84, 0.83, 0.8), paper), printing.BLACK, ink)
     shine = 0.55 + 0.75 * wave(U + 0.2) + 0.1 * fractal(rng, 32, 32, 5, 0.9)
     return times(image, shine)
 
@@ -125,9 +114,10 @@ def _map(rng: np.random.Generator) -> np.ndarray:
     road = step(0.045, 0.035, second - near) * (height > 0.37)
     image = over(image, (0.12, 0.1, 0.1), road)
     image = over(image, (0.75, 0.55, 0.16), step(0.032, 0.024, second - near) * (height > 0.37))
-    ink = blank()
+    ink = printing.blank()
     for x, y, size in rng.random((16, 3)):
-        write(ink, word(rng, 2).capitalize(), 400 * float(x) + 10, 480 * float(y) + 8, 9 + 8 * float(size), 0.15)
+        name = printing.word(rng, 2).capitalize()
+        write(ink, name, 400 * float(x) + 10, 480 * float(y) + 8, 9 + 8 * float(size), 0.15)
     for k in range(1, 4):
         ink[128 * k, :] = ink[:, 128 * k] = 0.5
     return times(over(image, (0.03, 0.03, 0.05), ink), _creases(rng, 0.3))
@@ -138,11 +128,11 @@ def _notes(rng: np.random.Generator) -> np.ndarray:
     image = _sheet(rng, (0.70, 0.69, 0.65), (0.84, 0.83, 0.79))
     across, down = (step(0.06, 0.02, np.abs(fraction(at * 32) - 0.5)) for at in (U, V))
     image = over(image, (0.36, 0.46, 0.62), 0.7 * np.maximum(across, down))
-    ink = blank()
+    ink = printing.blank()
     for row in range(9):
-        text = " ".join(word(rng, int(rng.integers(1, 4))) for _ in range(3))
+        text = " ".join(printing.word(rng, int(rng.integers(1, 4))) for _ in range(3))
         if row % 3 == 0:
-            text = f"{number(rng, 2)} x {number(rng, 3)} - {number(rng, 2)}"
+            text = f"{printing.number(rng, 2)} x {printing.number(rng, 3)} - {printing.number(rng, 2)}"
         write(ink, text, 40 + 6 * (row % 2), 36 + 32 * row, 15, 0.1, 1.1)
     curve = 0.86 - 0.16 * wave(U * 2 + 0.4 * wave(U)) * U
     ink = np.maximum(ink, step(0.006, 0.003, np.abs(V - curve)) * (U > 0.1) * (U < 0.9))
@@ -158,7 +148,7 @@ def _comic(rng: np.random.Generator) -> np.ndarray:
     palette = rgb([(0.75, 0.10, 0.06), (0.85, 0.70, 0.08), (0.08, 0.30, 0.62), (0.75, 0.45, 0.30), (0.15, 0.45, 0.20)])
     panels = ((0, 0, 290, 240), (300, 0, 512, 240), (0, 250, 180, 512), (190, 250, 512, 512))
     image = np.full((SIZE, SIZE, 3), 0.8, np.float32)
-    ink = blank()
+    ink = printing.blank()
     blobs, rough = fractal(rng, 4, 4, 5, 0.55), fractal(rng, 2, 2, 4, 0.5)
     dots = step(0.55, 0.75, wave(U * 64 + V * 64) * wave(U * 64 - V * 64) + 0.3)
     for k, (left, top, right, bottom) in enumerate(panels):
@@ -166,18 +156,18 @@ def _comic(rng: np.random.Generator) -> np.ndarray:
         colors = palette[np.clip(np.floor(blobs * 5 + k).astype(int), 0, 99) % 5]
         colors = over(colors, palette[(k + 2) % 5], 0.5 * dots * step(0.5, 0.52, rough))
         edge = step(0.05, 0.03, np.abs(fraction(blobs * 5) - 0.02))
-        image[box] = over(colors, BLACK, edge)[box]
-        frame(ink, (left + 6, top + 6, right - 6, bottom - 6), 3)
+        image[box] = over(colors, printing.BLACK, edge)[box]
+        printing.frame(ink, (left + 6, top + 6, right - 6, bottom - 6), 3)
         x, y, wide = (left + right) / 2, top + 50, (right - left) * 0.36
         radius = np.sqrt(((U * SIZE - x) / wide) ** 2 + ((V * SIZE - y) / 32) ** 2)
-        image = over(over(image, BLACK, step(1.1, 1.06, radius)), (0.86, 0.86, 0.83), step(1.0, 0.97, radius))
-        paragraph(ink, rng, (x - 0.7 * wide, y - 18, x + 0.7 * wide, y + 24), 9, 1.6)
-    return times(over(image, BLACK, ink), (0.82 + 0.3 * fractal(rng, 4, 4, 7, 0.8)) * _creases(rng, 0.15))
+        image = over(over(image, printing.BLACK, step(1.1, 1.06, radius)), (0.86, 0.86, 0.83), step(1.0, 0.97, radius))
+        printing.paragraph(ink, rng, (x - 0.7 * wide, y - 18, x + 0.7 * wide, y + 24), 9, 1.6)
+    return times(over(image, printing.BLACK, ink), (0.82 + 0.3 * fractal(rng, 4, 4, 7, 0.8)) * _creases(rng, 0.15))
 
 
 def _music(rng: np.random.Generator) -> np.ndarray:
-    image, ink = _sheet(rng, (0.66, 0.62, 0.52), (0.78, 0.74, 0.64)), blank()
-    centred(ink, word(rng, 3).capitalize() + " in D", 14, 26, 0.15)
+    image, ink = _sheet(rng, (0.66, 0.62, 0.52), (0.78, 0.74, 0.64)), printing.blank()
+    printing.centred(ink, printing.word(rng, 3).capitalize() + " in D", 14, 26, 0.15)
     for staff in range(6):
         top = 66 + 74 * staff
         for line in range(5):
@@ -195,7 +185,7 @@ def _music(rng: np.random.Generator) -> np.ndarray:
             ends = (int(y) - 28, int(y)) if up else (int(y), int(y) + 28)
             ink[max(ends[0], 0) : ends[1], column : column + 2] = 1
             x += 17 + 22 * gap
-    return times(over(image, BLACK, 0.9 * ink), _creases(rng, 0.25))
+    return times(over(image, printing.BLACK, 0.9 * ink), _creases(rng, 0.25))
 
 
 def _wallpaper(rng: np.random.Generator) -> np.ndarray:
@@ -213,16 +203,16 @@ def _wallpaper(rng: np.random.Generator) -> np.ndarray:
 
 def _crumpled(rng: np.random.Generator) -> np.ndarray:
     """A sheet that was a ball, smoothed out, with a printed form."""
-    image, ink = _sheet(rng, (0.72, 0.72, 0.70), (0.86, 0.86, 0.84)), blank()
-    centred(ink, word(rng, 2).upper() + " GmbH", 26, 34, 0.18, width=0.6)
-    table(ink, rng, (40, 90, 472, 330), 8)
-    paragraph(ink, rng, (40, 350, 300, 490), 9)
-    bars(ink, rng, 330, 370, 140, 80)
+    image, ink = _sheet(rng, (0.72, 0.72, 0.70), (0.86, 0.86, 0.84)), printing.blank()
+    printing.centred(ink, printing.word(rng, 2).upper() + " GmbH", 26, 34, 0.18, width=0.6)
+    printing.table(ink, rng, (40, 90, 472, 330), 8)
+    printing.paragraph(ink, rng, (40, 350, 300, 490), 9)
+    printing.bars(ink, rng, 330, 370, 140, 80)
     fold = np.zeros((SIZE, SIZE), np.float32)
     for count, depth in ((3, 1.0), (6, 0.6), (12, 0.35)):
         near, second, _ = cells(rng, count, du=0.02 * (fractal(rng, 8, 8, 4, 0.6) - 0.5))
         fold += np.float32(depth) * np.abs(second - near)
-    return times(over(image, BLACK, 0.9 * ink), relief(fold, 4.0, 2))
+    return times(over(image, printing.BLACK, 0.9 * ink), relief(fold, 4.0, 2))
 
 
 RECIPES = (_newspaper, _cover, _label, _map, _notes, _comic, _music, _wallpaper, _crumpled)
