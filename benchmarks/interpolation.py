@@ -15,9 +15,8 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from evslip.codecs.clips.hold import held
 from evslip.codecs.clips.rife import smoothed
-from evslip.codecs.clips.sources import TimedImage
+from evslip.codecs.clips.sources import TimedImage, held
 from evslip.events import EventCamera, Events
 from evslip.utils.errors import MissingExtraError
 

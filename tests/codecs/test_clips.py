@@ -13,8 +13,7 @@ from numpy.lib import format as npy
 from PIL import Image
 
 from evslip.codecs.clips.grey import encode_srgb, to_grey
-from evslip.codecs.clips.hold import STEP_US, held
-from evslip.codecs.clips.sources import frames_from, open_clip
+from evslip.codecs.clips.sources import STEP_US, frames_from, held, open_clip
 from evslip.codecs.clips.times import read_times
 from evslip.events import EventCamera
 from evslip.events.sensor.optics import decode_srgb

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from evslip.scene.textures.drawing.canvas import SIZE, U, V, fraction, step, wave
-from evslip.scene.textures.drawing.lettering import STROKES, fit, length, write
-from evslip.scene.textures.drawing.noise import cells, fractal, refine
+from evslip.scene.textures.canvas import SIZE, U, V, fraction, step, wave
+from evslip.scene.textures.lettering import STROKES, fit, length, write
+from evslip.scene.textures.noise import cells, fractal, refine
 
 
 def test_refining_keeps_constants_and_the_mean():

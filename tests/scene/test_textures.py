@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from evslip.scene.textures import library, patterns
-from evslip.scene.textures.drawing.canvas import SIZE
+from evslip.scene.textures.canvas import SIZE
 from evslip.scene.textures.panoramas.panorama import COLUMNS, ROWS
 from evslip.utils.errors import ConfigError
 

@@ -31,9 +31,7 @@ class Recordings(Samples):
             "done": len(self),
             "missing": 0,
             "rejected": 0,
-            "slip": labels.count("slip"),
-            "hold": labels.count("hold"),
-            "unlabelled": labels.count("unlabelled"),
+            **{name: labels.count(name) for name in ("slip", "hold", "unlabelled")},
             "events": sum(count for _, count in self._facts),
             "bytes": sum(listed.path.stat().st_size for listed in self.listing),
         }

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from evslip.codecs.clips.sources import Clip, TimedImage, open_clip
+from evslip.codecs.clips.sources import Clip, TimedImage, held, open_clip
 from evslip.events.camera import CHUNK_FRAMES, EventCamera
 from evslip.events.stream import Events
 from evslip.exchange.frames_to_events_settings import FrameConversion
@@ -131,8 +131,6 @@ def _between(frames: Iterator[TimedImage], conversion: FrameConversion, clip: Cl
         known = ", ".join(INTERPOLATIONS)
         raise ConfigError(f"interpolate: {conversion.interpolate!r} is unknown; expected one of {known}")
     if conversion.interpolate == "none":
-        from evslip.codecs.clips.hold import held
-
         return held(frames)
     if conversion.interpolate == "rife":
         from evslip.codecs.clips.rife import smoothed

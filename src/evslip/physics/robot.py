@@ -156,9 +156,8 @@ def add_finger_servos(spec: Any, grip_force_n: float) -> None:
 
 
 def _add_servo(spec: Any, joint: str, servo: Servo) -> None:
-    actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
-    actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    kinds = {"gaintype": mujoco.mjtGain.mjGAIN_FIXED, "biastype": mujoco.mjtBias.mjBIAS_AFFINE}
+    actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT, **kinds)
     actuator.gainprm[0] = servo.stiffness
     actuator.biasprm[:3] = [0, -servo.stiffness, -servo.damping]
     actuator.forcelimited = int(np.isfinite(servo.limit))

@@ -4,7 +4,7 @@ The pixel model takes log intensity as linear in time between frames. So slow fr
 times, but an edge that jumps over several pixels from one frame to the next leaves no events on those between.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -16,6 +16,8 @@ from evslip.events.sensor.optics import INTENSITIES, Intensity
 from evslip.utils.errors import ConfigError, DataError
 
 TimedImage = tuple[float, np.ndarray, np.ndarray | None]
+STEP_US = 1.0
+"""Time that the change from one frame to the next takes."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,20 @@ def frames_from(path: str | Path, fps: float | None = None, **arguments: Any) ->
     """(t_us, image) of a folder of images, a video file or an .npz file; arguments as for `open_clip`."""
     clip = open_clip(path, fps, **arguments)
     return ((t_us, image) for t_us, image, _ in clip.frames())
+
+
+def held(frames: Iterable[TimedImage]) -> Iterator[TimedImage]:
+    """Show every frame until STEP_US before the next one.
+
+    So all change of an interval comes within a microsecond before the frame's own time. Frames that are closer than
+    two steps come as they are.
+    """
+    before: TimedImage | None = None
+    for frame in frames:
+        if before is not None and frame[0] - before[0] > 2 * STEP_US:
+            yield frame[0] - STEP_US, *before[1:]
+        yield frame
+        before = frame
 
 
 def _folder(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity | None) -> Clip:

@@ -4,7 +4,7 @@ import io
 import json
 import tarfile
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 
 class Shards:
@@ -12,7 +12,6 @@ class Shards:
 
     def __init__(self, folder: Path, split: str, most_bytes: int):
         self._folder, self._split, self._most_bytes = folder, split, most_bytes
-        self._file: BinaryIO | None = None
         self._tar: tarfile.TarFile | None = None
         self._size = 0
         self.names: list[str] = []
@@ -30,8 +29,7 @@ class Shards:
             self.close()
         if self._tar is None:
             self.names.append(f"{self._split}-{len(self.names):05d}.tar")
-            self._file = (self._folder / self.names[-1]).open("xb")
-            self._tar = tarfile.open(fileobj=self._file, mode="w", format=tarfile.USTAR_FORMAT)  # noqa: SIM115
+            self._tar = tarfile.open(self._folder / self.names[-1], "x", format=tarfile.USTAR_FORMAT)  # noqa: SIM115
             self._size = 0
         text = json.dumps(values, ensure_ascii=False).encode()
         for suffix, content in (("h5", data), ("json", text)):
@@ -42,7 +40,6 @@ class Shards:
 
     def close(self) -> None:
         """Complete the shard that is open, if there is one."""
-        if self._tar is not None and self._file is not None:
+        if self._tar is not None:
             self._tar.close()
-            self._file.close()
-            self._tar = self._file = None
+            self._tar = None

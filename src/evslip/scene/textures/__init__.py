@@ -1,1 +1,1 @@
-"""Textures by name: `library` finds them, `patterns` and `panoramas` draw them with what is in `drawing`."""
+"""Textures by name: `library` finds them, `patterns` and `panoramas` draw them, on a `canvas`."""

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from evslip.scene.textures import patterns
-from evslip.scene.textures.drawing.canvas import SIZE
+from evslip.scene.textures.canvas import SIZE
 from evslip.scene.textures.panoramas.panorama import COLUMNS, ROWS
 from evslip.utils.errors import ConfigError
 
@@ -22,8 +22,8 @@ SIXTEEN_BITS = ("I;16", "I;16B", "I;16L", "I;16N", "I")
 
 def pool(is_background: bool = False) -> tuple[str, ...]:
     """Names of the built-in textures, such as "wood-0"; with the panoramas, which only a background can show."""
-    families = patterns.FAMILIES if is_background else patterns.MATERIALS
-    return tuple(f"{family}-{number}" for family, recipes in families.items() for number in range(len(recipes)))
+    families = _families(is_background).items()
+    return tuple(f"{family}-{number}" for family, recipes in families for number in range(len(recipes)))
 
 
 def expand(value: object, is_background: bool = False) -> object:
@@ -43,6 +43,8 @@ def expand(value: object, is_background: bool = False) -> object:
             raise ConfigError(f"texture: {value!r} is a panorama, which only background.texture can show")
         return value
     path = Path(value).expanduser()
+    families = _families(is_background).items()
+    known = ", ".join(f"{family}-0 to -{len(recipes) - 1}" for family, recipes in families)
     if "*" in value:
         names = tuple(name for name in pool(is_background) if fnmatchcase(name, value))
         found = glob.glob(str(path), recursive=True) if not names else []  # noqa: PTH207 (Path.glob takes no absolute pattern)
@@ -51,21 +53,16 @@ def expand(value: object, is_background: bool = False) -> object:
     elif path.is_file():
         return value
     else:
-        raise ConfigError(
-            f"texture: {value!r} is neither a file, a folder nor one of the pool: {_families(is_background)}"
-        )
+        raise ConfigError(f"texture: {value!r} is neither a file, a folder nor one of the pool: {known}")
     files = tuple(sorted(name for name in found if name.lower().endswith(IMAGE_SUFFIXES)))
     if not names and not files:
         kinds = ", ".join(IMAGE_SUFFIXES)
-        raise ConfigError(
-            f"texture: {value!r} matches no image file ({kinds}) and none of the pool: {_families(is_background)}"
-        )
+        raise ConfigError(f"texture: {value!r} matches no image file ({kinds}) and none of the pool: {known}")
     return names or files
 
 
-def _families(is_background: bool) -> str:
-    families = patterns.FAMILIES if is_background else patterns.MATERIALS
-    return ", ".join(f"{family}-0 to -{len(recipes) - 1}" for family, recipes in families.items())
+def _families(is_background: bool) -> dict[str, tuple[patterns.Recipe, ...]]:
+    return patterns.FAMILIES if is_background else patterns.MATERIALS
 
 
 def load(name: str, is_background: bool = False) -> np.ndarray:
@@ -85,20 +82,17 @@ def is_panorama(image: np.ndarray) -> bool:
 
 @lru_cache(maxsize=16)
 def _square(name: str) -> np.ndarray:
-    return _read_only(_made(name) if name in pool() else _photograph(name, (SIZE, SIZE)))
+    return _loaded(name, (SIZE, SIZE))
 
 
 @lru_cache(maxsize=2)  # 25 MB each
 def _panorama(name: str) -> np.ndarray:
-    return _read_only(_made(name) if name in pool(True) else _photograph(name, (COLUMNS, ROWS)))
+    return _loaded(name, (COLUMNS, ROWS))
 
 
-def _made(name: str) -> np.ndarray:
+def _loaded(name: str, size: tuple[int, int]) -> np.ndarray:
     family, _, number = name.rpartition("-")
-    return patterns.make(family, int(number))
-
-
-def _read_only(image: np.ndarray) -> np.ndarray:
+    image = patterns.make(family, int(number)) if name in pool(True) else _photograph(name, size)
     image.flags.writeable = False
     return image
 

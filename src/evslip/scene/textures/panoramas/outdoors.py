@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import Color, mix, over, ramp, relief, rgb, step, times, whole, zigzag
-from evslip.scene.textures.drawing.noise import fractal
+from evslip.scene.textures.canvas import Color, mix, over, ramp, relief, rgb, step, times, whole, zigzag
+from evslip.scene.textures.noise import fractal
 from evslip.scene.textures.panoramas.panorama import (
     AZIMUTH,
     COLUMNS,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import bilinear, fraction, places, whole
-from evslip.scene.textures.drawing.noise import fractal
+from evslip.scene.textures.canvas import bilinear, fraction, places, whole
+from evslip.scene.textures.noise import fractal
 
 COLUMNS, ROWS = 2048, 1024
 """0.18 degrees a texel; the DAVIS346 behind its 47 degree lens has 0.14 degrees a pixel."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import Color, fraction, mix, over, ramp, rgb, step, times, whole
-from evslip.scene.textures.drawing.noise import fractal
+from evslip.scene.textures.canvas import Color, fraction, mix, over, ramp, rgb, step, times, whole
+from evslip.scene.textures.noise import fractal
 from evslip.scene.textures.panoramas.panorama import ALONG, REACH, RISE, UPPER, WALL, field, lookup, plane
 
 Paint = Color | np.ndarray

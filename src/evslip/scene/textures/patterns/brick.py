@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import Color, U, V, fraction, mix, over, relief, rgb, step, times, whole
-from evslip.scene.textures.drawing.noise import fractal
+from evslip.scene.textures.canvas import Color, U, V, fraction, mix, over, relief, rgb, step, times, whole
+from evslip.scene.textures.noise import fractal
 
 
 class Wall(NamedTuple):

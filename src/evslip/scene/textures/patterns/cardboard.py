@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.scene.textures.drawing import printing
-from evslip.scene.textures.drawing.canvas import (
+from evslip.scene.textures import printing
+from evslip.scene.textures.canvas import (
     SIZE,
     Color,
     U,
@@ -24,8 +24,8 @@ from evslip.scene.textures.drawing.canvas import (
     wave,
     zigzag,
 )
-from evslip.scene.textures.drawing.lettering import fit, length, write
-from evslip.scene.textures.drawing.noise import fractal, leaves
+from evslip.scene.textures.lettering import fit, length, write
+from evslip.scene.textures.noise import fractal, leaves
 
 KRAFT: Color = (0.40, 0.265, 0.15)
 

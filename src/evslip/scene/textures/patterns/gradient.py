@@ -4,8 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import Color, U, V, mix, ramp, relief, step, times, wave, zigzag
-from evslip.scene.textures.drawing.noise import cells, fractal
+from evslip.scene.textures.canvas import Color, U, V, mix, ramp, relief, step, times, wave, zigzag
+from evslip.scene.textures.noise import cells, fractal
 
 WALLS: tuple[tuple[Color, Color], ...] = (
     ((0.20, 0.22, 0.26), (0.75, 0.77, 0.80)),

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import SIZE, U, V, fraction, mix, over, ramp, relief, step, times, wave
-from evslip.scene.textures.drawing.noise import cells, fractal, leaves
+from evslip.scene.textures.canvas import SIZE, U, V, fraction, mix, over, ramp, relief, step, times, wave
+from evslip.scene.textures.noise import cells, fractal, leaves
 
 
 def _gravel(rng: np.random.Generator) -> np.ndarray:

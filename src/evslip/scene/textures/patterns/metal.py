@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import (
+from evslip.scene.textures.canvas import (
     SIZE,
     U,
     V,
@@ -19,7 +19,7 @@ from evslip.scene.textures.drawing.canvas import (
     whole,
     zigzag,
 )
-from evslip.scene.textures.drawing.noise import cells, fractal
+from evslip.scene.textures.noise import cells, fractal
 
 
 def _scratches(rng: np.random.Generator, count: int, longest: int) -> np.ndarray:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing import printing
-from evslip.scene.textures.drawing.canvas import (
+from evslip.scene.textures import printing
+from evslip.scene.textures.canvas import (
     SIZE,
     Color,
     U,
@@ -19,8 +19,8 @@ from evslip.scene.textures.drawing.canvas import (
     times,
     wave,
 )
-from evslip.scene.textures.drawing.lettering import write
-from evslip.scene.textures.drawing.noise import cells, fractal, leaves
+from evslip.scene.textures.lettering import write
+from evslip.scene.textures.noise import cells, fractal, leaves
 
 
 def _sheet(rng: np.random.Generator, low: Color, high: Color) -> np.ndarray:

@@ -2,24 +2,10 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import (
-    U,
-    V,
-    fraction,
-    mix,
-    over,
-    ramp,
-    relief,
-    rgb,
-    soften,
-    step,
-    times,
-    wave,
-    whole,
-)
-from evslip.scene.textures.drawing.lettering import write
-from evslip.scene.textures.drawing.noise import cells, fractal
-from evslip.scene.textures.drawing.printing import number as digits
+from evslip.scene.textures.canvas import U, V, fraction, mix, over, ramp, relief, rgb, soften, step, times, wave, whole
+from evslip.scene.textures.lettering import write
+from evslip.scene.textures.noise import cells, fractal
+from evslip.scene.textures.printing import number as digits
 
 
 def _handled(rng: np.random.Generator) -> np.ndarray:

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import Color, ramp, relief, rgb, step, times, warp
-from evslip.scene.textures.drawing.noise import fractal
+from evslip.scene.textures.canvas import Color, ramp, relief, rgb, step, times, warp
+from evslip.scene.textures.noise import fractal
 
 
 class Speckle(NamedTuple):

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import (
+from evslip.scene.textures.canvas import (
     Color,
     U,
     V,
@@ -20,7 +20,7 @@ from evslip.scene.textures.drawing.canvas import (
     wave,
     whole,
 )
-from evslip.scene.textures.drawing.noise import cells, fractal
+from evslip.scene.textures.noise import cells, fractal
 
 
 def _granite(rng: np.random.Generator, dark: Color, middle: Color, bright: Color) -> np.ndarray:

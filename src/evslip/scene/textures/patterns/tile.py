@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import Color, U, V, fraction, mix, over, ramp, relief, step, times, whole
-from evslip.scene.textures.drawing.noise import cells, fractal
+from evslip.scene.textures.canvas import Color, U, V, fraction, mix, over, ramp, relief, step, times, whole
+from evslip.scene.textures.noise import cells, fractal
 
 
 class Tiling(NamedTuple):

@@ -5,21 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import (
-    SIZE,
-    Color,
-    U,
-    V,
-    fraction,
-    mix,
-    relief,
-    soften,
-    step,
-    times,
-    whole,
-    zigzag,
-)
-from evslip.scene.textures.drawing.noise import fractal, leaves
+from evslip.scene.textures.canvas import SIZE, Color, U, V, fraction, mix, relief, soften, step, times, whole, zigzag
+from evslip.scene.textures.noise import fractal, leaves
 
 
 class Timber(NamedTuple):

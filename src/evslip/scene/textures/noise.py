@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import SIZE, U, V, fraction, whole
+from evslip.scene.textures.canvas import SIZE, U, V, fraction, whole
 
 SMALL = np.float32(9.0)
 

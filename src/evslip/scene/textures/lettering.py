@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import step
+from evslip.scene.textures.canvas import step
 
 CAP, DESCENT = 6, 2
 """Heights of a capital and of what hangs below the line, in units of the font's grid; letters are 4 wide."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from evslip.scene.textures.drawing.canvas import SIZE, Color, rgb, step
-from evslip.scene.textures.drawing.lettering import fit, length, write
+from evslip.scene.textures.canvas import SIZE, Color, rgb, step
+from evslip.scene.textures.lettering import fit, length, write
 
 SYLLABLES = (
     "ka", "lo", "mi", "ter", "sa", "ne", "bur", "vi", "tan", "do", "re", "mas", "ol", "pin", "cor",

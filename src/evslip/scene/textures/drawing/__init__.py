@@ -1,1 +1,0 @@
-"""Tools that patterns are drawn with: a canvas, noise that tiles, letters, print."""
