@@ -1,6 +1,6 @@
 """The windows that a detector tells worst, with their events."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +10,7 @@ from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import encoded, jpeg_uri, overlay
+from evslip.view.pictures.images import encoded, jpeg_uri, overlay, white
 from evslip.view.report import page
 from evslip.windows.alignment import laid_on
 from evslip.windows.label import Label
@@ -18,6 +18,7 @@ from evslip.windows.settings import Align
 from evslip.windows.window_set import WindowSettings
 
 if TYPE_CHECKING:
+    from evslip.learn.evaluation.evaluation_data import EvaluationData
     from evslip.learn.scores.metrics import Metrics
 
 FOLDER = "failures"
@@ -107,11 +108,7 @@ def from_records(find: Callable[[str], Record | None], settings: WindowSettings)
 
     def show(failure: Failure) -> str | None:
         record = find(failure.name)
-        return (
-            None
-            if record is None
-            else jpeg_uri(encoded(of_record(record, failure.start_us, settings), "JPEG", quality=80))
-        )
+        return None if record is None else jpeg_uri(_jpeg(of_record(record, failure.start_us, settings)))
 
     return show
 
@@ -122,23 +119,44 @@ def save_pictures(folder: Path, pictures: Iterable[tuple[Failure, np.ndarray]]) 
         atomic.write_bytes(folder / failure.file, _jpeg(picture))
 
 
+def pictures(
+    data: "EvaluationData", found: Iterable[Failure], settings: WindowSettings, align: Align = "centre"
+) -> Iterator[tuple[Failure, np.ndarray]]:
+    """Each window once, with its picture; `settings` are those of the windows, `align` says how they lie on another
+    sensor. Raises DataError."""
+    wanted: dict[str, list[Failure]] = {}
+    for failure in dict.fromkeys(failure._replace(p_slip=0.0) for failure in found):
+        wanted.setdefault(failure.name, []).append(failure)
+    if data.windows is not None:
+        yield from _of_windows(data, wanted)
+        return
+    for record in data.named(wanted):
+        for failure in wanted.pop(record.name, ()):
+            yield failure, of_record(record, failure.start_us, settings, align)
+
+
+def _of_windows(data: "EvaluationData", wanted: dict[str, list[Failure]]) -> Iterator[tuple[Failure, np.ndarray]]:
+    cut = data.windows
+    assert cut is not None  # asked before
+    for failure in (one for some in wanted.values() for one in some):
+        for i in np.flatnonzero((cut.name == failure.name) & (cut.start_us == failure.start_us))[:1]:
+            t_us, x, y, p = cut[int(i)]
+            yield failure, of_events(Events(t_us.astype(np.int64), x, y, p), cut.settings)
+
+
 def of_record(record: Record, start_us: int, settings: WindowSettings, align: Align = "centre") -> np.ndarray:
     """A window's pictures side by side, cropped as the detector sees them; uint8 (height, width, 3)."""
-    sight, (width, height) = FrameSource(record), record.size
-    length_us = round(settings.length_s * 1e6)
+    source = FrameSource(record)
     lies = laid_on(settings, record.size, align)
     crop = slice(max(0, lies.top), lies.top + lies.height), slice(max(0, lies.left), lies.left + lies.width)
-    parts = []
-    for t_us in _moments(start_us, length_us):
-        frame = sight.at(t_us) if sight.is_there else _blank(height, width)
-        parts.append(overlay(frame, record.events.between(t_us - SHOWN_US, t_us))[crop])
-    return _beside(parts)
+    times = _moments(start_us, round(settings.length_s * 1e6))
+    return _beside([overlay(source.at_or_white(t), record.events.between(t - SHOWN_US, t))[crop] for t in times])
 
 
 def of_events(events: Events, settings: WindowSettings) -> np.ndarray:
     """The same of a cut window, whose times and pixels count from its own corner; there is no frame."""
     times = _moments(0, round(settings.length_s * 1e6))
-    blank = _blank(settings.height, settings.width)
+    blank = white(settings.width, settings.height)
     return _beside([overlay(blank, events.between(t_us - SHOWN_US, t_us)) for t_us in times])
 
 
@@ -150,10 +168,6 @@ def _moments(start_us: int, length_us: int) -> list[int]:
     return [start_us + (2 * k + 1) * length_us // (2 * PICTURES) for k in range(PICTURES)]
 
 
-def _blank(height: int, width: int) -> np.ndarray:
-    return np.full((height, width, 3), 255, np.uint8)
-
-
 def _beside(parts: Sequence[np.ndarray]) -> np.ndarray:
-    gap = np.full((len(parts[0]), 3, 3), 255, np.uint8)
+    gap = white(3, len(parts[0]))
     return np.hstack([piece for part in parts for piece in (part, gap)][:-1])

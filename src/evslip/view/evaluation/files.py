@@ -9,7 +9,6 @@ from evslip.learn.evaluation.evaluation_data import EvaluationData
 from evslip.learn.evaluation.stored import FILE, save_evaluation
 from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
-from evslip.view.evaluation.failure_pictures import pictures
 from evslip.view.evaluation.plots import write_conditions_png, write_scores_png
 from evslip.view.evaluation.sections import evaluation_parts
 from evslip.view.evaluation.tables import short_names
@@ -25,7 +24,8 @@ def write_evaluation(folder: Path, found: Sequence[Evaluation], data: Evaluation
     if data is not None:
         worst = [failure for one in found for failure in failures.worst(one.scores)]
         settings = WindowSettings() if data.windows is not None else load_model(first.model)[1].windows
-        failures.save_pictures(folder / failures.FOLDER, pictures(data, worst, settings, first.align or "centre"))
+        shown = failures.pictures(data, worst, settings, first.align or "centre")
+        failures.save_pictures(folder / failures.FOLDER, shown)
     subtitle = (
         f"{first.scores.windows} windows of {first.scores.trajectories} trajectories: {first.data}. "
         f"Measured by evslip {__version__}."

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from evslip.learn.evaluation.alarms import ALLOWED_PER_MIN
 from evslip.learn.evaluation.comparison import compare
 from evslip.learn.evaluation.evaluation import Evaluation
+from evslip.learn.scores.metrics import Metrics
 from evslip.view.evaluation import failures
 from evslip.view.evaluation.charts import CurveChart, GroupChart, alarm_charts, error_bar, group_charts, window_charts
 from evslip.view.evaluation.tables import alarm_table, comparison_table, cost_table, group_table, short_names
 from evslip.view.pictures import charts
 from evslip.view.report import page
-from evslip.view.report.sections.confusion import confusion
 
 COST_NOTE = "From a window's events to its probability, one at a time on one core; in batches of 32 on all cores."
 
@@ -50,9 +50,24 @@ def _notes(found: Sequence[Evaluation]) -> str:
 def _scores(found: Sequence[Evaluation], names: Sequence[str]) -> str:
     parts = [_curves(chart, names) for chart in window_charts(found) if chart.lines]
     for name, one in zip(names, found, strict=True):
-        parts.append(f"<h3>{page.text(name)}, threshold {one.scores.threshold:.3f}</h3>{confusion(one.scores)}")
+        parts.append(f"<h3>{page.text(name)}, threshold {one.scores.threshold:.3f}</h3>{_confusion(one.scores)}")
     note = "Windows that do not overlap; those between the limits of hold and slip are left out."
     return page.section("Scores of windows", note, page.columns(parts))
+
+
+def _confusion(scores: Metrics) -> str:
+    """Table of counts and shares: rows true, columns called."""
+    body = ""
+    for name, row in zip(("hold", "slip"), scores.confusion, strict=True):
+        cells = ""
+        for count in row:
+            share = count / max(1, sum(row))
+            cells += (
+                f'<td style="background: rgba(10, 143, 108, {0.08 + 0.5 * share:.2f})">{count:,.0f}<br>'
+                f"<small>{100 * share:.1f} %</small></td>"
+            )
+        body += f"<tr><th>is {name}</th>{cells}</tr>"
+    return f'<table class="confusion"><tr><th></th><th>called hold</th><th>called slip</th></tr>{body}</table>'
 
 
 def _alarms(found: Sequence[Evaluation], names: Sequence[str]) -> str:

@@ -1,10 +1,12 @@
-"""What a sweep has found, as a table and a page."""
+"""Table and page of a sweep."""
 
 import csv
 import io
 import math
 from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
 
 from evslip.learn.search.sweep import Sweep, Trial
 from evslip.utils import atomic
@@ -26,7 +28,7 @@ def write_sweep(found: Sweep) -> None:
     parts = [
         page.section(
             "Settings and what came of them",
-            "A line is a trial, from its settings to its result: the better, the darker. Marks tell their values.",
+            "A line is a trial, from its settings to its result: the better, the darker. Drag along an axis to choose.",
             page.embed("parallel", parallel_coordinates(found)),
         ),
         page.section(
@@ -52,89 +54,33 @@ def sweep_table(found: Sweep, most: int, short: bool = False) -> list[list[str]]
 
 
 def parallel_coordinates(found: Sweep) -> Figure:
-    """An axis a setting, and one for the result; a line a trial that has a result."""
+    """An axis a setting, and one for the result; a line a trial that has a result, the better the darker."""
     ended = sorted((t for t in found.trials if t.value is not None), key=lambda t: _rank(found, t), reverse=True)
-    names = list(dict.fromkeys(name for trial in ended for name in trial.settings))
-    axes = [_Axis(name, [trial.settings.get(name) for trial in ended]) for name in names]
-    axes.append(_Axis(_goal(found), [trial.value for trial in ended]))
-    traces: list[dict[str, Any]] = []
-    for place, trial in enumerate(ended):
-        share = (place + 1) / len(ended)  # 1: the best
-        values = [trial.settings.get(name) for name in names] + [trial.value]
-        texts = [f"{axis.name} {_text(value)}" for axis, value in zip(axes, values, strict=True)]
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines+markers",
-                "x": list(range(len(axes))),
-                "y": charts.finite([axis.height(value) for axis, value in zip(axes, values, strict=True)]),
-                "name": f"trial {trial.number}",
-                "text": texts,
-                "hovertemplate": "%{text}<extra>trial " + f"{trial.number}, {trial.state}</extra>",
-                "line": {"color": f"rgba(10,111,176,{0.12 + 0.88 * share**3:.3f})", "width": 1 + 2 * share**3},
-                "marker": {"size": 6},
-            }
-        )
-    shapes = [
-        {"type": "line", "x0": x, "x1": x, "y0": 0, "y1": 1, "line": {"color": "rgba(130,130,130,0.7)", "width": 1.5}}
-        for x in range(len(axes))
-    ]
-    notes = [
-        {"x": x, "y": y, "text": text, "showarrow": False, "xanchor": "right", "xshift": -6, "font": {"size": 11}}
-        for x, axis in enumerate(axes)
-        for y, text in axis.ticks
-    ]
+    names = dict.fromkeys(name for trial in ended for name in trial.settings)
+    axes = [_axis(name, [trial.settings.get(name) for trial in ended]) for name in names]
+    axes.append(_axis(_goal(found), [trial.value for trial in ended]))
+    shades = [[0, "rgba(10,111,176,0.15)"], [1, "rgb(10,111,176)"]]
+    line = {"color": list(range(len(ended))), "colorscale": shades}
     return {
-        "data": traces,
-        "layout": {
-            "height": 420,
-            "margin": {"l": 70, "r": 30, "t": 12, "b": 40},
-            "xaxis": {
-                "tickvals": list(range(len(axes))), "ticktext": [axis.name for axis in axes], "showgrid": False,
-                "range": [-0.25, len(axes) - 0.75], "zeroline": False,
-            },
-            "yaxis": {"visible": False, "range": [-0.04, 1.04]},
-            "shapes": shapes,
-            "annotations": notes,
-            "showlegend": False,
-            "hovermode": "closest",
-        },
-    }  # fmt: skip
+        "data": [{"type": "parcoords", "dimensions": axes, "line": line}],
+        "layout": {"height": 420, "margin": {"l": 70, "r": 70, "t": 50, "b": 30}},
+    }
 
 
-class _Axis:
-    """Values of one setting as heights from 0 to 1: numbers by size, on a logarithmic scale where they span more than a
-    factor of 20; names and flags by rank."""
-
-    def __init__(self, name: str, values: Sequence[Any]):
-        self.name = name
-        self._places: dict[Any, float] = {}
-        numbers = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
-        self._log = bool(numbers) and min(numbers) > 0 and max(numbers) > 20 * min(numbers)
-        if numbers:
-            self._low, self._high = self._scaled(min(numbers)), self._scaled(max(numbers))
-            steps = sorted(set(numbers)) if len(set(numbers)) <= 6 else None
-            self.ticks = [(self.height(v), _text(v)) for v in steps or [self._at(k / 4) for k in range(5)]]
-        else:
-            names = sorted({str(v) for v in values if v is not None})
-            self._places = {name: (k + 0.5) / len(names) for k, name in enumerate(names)}
-            self.ticks = [(height, name) for name, height in self._places.items()]
-
-    def height(self, value: Any) -> float:
-        """Where a value is; nan where there is none."""
-        if value is None:
-            return math.nan
-        if self._places:
-            return self._places[str(value)]
-        span = self._high - self._low
-        return 0.5 if not span else (self._scaled(float(value)) - self._low) / span
-
-    def _scaled(self, value: float) -> float:
-        return math.log(value) if self._log else value
-
-    def _at(self, height: float) -> float:
-        value = self._low + height * (self._high - self._low)
-        return math.exp(value) if self._log else value
+def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
+    """Axis of one setting: numbers by size, on a logarithmic scale where they span more than a factor of 20; names and
+    flags by rank."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        log = bool(values) and min(values) > 0 and max(values) > 20 * min(values)
+        places = np.log10(values) if log else np.array(values, float)
+        ticks = np.unique(places)
+        if len(ticks) > 6:
+            ticks = np.linspace(ticks[0], ticks[-1], 5)
+        texts = [_text(float(tick)) for tick in (10**ticks if log else ticks)]
+    else:
+        texts = sorted({str(value) for value in values})
+        places, ticks = np.array([texts.index(str(value)) for value in values]), np.arange(len(texts))
+    return {"label": name, "values": places.tolist(), "tickvals": ticks.tolist(), "ticktext": texts}
 
 
 def _course(found: Sweep) -> Figure:

@@ -27,19 +27,8 @@ MOST_EVENTS = 400_000
 """Of one answer."""
 CLOUD_EVENTS = 30_000
 FACTS_AT_ONCE = 50
-STATIC = {
-    "style.css": "text/css",
-    "list.js": "text/javascript",
-    "player.js": "text/javascript",
-    "stage.js": "text/javascript",
-    "chart.js": "text/javascript",
-    "events.js": "text/javascript",
-    "labels.js": "text/javascript",
-    "cloud.js": "text/javascript",
-    "clock.js": "text/javascript",
-    "page.js": "text/javascript",
-    "sample.js": "text/javascript",
-}
+_SCRIPTS = ("list", "player", "stage", "chart", "events", "labels", "cloud", "clock", "page", "sample")
+STATIC = {"style.css": "text/css"} | {f"{name}.js": "text/javascript" for name in _SCRIPTS}
 """All files that are given out, with their types."""
 
 
@@ -50,7 +39,7 @@ class Explorer:
         self.shelf, self.model, self.labels = shelf, model, labels
         self._opening = threading.Lock()
         self._open = lru_cache(maxsize=OPEN_SAMPLES)(
-            lambda position: Sample(shelf.read(position), shelf[position].label)
+            lambda position: Sample(shelf.read(position), shelf[position].label or "")
         )
         self._answers = lru_cache(maxsize=8)(self._detect)
 

@@ -1,7 +1,6 @@
 """What there is to look at: the samples of a data set, or one recording."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,35 +9,21 @@ from evslip.data import record_file
 from evslip.data.record import Record
 from evslip.data.record_file import is_record, read_recording
 from evslip.data.recordings import open_samples
-from evslip.data.samples import Samples
+from evslip.data.samples import Listing, Samples
 from evslip.utils.errors import DataError
 from evslip.view.report.facts import doubt_of, facts_of
-
-
-@dataclass(frozen=True)
-class Item:
-    """One thing on a shelf, known without opening it."""
-
-    path: Path
-    name: str
-    split: str
-    """train or test; empty for a recording."""
-    label: str
-    """slip or hold; otherwise nobody has said."""
-    events: int | None
-    """None, until it is opened."""
 
 
 class Shelf:
     """Items in order. They are named by their position, so that no path ever comes from outside."""
 
-    def __init__(self, title: str, items: list[Item]):
+    def __init__(self, title: str, items: list[Listing]):
         self.title, self.items = title, items
 
     def __len__(self) -> int:
         return len(self.items)
 
-    def __getitem__(self, position: int) -> Item:
+    def __getitem__(self, position: int) -> Listing:
         return self.items[position]
 
     def read(self, position: int, events: bool = True) -> Record:
@@ -54,7 +39,7 @@ class Shelf:
             if item.split:
                 try:
                     facts = facts_of(self.read(position, events=False))
-                    yield {"position": position, **facts, "doubt": doubt_of(item.label, facts)}
+                    yield {"position": position, **facts, "doubt": doubt_of(item.label or "", facts)}
                 except DataError as error:
                     yield {"position": position, "doubt": str(error)}
 
@@ -70,11 +55,10 @@ def open_shelf(path: str | Path) -> Shelf:
     return Shelf(path.absolute().name, [_item(samples, position) for position in range(len(samples))])
 
 
-def _item(samples: Samples, position: int) -> Item:
+def _item(samples: Samples, position: int) -> Listing:
     one = samples.listing[position]
     # Of a recording without its events, which would be all that the folder holds.
-    label = samples.read(position, events=False).label if one.label is None else one.label
-    return Item(one.path, one.name, one.split, label, one.events)
+    return one if one.label is not None else one._replace(label=samples.read(position, events=False).label)
 
 
 def open_recording(path: str | Path) -> Shelf:
@@ -85,4 +69,4 @@ def open_recording(path: str | Path) -> Shelf:
         raise DataError(f"{path}: no such file; expected a recording")
     if not is_record(path):
         next(iter(raw_source(path).parts), None)  # what cannot be read is refused before a page opens
-    return Shelf(path.name, [Item(path, path.stem, "", "", None)])
+    return Shelf(path.name, [Listing(path, path.stem, label="")])

@@ -1,10 +1,10 @@
-"""How every parameter of a configuration is distributed, training beside testing."""
+"""Distribution of every parameter of a configuration, training beside testing."""
 
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,47 @@ from evslip.view.pictures.images import figure_png
 
 COLORS = {"train": "#3b75af", "test": "#e07b28"}
 COLUMNS, BINS, MOST_BARS = 4, 16, 16
+RATIO = "mass / onset"
+
+Columns = Mapping[str, Sequence[Any]]
+"""Values of one key, by split."""
+
+
+class Shares(NamedTuple):
+    """Share of each split's samples that lie between two numbers, or have a name."""
+
+    unit: str
+    edges: np.ndarray
+    """Edges of the bins of a number; empty for names."""
+    names: list[str]
+    """Names or, where they are many, their families or folders; empty for a number."""
+    by_split: dict[str, np.ndarray]
+
+
+def varying(samples: Mapping[str, Sequence[Params]]) -> dict[str, Columns]:
+    """Values of every key that differs between samples."""
+    keys = leaves(next(params for some in samples.values() for params in some))
+    columns = {key: {split: [_value(p, key) for p in some] for split, some in samples.items()} for key in keys}
+    return {key: column for key, column in columns.items() if len({v for some in column.values() for v in some}) > 1}
+
+
+def shares(key: str, column: Columns) -> Shares:
+    """Histogram of a key's values for each split."""
+    values = [value for some in column.values() for value in some if value is not None]
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        unit, factor = unit_of(key), 1.0
+        if unit in SMALL and max(map(abs, values)) < 1:
+            unit, factor = SMALL[unit]
+        known = {split: factor * np.array([v for v in some if v is not None], float) for split, some in column.items()}
+        edges = np.linspace(factor * min(values), factor * max(values), BINS + 1)
+        counts = {split: np.histogram(some, edges)[0] for split, some in known.items()}
+        names = []
+    else:
+        group = _grouping({str(value) for some in column.values() for value in some})
+        grouped = {split: Counter(group(str(value)) for value in some) for split, some in column.items()}
+        unit, edges, names = "", np.empty(0), sorted({name for some in grouped.values() for name in some})
+        counts = {split: np.array([some[name] for name in names]) for split, some in grouped.items()}
+    return Shares(unit, edges, names, {split: some / max(1, len(column[split])) for split, some in counts.items()})
 
 
 def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -> int:
@@ -32,14 +73,11 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
     if path.suffix.lower() != ".png":
         raise ConfigError(f"plot: {str(path)!r} has no suffix .png")
     drawn = {split: [draw(config, index, split) for index in range(count)] for split, count in counts.items()}
-    columns = {
-        key: {split: [value_of(p, key) for p in some] for split, some in drawn.items()} for key in leaves(config)
-    }
-    varied = {key: column for key, column in columns.items() if len({v for some in column.values() for v in some}) > 1}
+    varied = varying(drawn)
     if not varied:
         raise ConfigError("plot: nothing varies in this configuration")
-    multiples = {split: [p.object.mass_kg / onset_mass(p) for p in some] for split, some in drawn.items()}
-    panels = {**varied, "mass / onset": multiples}
+    ratios = {split: [p.object.mass_kg / onset_mass(p) for p in some] for split, some in drawn.items()}
+    panels: dict[str, Columns] = {**varied, RATIO: ratios}
     rows = math.ceil(len(panels) / COLUMNS)
     figure = Figure(figsize=(3.4 * COLUMNS, 2.5 * rows), layout="constrained", dpi=100)
     axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
@@ -47,8 +85,7 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
         axis.set_title(key, fontsize=9, loc="left")
         axis.tick_params(labelsize=7)
         axis.spines[["top", "right"]].set_visible(False)
-        texts = all(isinstance(v, str | None) for some in column.values() for v in some)
-        _bars(axis, column) if texts else _histogram(axis, key, column)
+        _panel(axis, shares(key, column), column)
     for axis in axes[len(panels) :]:
         axis.axis("off")
     for bound in (SURE_HOLD, SURE_SLIP):
@@ -59,44 +96,28 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
     return len(varied)
 
 
-def value_of(params: Params, key: str) -> Any:
-    """What a sample has under a key "section.name"."""
+def _value(params: Params, key: str) -> Any:
     value = leaves(params)[key]
     return f"way-points: {len(value.root)}" if isinstance(value, Waypoints) else value
 
 
-def grouping(names: Collection[str]) -> Callable[[str], str]:
-    """What to count names by: themselves or, where they are many, their families or folders."""
+def _grouping(names: Collection[str]) -> Callable[[str], str]:
+    """How names are counted: each alone or, where they are many, by families or folders."""
     return str if len(names) <= MOST_BARS else lambda name: name.rpartition("-")[0] or Path(name).parent.name
 
 
-def _histogram(axis: Any, key: str, column: Mapping[str, Sequence[Any]]) -> None:
-    numbers = {split: np.array([v for v in some if v is not None], float) for split, some in column.items()}
-    together = np.concatenate(list(numbers.values()))
-    unit, factor = unit_of(key), 1.0
-    if unit in SMALL and np.abs(together).max() < 1:
-        unit, factor = SMALL[unit]
-    low, high = factor * together.min(), factor * together.max()
-    for split, values in numbers.items():
-        weights = np.full(len(values), 1 / max(1, len(column[split])))
-        axis.hist(
-            factor * values, BINS, range=(low, high), weights=weights, color=COLORS[split], linewidth=1.6,
-            histtype="step", fill=split == "train", alpha=0.6 if split == "train" else 1.0,
-            label=f"{split}: {len(column[split])} samples",
-        )  # fmt: skip
-    axis.set_xlabel(unit, fontsize=8)
-
-
-def _bars(axis: Any, column: Mapping[str, Sequence[str | None]]) -> None:
-    """Shares of names; of many, shares of their families or folders."""
-    names = {str(v) for some in column.values() for v in some}
-    group = grouping(names)
-    labels = sorted({group(name) for name in names})
-    for k, (split, values) in enumerate(column.items()):
-        count = Counter(group(str(v)) for v in values)
-        different = len(set(values))
-        places = np.arange(len(labels)) + 0.4 * (k - 0.5 * (len(column) - 1))
-        axis.bar(places, [count[label] / len(values) for label in labels], 0.4, color=COLORS[split], alpha=0.8)
+def _panel(axis: Any, found: Shares, column: Columns) -> None:
+    for k, (split, values) in enumerate(found.by_split.items()):
+        color, label = COLORS[split], f"{split}: {len(column[split])} samples"
+        if len(found.edges):
+            style = {"fill": True, "alpha": 0.6} if split == "train" else {"linewidth": 1.6}
+            axis.stairs(values, found.edges, color=color, label=label, **style)
+            continue
+        places = np.arange(len(values)) + 0.4 * (k - 0.5 * (len(found.by_split) - 1))
+        axis.bar(places, values, 0.4, color=color, alpha=0.8, label=label)
         corner = {"transform": axis.transAxes, "ha": "right", "va": "top", "fontsize": 7}
-        axis.text(0.99, 0.97 - 0.11 * k, f"{different} in {split}", color=COLORS[split], **corner)
-    axis.set_xticks(range(len(labels)), labels, rotation=90)
+        axis.text(0.99, 0.97 - 0.11 * k, f"{len(set(column[split]))} in {split}", color=color, **corner)
+    if found.names:
+        axis.set_xticks(range(len(found.names)), found.names, rotation=90)
+    else:
+        axis.set_xlabel(found.unit, fontsize=8)

@@ -167,34 +167,6 @@ def stacked_bars(rows: Sequence[str], parts: Mapping[str, Sequence[int]], colors
     }
 
 
-def curves(epochs: Sequence[float], lines: Mapping[str, Sequence[float | None]], title: str) -> Figure:
-    """Curves over training epochs."""
-    palette = (SLIP_COLOR, HOLD_COLOR, "#7a5cc9", "#888888")
-    traces = [
-        {
-            "type": "scatter",
-            "mode": "lines+markers" if len(epochs) < 40 else "lines",
-            "name": name,
-            "x": list(epochs),
-            "y": list(values),
-            "line": {"color": palette[number % len(palette)], "width": 2},
-            "marker": {"size": 5},
-        }
-        for number, (name, values) in enumerate(lines.items())
-    ]
-    return {
-        "data": traces,
-        "layout": {
-            "height": 300,
-            "margin": {"l": 56, "r": 12, "t": 12, "b": 70},
-            "xaxis": {"title": {"text": "epoch"}},
-            "yaxis": {"title": {"text": title}},
-            "legend": {"orientation": "h", "y": -0.25},
-            "showlegend": True,
-        },
-    }
-
-
 def _angle(truth: Truth, name: str, color: str, width: float, step: int, is_listed: bool) -> dict[str, Any]:
     inside = (truth.t_us >= truth.span_us[0]) & (truth.t_us <= truth.span_us[1])
     seconds, angle = truth.t_us[inside][::step] / 1e6, truth.theta_deg[inside][::step]

@@ -8,6 +8,7 @@ from evslip.data.record import Record
 from evslip.rendering.still_frames import StillFrames
 from evslip.scene.textures.library import linear_to_srgb
 from evslip.utils.errors import DataError
+from evslip.view.pictures.images import white
 
 
 class FrameSource:
@@ -31,6 +32,10 @@ class FrameSource:
         if record.footage is None:
             raise DataError(f"{record.name}: has neither poses to draw frames from nor frames of its own")
         return record.footage.at(t_us)
+
+    def at_or_white(self, t_us: int) -> np.ndarray:
+        """What is seen at a time, white where the record has nothing to see."""
+        return self.at(t_us) if self.is_there else white(*self._record.size)
 
     @cached_property
     def _still_frames(self) -> StillFrames:

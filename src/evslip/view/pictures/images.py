@@ -24,6 +24,11 @@ def overlay(picture: np.ndarray, events: Events) -> np.ndarray:
     return drawn
 
 
+def white(width: int, height: int) -> np.ndarray:
+    """White picture, for events that have no frame."""
+    return np.full((height, width, 3), 255, np.uint8)
+
+
 def encoded(picture: np.ndarray, kind: str, **options: Any) -> bytes:
     """File of a picture; `kind` is PNG or JPEG."""
     buffer = io.BytesIO()

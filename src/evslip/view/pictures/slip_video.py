@@ -11,7 +11,7 @@ from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures.film_settings import FilmSettings
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import overlay
+from evslip.view.pictures.images import overlay, white
 from evslip.view.pictures.video import FPS, check_video, video
 
 CAPTION, STRIP = 26, 96
@@ -102,12 +102,8 @@ class Panel:
         return np.concatenate([self._caption(inside), picture, strip])
 
     def _picture(self, t_us: int) -> np.ndarray:
-        width, height = self._record.size
         now = self._origin + t_us
-        if self._sight.is_there and self._settings.what != "events":
-            frame = self._sight.at(now)
-        else:
-            frame = np.full((height, width, 3), 255, np.uint8)
+        frame = white(*self._record.size) if self._settings.what == "events" else self._sight.at_or_white(now)
         if self._settings.what == "frames":
             return frame
         events = self._record.events.between(now - round(1e3 * self._settings.window_ms), now)

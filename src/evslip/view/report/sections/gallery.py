@@ -8,6 +8,7 @@ from PIL import Image
 
 from evslip.data.record import Record
 from evslip.data.samples import Samples
+from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import encoded, jpeg_uri, overlay
 from evslip.view.report import page
 from evslip.view.report.sections.names import short, swatch
@@ -53,11 +54,9 @@ def thumbnail(record: Record, picture: Picture) -> str:
     else:
         times = record.events.t_us
         t_us = int(times[len(times) // 2]) if len(times) else 0
-        if record.footage is not None:
-            image = record.footage.at(t_us)
-        else:
-            blank = np.full((record.size[1], record.size[0], 3), 255, np.uint8)
-            image = overlay(blank, record.events.between(t_us - SHOWN_US, t_us))
+        image = FrameSource(record).at_or_white(t_us)
+        if record.footage is None:
+            image = overlay(image, record.events.between(t_us - SHOWN_US, t_us))
     height = max(1, round(WIDTH * image.shape[0] / image.shape[1]))
     small = np.asarray(Image.fromarray(image).resize((WIDTH, height), Image.Resampling.BOX))
     return jpeg_uri(encoded(small, "JPEG", quality=82))

@@ -7,6 +7,7 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.trajectory import Trajectory
+from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import data_uri, overlay
 from evslip.view.report import page
 from evslip.view.report.sections.names import describe, swatch
@@ -68,19 +69,15 @@ def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
 
 
 def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
-    if record.trajectory is not None:
-        frame = picture(record.trajectory, t_us)
-    elif record.footage is not None:
-        frame = record.footage.at(t_us)
-    else:
-        frame = np.full((record.size[1], record.size[0], 3), 255, np.uint8)
+    source = FrameSource(record)
+    frame = source.at_or_white(t_us) if record.trajectory is None else picture(record.trajectory, t_us)
     events = record.events.between(t_us - SHOWN_US, t_us)
     angle = ""
     if record.truth is not None:
         angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
     alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
     shown = [(overlay(frame, events), ", with events")]
-    if record.trajectory is not None or record.footage is not None:
+    if source.is_there:
         shown.insert(0, (frame, ""))
     images = "".join(f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">' for image, what in shown)
     caption = f"<b>{page.text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"

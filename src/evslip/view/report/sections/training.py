@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from evslip.view.pictures import figures
+from evslip.view.pictures import charts
 from evslip.view.report import page
 
 
@@ -16,11 +16,14 @@ def training(epochs: Sequence[Mapping[str, Any]]) -> str:
     columns = []
     for quantity in ("loss", "accuracy"):
         names = [name for name in epochs[0] if name.endswith(quantity)]
-        lines = {name.replace("_", " "): [_finite(epoch.get(name)) for epoch in epochs] for name in names}
-        if lines:
-            columns.append(page.embed(f"training-{quantity}", figures.curves(numbers, lines, quantity)))
+        lines = {name.replace("_", " "): [_number(epoch.get(name)) for epoch in epochs] for name in names}
+        traces = [
+            charts.line(name, numbers, y, i, marked=len(epochs) < 40) for i, (name, y) in enumerate(lines.items())
+        ]
+        if traces:
+            columns.append(page.embed(f"training-{quantity}", charts.chart(traces, "epoch", quantity)))
     return page.section("Training", "", page.columns(columns)) if columns else ""
 
 
-def _finite(value: Any) -> float | None:
-    return value if isinstance(value, int | float) and math.isfinite(value) else None
+def _number(value: Any) -> float:
+    return value if isinstance(value, int | float) else math.nan
