@@ -76,8 +76,8 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
 
 
 def describe_truth(samples: "Dataset") -> list[str]:
-    """What the physics did: the largest movement in the hand within 0.16 s over samples that hold, the least over those
-    that slip."""
+    """Summary of the physics: largest movement in the hand within 0.16 s over samples that hold, least over those that
+    slip."""
     import numpy as np
     from scipy.spatial.transform import Rotation
 

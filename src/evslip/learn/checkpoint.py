@@ -23,7 +23,7 @@ FORMAT = Format("evslip model", 1, "the description of a model that `evslip trai
 
 @dataclass(frozen=True)
 class Description:
-    """What a detector is, besides its weights."""
+    """Description of a detector, besides its weights."""
 
     model: str
     """Name of the network."""
@@ -63,7 +63,7 @@ def load_model(folder: str | Path) -> tuple[Network, Description]:
 
 
 def read_description(folder: Path) -> Description:
-    """What the detector in a folder is. Raises DataError."""
+    """Description of the detector in a folder. Raises DataError."""
     path = folder / DESCRIPTION
     plain = read_document(path, FORMAT)
     try:

@@ -1,4 +1,4 @@
-"""What `evslip` keeps as JSON beside weights and figures: a format's name, its version, then the content."""
+"""Documents in JSON beside weights and figures: a format's name, its version, then the content."""
 
 import json
 from pathlib import Path
@@ -14,10 +14,10 @@ class Format(NamedTuple):
     name: str
     version: int
     meant: str
-    """What a file of it is, to be told where another one is found."""
+    """Description of such a file, for the error where another one is found."""
 
     def head(self) -> dict[str, Any]:
-        """What a document of it begins with."""
+        """First entries of a document."""
         return {"format": self.name, "version": self.version, "evslip": __version__}
 
 

@@ -21,7 +21,7 @@ from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 STEP_US = 20_000
 """Between two poses, frames and sets of events."""
 MOST_EVENTS = 20_000
-"""Of one step; more are thinned evenly."""
+"""Most events of one step; more are thinned evenly."""
 CURVE_STEP = 5
 """Every how many samples of the trajectory a curve has a point."""
 SUFFIX = ".rrd"

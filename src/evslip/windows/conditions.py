@@ -21,7 +21,7 @@ SHADING_RATIO = 0.16
 
 @dataclass(frozen=True)
 class Conditions:
-    """Of n windows, arrays of shape (n,); nan where nobody knows."""
+    """Conditions of n windows, arrays of shape (n,); nan where nobody knows."""
 
     phase: np.ndarray
     """Phase of the task in the window's middle, as its position in PHASE_NAMES; or NO_PHASE."""
@@ -34,7 +34,7 @@ class Conditions:
     since_onset_deg: np.ndarray
     """Rotation in the hand from the onset of the first slip to the window's end; 0 before."""
     since_onset_mm: np.ndarray
-    """The same of the slide."""
+    """Slide in the hand from the onset of the first slip to the window's end; 0 before."""
 
     @classmethod
     def unknown(cls, n: int) -> "Conditions":
@@ -57,7 +57,8 @@ class Conditions:
 
 
 def conditions(record: Record, start_us: np.ndarray, length_us: int) -> Conditions:
-    """Of a record's windows that start at the given times, int64 of shape (n,). What a recording lacks is unknown."""
+    """Conditions of a record's windows that start at the given times, int64 of shape (n,); unknown where a recording
+    lacks them."""
     found = Conditions.unknown(len(start_us))
     truth, trajectory, params = record.truth, record.trajectory, record.params
     values = {field.name: getattr(found, field.name) for field in fields(found)}

@@ -78,7 +78,7 @@ def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, 
 
 
 class Movement(NamedTuple):
-    """What the object does in the hand during one window; nan where only a person has labelled it."""
+    """Movement of the object in the hand during one window; nan where only a person has labelled it."""
 
     start_us: int
     rotation_deg: float

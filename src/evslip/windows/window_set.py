@@ -74,7 +74,7 @@ class Windows:
         return replace(self, **{name: getattr(self, name)[which] for name in _PER_WINDOW})
 
     def balanced(self, seed: int = 0) -> "Windows":
-        """As many holds as slips: windows of the commoner label are removed at random. With one label alone, all."""
+        """Equally many holds and slips: windows of the commoner label are removed at random; all of one label alone."""
         indices = [np.flatnonzero(self.label == label) for label in (Label.HOLD, Label.SLIP)]
         number = min(map(len, indices))
         if not number:

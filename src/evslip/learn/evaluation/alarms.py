@@ -23,7 +23,7 @@ MOST_THRESHOLDS = 1000
 
 @dataclass(frozen=True)
 class Alarms:
-    """What comes of one threshold. Of the quantiles, a slip that is missed counts as infinitely late: they are inf when
+    """Alarms at one threshold. In quantiles a slip that is missed counts as infinitely late: they are inf when
     too many are missed, nan without a slip."""
 
     threshold: float
@@ -31,7 +31,7 @@ class Alarms:
     holding_min: float
     """Time in which the object holds, in minutes."""
     false_flagged: int
-    """Of the false alarms, those that begin in a flagged window, see Predictions.flagged."""
+    """False alarms that begin in a flagged window, see Predictions.flagged."""
     false_share: float
     """Share of the holding time in which an alarm stands, of any cause."""
     slips: int
@@ -42,7 +42,7 @@ class Alarms:
     slipped_deg: np.ndarray
     """How far each object has turned since the onset when the alarm begins; inf where missed."""
     slipped_mm: np.ndarray
-    """The same of the slide."""
+    """How far each object has slid since the onset when the alarm begins; inf where missed."""
 
     @property
     def false_per_min(self) -> float:
@@ -61,7 +61,7 @@ def quantile(values: np.ndarray, share: float) -> float:
 
 
 def alarms_at(predictions: Predictions, threshold: float) -> Alarms:
-    """What the detector does at one threshold."""
+    """Alarms of a detector at one threshold."""
     begins = beginnings(predictions, threshold)
     holding = predictions.label == Label.HOLD
     falsely = begins & holding & ~_about_onset(predictions)

@@ -32,7 +32,7 @@ class Cell:
     spread: float
     """Standard deviation over the seeds (n - 1); nan for one seed."""
     interval: Interval | None
-    """Of a single seed: from resampled trajectories."""
+    """Interval of a single seed, from resampled trajectories."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What an answer costs: time on one core and, of spiking networks, synaptic operations."""
+"""Cost of a prediction: time on one core and, of spiking networks, synaptic operations."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -18,7 +18,7 @@ WARM_UP = 3
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one window, from its events to its probability."""
+    """Cost of one window, from its events to its probability."""
 
     windows: int
     """How many were timed."""

@@ -1,4 +1,4 @@
-"""Everything that is known of how good one detector is."""
+"""Evaluation of one detector."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -62,7 +62,7 @@ class Evaluation:
     network: str
     parameters: int
     settings: dict[str, Any]
-    """Of its training, the seed included."""
+    """Settings of its training, the seed included."""
     data: str
     scores: Metrics
     curves: Curves
@@ -78,7 +78,7 @@ class Evaluation:
     align: Align | None
     """How the crop lies on sensors of another size than it was trained on; None: there may be none."""
     notes: list[str]
-    """What could not be measured, and what a reader should know."""
+    """Remarks for the reader, such as what could not be measured."""
 
 
 def evaluate_model(

@@ -1,4 +1,4 @@
-"""What a detector is examined on: a data set, a folder or file of records, or windows that were cut before."""
+"""Data that a detector is evaluated on: a data set, a folder or file of records, or windows that were cut before."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class EvaluationData:
     windows: Windows | None = None
     samples: Samples | None = None
     notes: tuple[str, ...] = ()
-    """What a reader of the figures should know of the data."""
+    """Remarks on the data for a reader of the figures."""
 
     def __iter__(self) -> Iterator[Record]:
         return iter(self.samples or ())
@@ -43,7 +43,7 @@ class EvaluationData:
 
     @property
     def steps(self) -> int:
-        """What an examination counts as it goes on: windows, or else records."""
+        """Steps of an evaluation: windows, or else records."""
         return len(self) if self.windows is None else len(self.windows)
 
     def some_windows(self, settings: WindowSettings, most: int = 48) -> list[WindowEvents]:

@@ -19,7 +19,7 @@ class Group:
     """Some of the windows."""
 
     name: str
-    """What they have in common, such as "5 to 25"."""
+    """Condition that they share, such as "5 to 25"."""
     windows: int
     slips: int
     holds: int
@@ -29,7 +29,7 @@ class Group:
     accuracy: float
     """Share of slips and holds called right; nan without any."""
     interval: bootstrap.Interval | None
-    """Of the accuracy."""
+    """Interval of the accuracy."""
     balanced_accuracy: float
     auroc: float
     """nan with one label alone."""

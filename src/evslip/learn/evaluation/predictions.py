@@ -1,4 +1,4 @@
-"""What a detector says of every moment in which an object is held, beside what is true and known of that moment."""
+"""Predictions of a detector for every moment in which an object is held, beside the truth and the conditions."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
@@ -52,13 +52,13 @@ class Predictions:
     recent: np.ndarray
     """Whether the object moved in the 0.2 s before the window; bool."""
     events: np.ndarray
-    """In the crop."""
+    """Events in the crop."""
     object_events: np.ndarray
-    """Of the object, in the crop; UNKNOWN in real recordings."""
+    """Events on the object, in the crop; UNKNOWN in real recordings."""
     conditions: Conditions
     tracks: tuple[Track, ...]
     length_us: int
-    """Of a window."""
+    """Length of a window."""
     hop_us: int
     """From one window's start to the next one's; 0: windows that were cut and thinned out before, no stream."""
 

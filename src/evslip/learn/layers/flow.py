@@ -8,7 +8,7 @@ from evslip.utils.jit import compiled
 from evslip.windows.window_set import WindowEvents
 
 MOST_EVENTS = 4000
-"""Of more, every n-th is taken."""
+"""Events of a window that are used; of more, every n-th is taken."""
 SPEEDS_PX_S = np.linspace(-600, 600, 13)
 CELL_PX = 2
 RADIUS = 2
@@ -79,7 +79,7 @@ def _planes(t_us, x, y, width, height, radius, memory_us, out):
 
 
 class Motion(NamedTuple):
-    """What contrast maximisation says of a window."""
+    """Motion of a window by contrast maximisation."""
 
     velocity_px_s: tuple[float, float]
     """Horizontal and vertical, of the grid's velocity that makes the sharpest picture."""

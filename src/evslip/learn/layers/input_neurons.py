@@ -8,7 +8,7 @@ from evslip.learn.layers.patterns import Patterns, groups
 from evslip.utils.jit import compiled
 
 POOL_WEIGHT = 1.1
-"""Of theta: the response to one firing pixel suffices for its cell to spike."""
+"""Weight of a firing pixel, in thetas: the response to one firing pixel suffices for its cell to spike."""
 
 
 @compiled()

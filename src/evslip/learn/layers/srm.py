@@ -75,14 +75,14 @@ def _responses_back(gradient, constants, out):
 
 
 def _constants() -> tuple[np.float32, ...]:
-    """Of the two filters: decay of either, gain of either, threshold."""
+    """Constants of the two filters: decay of either, gain of either, threshold."""
     decays = math.exp(-1 / TAU), math.exp(-1 / TAU_REFRACTORY)
     gains = math.e / TAU, -SCALE_REFRACTORY * THETA * math.e / TAU_REFRACTORY
     return tuple(np.float32(value) for value in (*decays, *gains, THETA))
 
 
 def _surrogate(potential: torch.Tensor) -> torch.Tensor:
-    """What is taken as the spikes' derivative by the potential."""
+    """Surrogate of the spikes' derivative by the potential."""
     width = TAU_RHO * THETA
     return torch.exp(potential.sub(THETA).abs_().mul_(-1 / width)).mul_(SCALE_RHO / width)
 

@@ -61,7 +61,7 @@ class CNN3d(Network):
 
 
 class CNN3dNorm(CNN3d):
-    """The same with batch norm, and dropout before the linear layer."""
+    """CNN3d with batch norm, and dropout before the linear layer."""
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry, batch_norm=True, dropout=0.5)

@@ -1,4 +1,4 @@
-"""What every detector is: events of windows in, two logits out."""
+"""Base of every detector: events of windows in, two logits out."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from evslip.windows.window_set import WindowEvents, Windows, WindowSettings
 
 @dataclass(frozen=True)
 class Geometry:
-    """What a network's input covers."""
+    """Extent of a network's input."""
 
     width: int = 200
     """Columns of the crop."""

@@ -68,7 +68,7 @@ class SNN(Network):
         return self.dense(dense(batch, self.input_neurons.units, BINS).to(self.device))
 
     def dense(self, grids: torch.Tensor) -> torch.Tensor:
-        """The same in plain torch from all input spikes, (windows, bins, 6300)."""
+        """Trains of the outputs in plain torch from all input spikes, (windows, bins, 6300)."""
         hidden = self.neurons.spike(self.neurons.psp(self.linear1(grids).transpose(1, 2)))
         return self.neurons.spike(self.neurons.psp(self.linear2.weight @ hidden))
 

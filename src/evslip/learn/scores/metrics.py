@@ -19,7 +19,7 @@ class Metrics:
     balanced_accuracy: float
     """Mean of the shares of slips and of holds that are recognised."""
     f1: float
-    """Of slip: harmonic mean of precision and recall."""
+    """Harmonic mean of precision and recall of slip."""
     auroc: float
     """Chance that a random slip scores higher than a random hold; independent of the threshold."""
     auprc: float
@@ -33,7 +33,7 @@ class Metrics:
     without_recent: float
     """Balanced accuracy without the windows that follow a slip within 0.2 s."""
     intervals: dict[str, bootstrap.Interval | None] = field(default_factory=dict)
-    """Of the figures above: what 95 % of resamples of the trajectories give; None where they do not say."""
+    """Range of the figures above in 95 % of resamples of the trajectories; None where it is undefined."""
     probabilities: list[float] = field(default_factory=list)
     """Slip probability of every window."""
     labels: list[int] = field(default_factory=list)

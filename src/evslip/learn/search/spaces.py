@@ -27,7 +27,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Space:
-    """What is tried of each setting of training."""
+    """Values that are tried of each setting of training."""
 
     searched: dict[str, Range | tuple[Value, ...]]
     """A range, or values to choose from."""

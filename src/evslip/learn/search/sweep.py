@@ -39,7 +39,7 @@ _PER_EPOCH = {"loss": "val_loss", "auroc": "val_auroc", "accuracy": "val_accurac
 
 @dataclass(frozen=True)
 class SweepSettings:
-    """What a sweep searches, and how."""
+    """Settings of a sweep."""
 
     model: str
     space: Space
@@ -50,9 +50,9 @@ class SweepSettings:
     pruner: Pruner = "none"
     """Stops trials early: median, those worse than half of the others at the same epoch; hyperband, in rounds."""
     goal: Goal = "loss"
-    """Of validation at the chosen epoch: least loss, or greatest AUROC or balanced accuracy."""
+    """Figure of validation at the chosen epoch: least loss, or greatest AUROC or balanced accuracy."""
     seed: int = 0
-    """Of the draws, and of every training."""
+    """Seed of the draws, and of every training."""
 
     def __post_init__(self) -> None:
         for name, values in (("sampler", Sampler), ("pruner", Pruner), ("goal", Goal)):
@@ -63,7 +63,7 @@ class SweepSettings:
         self.space.check(self.model)
 
     def training(self, drawn: dict[str, Any]) -> TrainSettings:
-        """Of the trial for which these settings were drawn."""
+        """Settings of the trial for which these were drawn."""
         return TrainSettings.of(self.model, **{**self.space.fixed, "seed": self.seed, **drawn})
 
 
@@ -75,7 +75,7 @@ class Trial:
     state: str
     """complete, pruned, failed, running or waiting."""
     value: float | None
-    """Of the goal."""
+    """Value of the goal."""
     settings: dict[str, Any]
     """Those that were drawn."""
     figures: dict[str, float]
@@ -83,12 +83,12 @@ class Trial:
     error: str
     """Why it failed."""
     folder: str
-    """Of its model, inside the sweep's folder."""
+    """Folder of its model, inside the sweep's."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """What has been found so far."""
+    """Trials so far."""
 
     folder: Path
     goal: Goal
@@ -125,7 +125,7 @@ def sweep(
 
 
 def read_sweep(out: str | Path) -> Sweep:
-    """What a folder's sweep has found so far. Raises DataError, MissingExtraError."""
+    """Trials of a folder's sweep so far. Raises DataError, MissingExtraError."""
     out = Path(out)
     if not (out / JOURNAL).is_file():
         raise DataError(f"{out / JOURNAL}: no such file; expected the folder of a sweep")

@@ -81,7 +81,7 @@ class TrainSettings:
 
     @classmethod
     def of(cls, model: str, **chosen: Any) -> "TrainSettings":
-        """What suits the network, but for what is chosen; None is not chosen. Raises ConfigError."""
+        """Settings that suit the network, except for the chosen ones; None is not chosen. Raises ConfigError."""
         from evslip.learn.networks import network_class  # and with it PyTorch
 
         given = {name: value for name, value in chosen.items() if value is not None}

@@ -35,7 +35,7 @@ MOST_TO_SETTLE = 512
 
 @dataclass(frozen=True)
 class TrainResult:
-    """What training came to."""
+    """Result of a training."""
 
     folder: Path
     best_epoch: int

@@ -1,1 +1,1 @@
-"""What an evaluation or a sweep has found, as pages, pictures and tables. Begin with `evaluation`."""
+"""Results of an evaluation or a sweep, as pages, pictures and tables. Begin with `evaluation`."""

@@ -26,7 +26,7 @@ FOLDER = "failures"
 MOST = 12
 """Windows of a model."""
 PICTURES = 3
-"""Of a window, evenly over its time."""
+"""Pictures of a window, evenly over its time."""
 SHOWN_US = 10_000
 """Each picture shows the events of this time before it."""
 
@@ -38,10 +38,10 @@ class Failure(NamedTuple):
     """A window and what is said of it."""
 
     name: str
-    """Of its trajectory."""
+    """Name of its trajectory."""
     start_us: int
     slips: bool
-    """What is true."""
+    """True label."""
     p_slip: float
 
     @property
@@ -154,7 +154,7 @@ def of_record(record: Record, start_us: int, settings: WindowSettings, align: Al
 
 
 def of_events(events: Events, settings: WindowSettings) -> np.ndarray:
-    """The same of a cut window, whose times and pixels count from its own corner; there is no frame."""
+    """Pictures of a cut window, whose times and pixels count from its own corner; there is no frame."""
     times = _moments(0, round(settings.length_s * 1e6))
     blank = white(settings.width, settings.height)
     return _beside([overlay(blank, events.between(t_us - SHOWN_US, t_us)) for t_us in times])

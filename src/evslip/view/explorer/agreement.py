@@ -12,14 +12,14 @@ CLASSES = (*LABELS, "unmarked")
 
 
 class Agreement(NamedTuple):
-    """Of two files of intervals, over the time from the first mark to the last of either."""
+    """Agreement of two files of intervals, over the time from the first mark to the last of either."""
 
     seconds: np.ndarray
     """How long A said one thing and B another, of shape (3, 3): rows A, columns B, in the order of CLASSES."""
     kappa: float
     """Cohen's kappa (1960) of slip, hold and unmarked, weighted by time; nan where chance agrees fully."""
     iou: dict[str, float]
-    """Of each kind, the time both say it over the time either does; nan where neither does."""
+    """Intersection over union of each kind: the time both say it over the time either does; nan where neither does."""
 
     def table(self) -> str:
         """Lines for a person."""

@@ -24,7 +24,7 @@ from evslip.view.explorer.shelf import Shelf
 OPEN_SAMPLES = 3
 """Kept in memory; one is up to 100 MB."""
 MOST_EVENTS = 400_000
-"""Of one answer."""
+"""Most events of one response."""
 CLOUD_EVENTS = 30_000
 FACTS_AT_ONCE = 50
 _SCRIPTS = ("list", "player", "stage", "chart", "events", "labels", "cloud", "clock", "page", "sample")
@@ -80,7 +80,7 @@ class Explorer:
         return JSONResponse({"title": self.shelf.title, "items": rows, "labelling": self.labels is not None})
 
     def facts(self, request: Request) -> Response:
-        """What the files of some samples say."""
+        """Facts in the files of some samples."""
         first = _number(request, "first", 0, len(self.shelf))
         return JSONResponse(list(self.shelf.facts(first, FACTS_AT_ONCE)))
 
@@ -96,8 +96,8 @@ class Explorer:
         return Response(packed.tobytes(), media_type="application/octet-stream", headers={"x-events": str(count)})
 
     def frame(self, request: Request) -> Response:
-        """What the camera sees at a time, as bytes, see `Sample.pixels`: between two programs on one machine, packing a
-        picture and unpacking it would take longer than handing it over."""
+        """Picture of the camera at a time, as bytes, see `Sample.pixels`: between two programs on one machine, packing it
+        and unpacking it would take longer than handing it over."""
         t_us = _number(request, "t_us", -(2**62), 2**62)
         return Response(self.sample(request).pixels(t_us).tobytes(), media_type="application/octet-stream")
 

@@ -1,4 +1,4 @@
-"""What a local server must refuse, although only this machine can reach it.
+"""Requests that a local server must refuse, although only this machine can reach it.
 
 A web page anywhere may send requests to a port of the visitor's own machine. So the Host header must name this
 machine (a foreign name that resolves to it is refused), and what writes must come from our own pages.
@@ -11,7 +11,7 @@ from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MOST_BYTES = 1_000_000
-"""Of a request's body."""
+"""Most bytes of a request's body."""
 MOST_QUERY = 1000
 """Characters of a query."""
 READING, WRITING = ("GET", "HEAD"), ("PUT",)
@@ -22,7 +22,7 @@ HEADERS = (
     (b"referrer-policy", b"no-referrer"),
     (b"cross-origin-resource-policy", b"same-origin"),
 )  # fmt: skip
-"""Of every answer: nothing is loaded from elsewhere, and no other page may embed or read ours."""
+"""Headers of every response: nothing is loaded from elsewhere, and no other page may embed or read ours."""
 
 
 class Guard:
@@ -70,7 +70,7 @@ class Guard:
 
 
 def limited(receive: Receive) -> Receive:
-    """The same body, but cut off where it grows beyond MOST_BYTES without having said so."""
+    """Body of a request, cut off where it grows beyond MOST_BYTES without having said so."""
     seen = 0
 
     async def receive_some() -> Message:

@@ -46,7 +46,7 @@ class Sample:
         return self._sight.is_there
 
     def pixels(self, t_us: int) -> np.ndarray:
-        """What the camera sees at a time, as a canvas holds it: RGBA, uint8 of shape (height, width, 4). Raises
+        """Picture of the camera at a time, as a canvas holds it: RGBA, uint8 of shape (height, width, 4). Raises
         ConfigError, DataError."""
         first, last = self.span_us
         with self._lock:
@@ -60,7 +60,7 @@ class Sample:
         return pack(thinned(events, most), start_us), events.count
 
     def about(self) -> dict[str, Any]:
-        """What the page needs to know before it plays; times in microseconds."""
+        """Facts that the page needs before it plays; times in microseconds."""
         record = self.record
         width, height = record.size
         about: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""What there is to look at: the samples of a data set, or one recording."""
+"""Records to look at: the samples of a data set, or one recording."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -32,7 +32,7 @@ class Shelf:
         return record_file.read(item.path, events) if item.split else read_recording(item.path)
 
     def facts(self, first: int, count: int) -> Iterator[dict[str, Any]]:
-        """What the files of some items say beyond the list: see `facts_of`, and what makes them doubtful. A file that
+        """Facts in the files of some items beyond the list: see `facts_of`, and what makes them doubtful. A file that
         cannot be read says why."""
         for position in range(max(0, first), min(first + count, len(self.items))):
             item = self.items[position]

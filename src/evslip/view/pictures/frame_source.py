@@ -1,4 +1,4 @@
-"""What the camera of a record saw: frames drawn again from poses, or those that came with a recording."""
+"""Frames of the camera of a record: drawn again from poses, or those that came with a recording."""
 
 from functools import cached_property
 
@@ -23,7 +23,7 @@ class FrameSource:
         return self._record.trajectory is not None or self._record.footage is not None
 
     def at(self, t_us: int) -> np.ndarray:
-        """What is seen at a time of the record, sRGB uint8 (height, width, 3). Raises DataError, ConfigError."""
+        """Frame at a time of the record, sRGB uint8 (height, width, 3). Raises DataError, ConfigError."""
         record = self._record
         if record.trajectory is not None:
             luminance = self._still_frames.at(t_us).luminance
@@ -34,7 +34,7 @@ class FrameSource:
         return record.footage.at(t_us)
 
     def at_or_white(self, t_us: int) -> np.ndarray:
-        """What is seen at a time, white where the record has nothing to see."""
+        """Frame at a time, white where the record has none."""
         return self.at(t_us) if self.is_there else white(*self._record.size)
 
     @cached_property

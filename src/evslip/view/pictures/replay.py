@@ -22,11 +22,11 @@ from evslip.view.pictures.images import encoded
 from evslip.view.pictures.video import FPS, SUFFIXES, check_video, video
 
 CRF = 16
-"""Of the videos: hardly visible losses."""
+"""Constant rate factor of the videos: hardly visible losses."""
 
 
 def trajectory_of(record: Record) -> Trajectory:
-    """What can be drawn again of a record. Raises DataError for one without poses."""
+    """Trajectory of a record, to be drawn again. Raises DataError for one without poses."""
     if record.trajectory is None:
         reason = "a recording has no poses" if record.kind == "recording" else "the sample was rejected"
         raise DataError(f"{record.name}: cannot be drawn: {reason}")

@@ -9,7 +9,7 @@ from evslip.events.frame import BODIES
 from evslip.events.stream import CAUSES, SIGNAL
 
 STEP_US = 20_000
-"""Of the course over time, at least."""
+"""Least step of the course over time."""
 MOST_STEPS = 1000
 
 
@@ -33,7 +33,7 @@ class Activity:
         self.bodies = np.zeros(len(BODIES) + 1, np.int64)
         """Events by body, the last of no known one."""
         self.pixel_seconds = 0.0
-        """Of the records that tell causes: their time times their pixels."""
+        """Time times pixels of the records that tell causes."""
         self.size: tuple[int, int] | None = None
         self.seconds = 0.0
         """Time of the maps."""

@@ -1,4 +1,4 @@
-"""What the files of a trained model, or of an evaluation, say to a report."""
+"""Files of a trained model, or of an evaluation, for a report."""
 
 import json
 import math
@@ -16,7 +16,7 @@ DESCRIPTION, EVALUATION, HISTORY = "model.json", "evaluation.json", "history.jso
 
 
 class DetectorFiles(NamedTuple):
-    """What is there; a part without a file is empty."""
+    """Contents of the files; a part without a file is empty."""
 
     folder: Path = Path()
     description: "Description | None" = None

@@ -1,4 +1,4 @@
-"""What a list of samples shows of each, and what makes its label doubtful."""
+"""Facts on a sample, and doubts about its label."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ SLIP_DEG, SLIP_MM = 1.0, 2.0
 
 
 def facts_of(sample: Record) -> dict[str, Any]:
-    """Of a simulated sample: its mass and onset mass in kg, motion and shape, the onset in seconds, and how far the
+    """Facts on a simulated sample: mass and onset mass in kg, motion and shape, the onset in seconds, and how far the
     object turned (degrees) and slid (mm) while it was held."""
     params, truth = sample.params, sample.truth
     assert params is not None and truth is not None  # a simulated record has both
@@ -28,7 +28,7 @@ def facts_of(sample: Record) -> dict[str, Any]:
 
 
 def doubt_of(label: str, facts: dict[str, Any]) -> str:
-    """What contradicts a sample's label: how its object moved. Empty where nothing does."""
+    """Contradiction between a sample's label and how its object moved; empty where there is none."""
     moved = facts["turned_deg"] >= SLIP_DEG or facts["slid_mm"] >= SLIP_MM
     if moved and label == "hold":
         return "moved, but is called hold"

@@ -145,7 +145,7 @@ def _beside_real(dataset: Samples, found: Sequence[Surveyed], compare: Sequence[
 def _examined(
     detector: DetectorFiles, find: Callable[[str], Record | None] | None, settings: WindowSettings
 ) -> list[str]:
-    """What an evaluation has found."""
+    """Sections on an evaluation."""
     if not detector.found:
         return []
     from evslip.view.evaluation.sections import evaluation_parts

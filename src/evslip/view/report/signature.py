@@ -1,4 +1,4 @@
-"""What tells one camera's stream from another's: rates, polarity, and the time between events of a pixel."""
+"""Statistics that tell one camera's stream from another's: rates, polarity, and the time between events of a pixel."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -10,11 +10,11 @@ from evslip.view.report.activity import span_of
 
 SLICE_US = 10_000
 MOST_EVENTS = 4_000_000
-"""Of a record; of more, those of its middle are taken."""
+"""Most events of a record; of more, those of its middle are taken."""
 DECADE_BINS = 8
 INTERVAL_EDGES_US = np.logspace(0, 7, 7 * DECADE_BINS + 1)
 RATE_EDGES = np.logspace(-3, 4, 7 * DECADE_BINS + 1)
-"""Of a pixel, in Hz."""
+"""Edges of rates of a pixel, in Hz."""
 
 
 class Signature(NamedTuple):
@@ -29,15 +29,15 @@ class Signature(NamedTuple):
     rate_hz: float
     """Events a second and pixel."""
     quiet_hz: float
-    """The same in the quietest twentieth of the slices of 10 ms: what is left when nothing moves."""
+    """Most events a second and pixel in the quietest twentieth of the slices of 10 ms: the noise."""
     busy_hz: float
-    """In the busiest twentieth: the least of them."""
+    """Least events a second and pixel in the busiest twentieth."""
     silent_share: float
     """Pixels without an event."""
     hot_share: float
     """Share of the events that the busiest hundredth of the pixels has."""
     turn_share: float
-    """Of two events in a row of one pixel, how often their polarity differs."""
+    """Share of the pairs of successive events of a pixel whose polarity differs."""
     interval_us: float
     """Median time between two events of a pixel."""
     intervals: np.ndarray

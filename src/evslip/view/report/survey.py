@@ -1,4 +1,4 @@
-"""What the report says of every sample, found in one pass that leaves simulated events on the disk."""
+"""Facts on every sample for the report, found in one pass that leaves simulated events on the disk."""
 
 from typing import Any, NamedTuple
 
@@ -25,7 +25,7 @@ class Surveyed(NamedTuple):
     events: int
     params: Params | None
     facts: dict[str, Any]
-    """Of `facts_of`; of a recording how long it is, as seconds."""
+    """Facts by `facts_of`; of a recording its length in seconds."""
     doubt: str
     truth: Truth | None
 

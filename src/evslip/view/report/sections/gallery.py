@@ -16,7 +16,7 @@ from evslip.view.report.sections.strips import SHOWN_US, Picture
 from evslip.view.report.survey import Surveyed, spread
 
 WIDTH = 160
-"""Of a thumbnail, in pixels."""
+"""Width of a thumbnail, in pixels."""
 ORDERS = {
     "position": "order of the data set",
     "mass": "mass",

@@ -19,7 +19,7 @@ def key_figures(items: Sequence[tuple[str, str]]) -> str:
 
 
 def samples_figures(dataset: Samples, windows: Windows | None, accuracy: float | None) -> str:
-    """What there is in a data set, and how good a detector is on it."""
+    """Numbers of a data set, and the accuracy of a detector on it."""
     status = dataset.status()
     simulated = status["slip"] + status["hold"] + status.get("unlabelled", 0)
     items = [(f"{simulated:,}", "samples")]
@@ -45,7 +45,7 @@ def samples_figures(dataset: Samples, windows: Windows | None, accuracy: float |
 
 
 def configuration(dataset: Samples) -> str:
-    """What the samples are drawn from, folded. Raises ConfigError for what this evslip cannot read, DataError."""
+    """Configuration of the samples, folded. Raises ConfigError for what this evslip cannot read, DataError."""
     if not dataset.config_toml:
         return ""
     config_from_text(dataset.config_toml, str(dataset.root / CONFIG))
