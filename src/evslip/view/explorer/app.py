@@ -96,8 +96,8 @@ class Explorer:
         return Response(packed.tobytes(), media_type="application/octet-stream", headers={"x-events": str(count)})
 
     def frame(self, request: Request) -> Response:
-        """Picture of the camera at a time, as bytes, see `Sample.pixels`: between two programs on one machine, packing it
-        and unpacking it would take longer than handing it over."""
+        """Picture of the camera at a time, as bytes, see `Sample.pixels`: between programs on one machine, packing and
+        unpacking it would take longer than handing it over."""
         t_us = _number(request, "t_us", -(2**62), 2**62)
         return Response(self.sample(request).pixels(t_us).tobytes(), media_type="application/octet-stream")
 
