@@ -16,7 +16,7 @@ from evslip.config.loading import config_from_text
 from evslip.data import record_file
 from evslip.draws.draw import draw
 from evslip.generation.generate import make_record
-from evslip.learn import Detector, build_model, detect, load_model, shipped
+from evslip.learn import Detector, build_model, checkpoint, detect, load_model
 from evslip.learn.checkpoint import Description, save_model
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.window_set import WindowSettings
@@ -26,7 +26,7 @@ from slip_records import slip_record, turning
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package that ships an untrained network."""
-    monkeypatch.setattr(shipped, "FOLDER", tmp_path / "models")
+    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path / "models")
     monkeypatch.chdir(tmp_path)
     model = tmp_path / "models/default"
     model.mkdir(parents=True)
@@ -72,7 +72,7 @@ def test_an_evaluation_leaves_the_package_alone(folder: Path, recording: Path) -
 
 
 def test_a_package_without_a_model_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shipped, "FOLDER", tmp_path)
+    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path)
     with pytest.raises(DataError, match=r"default: no model is shipped .* expected the folder of a model") as caught:
         Detector("default")
     assert "\n" not in str(caught.value)
@@ -80,7 +80,7 @@ def test_a_package_without_a_model_says_so(tmp_path: Path, monkeypatch: pytest.M
 
 def test_view_and_detect_say_so_before_they_begin(tmp_path: Path, recording: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(Path(evslip.__file__).parents[1])}
-    bare = "from pathlib import Path; from evslip.learn import shipped; shipped.FOLDER = Path('absent')"
+    bare = "from pathlib import Path; from evslip.learn import checkpoint; checkpoint.FOLDER = Path('absent')"
     for verb in ("detect", "view"):
         program = f"{bare}; from evslip.cli import main; main()"
         line = [sys.executable, "-c", program, verb, "--model", "default", str(recording)]
@@ -91,7 +91,7 @@ def test_view_and_detect_say_so_before_they_begin(tmp_path: Path, recording: Pat
 
 
 def test_the_package_ships_a_detector_with_its_card() -> None:
-    folder = shipped.FOLDER / "default"
+    folder = checkpoint.FOLDER / "default"
     _, description = load_model("default")
     card = (folder / "README.md").read_text()
     assert f"`{description.model}`" in card and "## For what, and for what not" in card
@@ -101,7 +101,7 @@ def test_the_package_ships_a_detector_with_its_card() -> None:
 
 @pytest.mark.slow
 def test_the_shipped_detector_tells_a_slip_from_a_hold_that_it_has_not_seen() -> None:
-    config = config_from_text((shipped.FOLDER / "default" / "config.toml").read_text())
+    config = config_from_text((checkpoint.FOLDER / "default" / "config.toml").read_text())
     slips, holds = (make_record(draw(config, index, "test")) for index in (12, 4))
     assert (slips.label, holds.label) == ("slip", "hold")
     found = detect("default", slips.events, slips.size)

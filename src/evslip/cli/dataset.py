@@ -1,6 +1,8 @@
 """Verbs that make a data set, and look after it."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tyro.conf import Positional
 
@@ -8,6 +10,9 @@ from evslip.cli.options import Overrides, Split, overrides
 from evslip.exchange.publishing.publication import Publication
 from evslip.utils.console import console, progress_bar
 from evslip.utils.errors import ConfigError, EvslipError
+
+if TYPE_CHECKING:
+    from evslip.generation.progress import Made
 
 
 def generate(
@@ -36,7 +41,6 @@ def generate(
         limit_s: A sample that takes longer is taken to hang, and left out.
     """
     from evslip.config.loading import load_config
-    from evslip.generation.generate import STAGES
     from evslip.generation.generate import generate as run
     from evslip.generation.progress import samples_bar
 
@@ -48,12 +52,16 @@ def generate(
     rejected = sum(entry["kind"] == "rejected" for entry in entries)
     made = f"{len(entries)} samples made ({rejected} rejected)"
     console.print(f"{made}, {summary.skipped} there already, in {summary.seconds:.1f} s")
-    if entries:
-        seconds = {stage: sum(made.seconds[stage] for made in summary.made) / len(entries) for stage in STAGES}
-        each = ", ".join(f"{stage} {value:.2f} s" for stage, value in seconds.items())
-        events = sum(entry["events"] for entry in entries) / len(entries)
-        size = sum(entry["bytes"] for entry in entries) / len(entries)
-        console.print(f"a sample on average, processor time: {each}; {events:,.0f} events, {size / 1e6:.2f} MB")
+    if summary.made:
+        console.print(average(summary.made))
+
+
+def average(made: Sequence["Made"]) -> str:
+    """One line about samples that were made."""
+    mean = {stage: sum(one.seconds[stage] for one in made) / len(made) for stage in made[0].seconds}
+    each = ", ".join(f"{stage} {value:.2f} s" for stage, value in mean.items())
+    events, size = (sum(one.entry[name] for one in made) / len(made) for name in ("events", "bytes"))
+    return f"a sample on average, processor time: {each}; {events:,.0f} events, {size / 1e6:.2f} MB"
 
 
 def _part(text: str) -> tuple[int, int]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from tyro.conf import Positional
 
+from evslip.cli.dataset import average
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 from evslip.windows.settings import WindowSettings
@@ -27,8 +28,6 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
     """
     if count < 6:
         raise ConfigError(f"count: {count} is out of range, expected 6 or more, to have both labels on both sides")
-    import numpy as np
-
     from evslip.config.loading import load_config
     from evslip.data.dataset import open_dataset
     from evslip.generation.generate import generate
@@ -53,10 +52,7 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
             run = generate(config, data, number, split=split, workers=workers, progress=progress)
         made += run.made
     if made:
-        events = np.mean([m.entry["events"] for m in made])
-        size = np.mean([m.entry["bytes"] for m in made])
-        each = ", ".join(f"{stage} {np.mean([m.seconds[stage] for m in made]):.2f} s" for stage in made[0].seconds)
-        say(f"a sample on average, processor time: {each}; {events:,.0f} events, {size / 1e6:.2f} MB")
+        say(average(made))
     samples = open_dataset(data)
     for line in describe_truth(samples):
         say(line)

@@ -38,12 +38,11 @@ def evaluate(
             or from its corner. Without it such data are refused.
         network: Class of the models' network, module:Class, where it is of another package that does not offer it.
     """
-    from evslip.learn import load_model
+    from evslip.learn.checkpoint import is_shipped, load_model
     from evslip.learn.evaluation.comparison import compare
     from evslip.learn.evaluation.evaluation import evaluate_model
     from evslip.learn.evaluation.evaluation_data import open_evaluation_data
     from evslip.learn.networks import register
-    from evslip.learn.shipped import is_shipped
     from evslip.view.evaluation.files import write_evaluation
     from evslip.view.evaluation.tables import alarm_table, comparison_table, short_names
 

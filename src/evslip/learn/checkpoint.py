@@ -12,13 +12,17 @@ from safetensors.torch import load, save
 from evslip.learn.documents import Format, read_document
 from evslip.learn.networks import stored_class
 from evslip.learn.networks.network import Geometry, Network
-from evslip.learn.shipped import model_folder
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, EvslipError
+from evslip.utils.version import __version__
 from evslip.windows.window_set import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
 FORMAT = Format("evslip model", 1, "the description of a model that `evslip train` wrote")
+
+FOLDER = Path(__file__).with_name("models")
+NAMES = ("default",)
+"""Detectors that come with the package."""
 
 
 @dataclass(frozen=True)
@@ -80,3 +84,21 @@ def read_description(folder: Path) -> Description:
         return Description(model, threshold, WindowSettings(**known), dict(plain["training"]))
     except (KeyError, TypeError, ValueError, RuntimeError, EvslipError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:160]}") from None
+
+
+def is_shipped(model: str | Path) -> bool:
+    """Whether this names a detector of the package. A folder of the same name is meant by its whole path."""
+    return str(model) in NAMES
+
+
+def model_folder(model: str | Path) -> Path:
+    """The folder of a detector, given itself or the name of one of the package. Raises DataError."""
+    if not is_shipped(model):
+        return Path(model)
+    folder = FOLDER / str(model)
+    if not folder.is_dir():
+        raise DataError(
+            f"{model}: no model is shipped with this evslip {__version__}; expected the folder of a model that "
+            "`evslip train` wrote"
+        )
+    return folder

@@ -149,20 +149,20 @@ def _append(
     bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
     packed = pack(WindowEvents.of(inside, start_us))
     row = {
-        "packed": packed,
-        "events": np.array([inside.count]),
-        "checksum": np.array([zlib.crc32(packed.data)], np.uint32),
-        "label": np.array([label], np.uint8),
-        "name": np.array([record.name]),
-        "start_us": np.array([start_us]),
-        "rotation_deg": np.array([movement.rotation_deg], np.float32),
-        "translation_mm": np.array([movement.translation_mm], np.float32),
-        "recent": np.array([moved_before(record, start_us, settings)]),
-        "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES))[None],
-        "object_map": _object_map(inside, settings)[None],
+        "events": inside.count,
+        "checksum": np.uint32(zlib.crc32(packed.data)),
+        "label": np.uint8(label),
+        "name": record.name,
+        "start_us": start_us,
+        "rotation_deg": np.float32(movement.rotation_deg),
+        "translation_mm": np.float32(movement.translation_mm),
+        "recent": moved_before(record, start_us, settings),
+        "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES)),
+        "object_map": _object_map(inside, settings),
     }
+    columns["packed"].append(packed)
     for name, value in row.items():
-        columns[name].append(value)
+        columns[name].append(np.array([value]))
 
 
 def _object_map(inside: Events, settings: WindowSettings) -> np.ndarray:

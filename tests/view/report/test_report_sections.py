@@ -25,10 +25,9 @@ from evslip.learn.scores.metrics import measured
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.evaluation import failures
 from evslip.view.evaluation.failures import Failure, of_events, of_record, worst
-from evslip.view.report.activity import Activity
 from evslip.view.report.facts import doubt_of
 from evslip.view.report.report import write_model_report, write_report
-from evslip.view.report.sections.activity import activity, rates
+from evslip.view.report.sections.activity import Activity, activity, rates
 from evslip.view.report.sections.gallery import gallery
 from evslip.view.report.sections.parameters import parameters
 from evslip.view.report.signature import RATE_EDGES, middle, signature

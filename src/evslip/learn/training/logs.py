@@ -1,11 +1,10 @@
 """The course of a training, for TensorBoard and Weights & Biases."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Protocol
 
 from evslip.learn.training.settings import TrainSettings
 from evslip.utils.errors import MissingExtraError
@@ -13,10 +12,8 @@ from evslip.utils.errors import MissingExtraError
 TENSORBOARD = "tensorboard"
 
 
-class Log(Protocol):
-    """Takes an epoch's figures."""
-
-    def __call__(self, epoch: int, row: dict[str, float]) -> None: ...
+Log = Callable[[int, dict[str, float]], None]
+"""Takes the number of an epoch and its figures."""
 
 
 @contextmanager
@@ -30,7 +27,12 @@ def logs(folder: Path, settings: TrainSettings, first_epoch: int, wandb: bool) -
         raise MissingExtraError("--wandb needs Weights & Biases; pip install -c constraints.txt 'evslip[wandb]'")
     from torch.utils.tensorboard import SummaryWriter
 
-    run = _wandb_run(folder, settings) if wandb else None
+    run = None
+    if wandb:
+        from wandb import init  # pyright: ignore[reportMissingImports] (an extra)
+
+        name = f"{settings.model}-{settings.seed}"
+        run = init(project="evslip", name=name, dir=folder, config=asdict(settings))
     writer = SummaryWriter(str(folder / TENSORBOARD), purge_step=first_epoch)
 
     def write(epoch: int, row: dict[str, float]) -> None:
@@ -47,9 +49,3 @@ def logs(folder: Path, settings: TrainSettings, first_epoch: int, wandb: bool) -
         writer.close()
         if run is not None:
             run.finish()
-
-
-def _wandb_run(folder: Path, settings: TrainSettings):
-    import wandb  # pyright: ignore[reportMissingImports] (an extra)
-
-    return wandb.init(project="evslip", name=f"{settings.model}-{settings.seed}", dir=folder, config=asdict(settings))

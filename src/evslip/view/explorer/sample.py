@@ -9,7 +9,7 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.physics.motion.phases import phase_times
-from evslip.view.pictures.frame_source import FrameSource
+from evslip.view.pictures.frame_source import FrameSource, span_of
 
 RATE_BINS = 600
 """Steps of the curve of event rates."""
@@ -34,11 +34,7 @@ class Sample:
     @cached_property
     def span_us(self) -> tuple[int, int]:
         """The time there is something to see."""
-        record = self.record
-        if record.truth is not None:
-            return record.truth.span_us
-        times = record.events.t_us
-        return (int(times[0]), int(times[-1]) + 1) if len(times) else (0, 1)
+        return span_of(self.record)
 
     @property
     def has_frames(self) -> bool:

@@ -41,3 +41,11 @@ class FrameSource:
     def _still_frames(self) -> StillFrames:
         assert self._record.trajectory is not None  # asked before
         return StillFrames(self._record.trajectory)
+
+
+def span_of(record: Record) -> tuple[int, int]:
+    """The time in which a record may have events, in microseconds."""
+    if record.truth is not None:
+        return record.truth.span_us
+    times = record.events.t_us
+    return (int(times[0]), int(times[-1]) + 1) if len(times) else (0, 1)

@@ -13,16 +13,14 @@ from evslip.utils.errors import DataError
 from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
 from evslip.view.report import page
-from evslip.view.report.activity import Activity
 from evslip.view.report.detector_files import DESCRIPTION, EVALUATION, DetectorFiles, read_detector
-from evslip.view.report.sections.activity import activity
+from evslip.view.report.sections.activity import Activity, activity
 from evslip.view.report.sections.angles import angles
 from evslip.view.report.sections.clouds import clouds
 from evslip.view.report.sections.comparison import comparison
 from evslip.view.report.sections.gallery import gallery
 from evslip.view.report.sections.header import configuration, key_figures, samples_figures
 from evslip.view.report.sections.labels import labels
-from evslip.view.report.sections.names import exact
 from evslip.view.report.sections.parameters import parameters
 from evslip.view.report.sections.strips import Picture, moments, strips
 from evslip.view.report.sections.training import training
@@ -109,7 +107,7 @@ def write_model_report(out: str | Path, folder: str | Path) -> Path:
     detector = read_detector(folder)
     model, items, settings = detector.description, [], ""
     if model is not None:
-        items = [(model.model, "network"), (exact(model.threshold), "threshold")]
+        items = [(model.model, "network"), (f"{model.threshold:.4g}", "threshold")]
         trained = {name: value for name, value in model.training.items() if not isinstance(value, list)}
         settings = json.dumps({"training": trained, "windows": asdict(model.windows)}, indent=1)
     if detector.accuracy is not None:

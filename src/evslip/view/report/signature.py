@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.data.record import Record
-from evslip.view.report.activity import span_of
+from evslip.view.pictures.frame_source import span_of
 
 SLICE_US = 10_000
 MOST_EVENTS = 4_000_000
@@ -50,7 +50,7 @@ class Signature(NamedTuple):
 
 def signature(name: str, records: Iterable[Record]) -> Signature | None:
     """Statistics of records with events; None without any."""
-    parts = [_part(middle(record)) for record in records if record.events.count]
+    parts = [_part(record) for record in records if record.events.count]
     if not parts:
         return None
     gaps, slices, pixels = (np.concatenate([getattr(part, n) for part in parts]) for n in ("gaps", "slices", "pixels"))
@@ -88,38 +88,24 @@ class _Part(NamedTuple):
     pixels: np.ndarray
 
 
-class Stretch(NamedTuple):
-    """A stretch of a record."""
-
-    record: Record
-    start_us: int
-    end_us: int
-
-
-def middle(record: Record, most: int = MOST_EVENTS) -> Stretch:
-    """A whole record, or `most` events of its middle."""
-    start, end = span_of(record)
-    times, count = record.events.t_us, record.events.count
-    if count > most:
-        first = (count - most) // 2
-        start, end = int(times[first]), int(times[first + most])
-    return Stretch(record, start, max(end, start + 1))
-
-
-def _part(stretch: Stretch) -> _Part:
-    width, height = stretch.record.size
-    events = stretch.record.events.between(stretch.start_us, stretch.end_us)
-    seconds = (stretch.end_us - stretch.start_us) / 1e6
+def _part(record: Record, most: int = MOST_EVENTS) -> _Part:
+    """Statistics of a record, or of `most` events of its middle."""
+    (width, height), (start, end) = record.size, span_of(record)
+    if record.events.count > most:
+        first = (record.events.count - most) // 2
+        start, end = (int(t_us) for t_us in record.events.t_us[[first, first + most]])
+    end = max(end, start + 1)
+    events, seconds = record.events.between(start, end), (end - start) / 1e6
     place = events.y.astype(np.uint32) * np.uint32(width) + events.x
     order = np.argsort(place, kind="stable")  # each pixel's events together, in order of time
     same = np.diff(place[order]) == 0
     gaps = np.diff(events.t_us[order])[same]
     turns = np.diff(events.p[order].astype(np.int8))[same] != 0
     counts = np.bincount(place, minlength=width * height)
-    number = max(1, (stretch.end_us - stretch.start_us) // SLICE_US)
-    sliced = np.bincount((events.t_us - stretch.start_us) // SLICE_US, minlength=number)[:number]
+    number = max(1, (end - start) // SLICE_US)
+    sliced = np.bincount((events.t_us - start) // SLICE_US, minlength=number)[:number]
     length_s = min(SLICE_US / 1e6, seconds)
     return _Part(
-        stretch.record.size, seconds, events.count, int(events.p.sum()), int(turns.sum()), counts, gaps,
+        record.size, seconds, events.count, int(events.p.sum()), int(turns.sum()), counts, gaps,
         sliced / length_s / (width * height), counts / seconds,
     )  # fmt: skip

@@ -1,7 +1,5 @@
 """How sections name things."""
 
-import math
-
 from evslip.data.record import Record
 from evslip.view.pictures import figures
 from evslip.view.report import page
@@ -36,10 +34,3 @@ def short(number: float) -> str:
         if number >= limit:
             return f"{number / limit:.3g} {suffix}"
     return f"{number:.3g} "
-
-
-def exact(value: float) -> str:
-    """A whole number as it is, another one in four digits."""
-    if not math.isfinite(value):
-        return "not defined"
-    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
