@@ -1,6 +1,6 @@
 """Conditions of a window: what the arm did, how the light fell, how far the slip had gone."""
 
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,8 +19,7 @@ SHADING_RATIO = 0.16
 """... and are seen when ln(1 + ratio), their contrast, reaches 0.15, a usual threshold of the pixels."""
 
 
-@dataclass(frozen=True)
-class Conditions:
+class Conditions(NamedTuple):
     """Conditions of n windows, arrays of shape (n,); nan where nobody knows."""
 
     phase: np.ndarray
@@ -39,7 +38,7 @@ class Conditions:
     @classmethod
     def unknown(cls, n: int) -> "Conditions":
         """Nothing is known of n windows."""
-        return cls(np.full(n, NO_PHASE, np.uint8), *(np.full(n, np.nan) for _ in fields(cls)[1:]))
+        return cls(np.full(n, NO_PHASE, np.uint8), *(np.full(n, np.nan) for _ in cls._fields[1:]))
 
     @property
     def shading(self) -> np.ndarray:
@@ -48,20 +47,19 @@ class Conditions:
 
     def take(self, which: np.ndarray) -> "Conditions":
         """Those of a mask or an index array."""
-        return Conditions(*(getattr(self, field.name)[which] for field in fields(self)))
+        return Conditions(*(column[which] for column in self))
 
     @classmethod
     def concatenate(cls, parts: "list[Conditions]") -> "Conditions":
         """Those of several records in a row."""
-        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def conditions(record: Record, start_us: np.ndarray, length_us: int) -> Conditions:
     """Conditions of a record's windows that start at the given times, int64 of shape (n,); unknown where a recording
     lacks them."""
-    found = Conditions.unknown(len(start_us))
     truth, trajectory, params = record.truth, record.trajectory, record.params
-    values = {field.name: getattr(found, field.name) for field in fields(found)}
+    values = Conditions.unknown(len(start_us))._asdict()
     if truth is not None:
         values["since_onset_deg"], values["since_onset_mm"] = _since_onset(truth, start_us + length_us)
         if truth.phase is not None:

@@ -30,7 +30,7 @@ from evslip.view.report.report import write_model_report, write_report
 from evslip.view.report.sections.activity import Activity, activity, rates
 from evslip.view.report.sections.gallery import gallery
 from evslip.view.report.sections.parameters import parameters
-from evslip.view.report.signature import RATE_EDGES, middle, signature
+from evslip.view.report.signature import RATE_EDGES, signature
 from evslip.view.report.survey import spread, survey
 from evslip.windows.window_set import WindowSettings
 from sample_records import CONFIG, random_events, simulated
@@ -152,10 +152,13 @@ def test_two_equal_records_have_the_signature_of_one():
     np.testing.assert_array_equal(two.intervals, 2 * one.intervals)
 
 
-def test_a_long_record_is_seen_in_its_middle():
-    record = recording(list(range(0, 1000, 10)), [0] * 100, [1] * 100)
-    assert middle(record, 20)[1:] == (400, 600)
-    assert middle(record, 1000)[1:] == (0, 991)
+def test_a_long_record_is_seen_in_its_middle(monkeypatch):
+    record = recording(list(range(0, 1000, 10)), [0] * 100, [0] * 40 + [1] * 20 + [0] * 40)
+    whole = signature("r", [record])
+    monkeypatch.setattr("evslip.view.report.signature.MOST_EVENTS", 20)
+    part = signature("r", [record])
+    assert whole is not None and (whole.events, whole.seconds) == (100, 991e-6)
+    assert part is not None and (part.events, part.seconds, part.on_share) == (20, 200e-6, 1)
     assert signature("none", [recording([], [], [])]) is None
 
 

@@ -36,21 +36,16 @@ class FeatureNetwork(Network):
         return np.asarray(self.features(events), np.float32)
 
     def fit(self, windows: Windows) -> None:
-        values = np.stack([self.prepare(windows[i]) for i in range(len(windows))])
-        self.learn(values.astype(np.float64), windows.label == Label.SLIP)
-
-    def learn(self, values: np.ndarray, slips: np.ndarray) -> None:
-        """Find everything from the features (n, f) of windows and whether they are slips."""
+        values = np.stack([self.prepare(windows[i]) for i in range(len(windows))]).astype(np.float64)
         mean, scale = values.mean(0), np.maximum(values.std(0), 1e-3)
         self.mean, self.scale = (torch.from_numpy(v.astype(np.float32)) for v in (mean, scale))
-        self.weight = torch.from_numpy(logistic((values - mean) / scale, slips).astype(np.float32))
-
-    def odds(self, values: torch.Tensor) -> torch.Tensor:
-        """Log odds of slip of features (n, f)."""
-        return (values - self.mean) / self.scale @ self.weight[:-1] + self.weight[-1]
+        self.weight = torch.from_numpy(
+            logistic((values - mean) / scale, windows.label == Label.SLIP).astype(np.float32)
+        )
 
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
-        odds = self.odds(torch.from_numpy(np.stack(batch)).to(self.device))
+        values = torch.from_numpy(np.stack(batch)).to(self.device)
+        odds = (values - self.mean) / self.scale @ self.weight[:-1] + self.weight[-1]
         return torch.stack([torch.zeros_like(odds), odds], 1)
 
 

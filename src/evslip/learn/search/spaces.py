@@ -56,8 +56,9 @@ class Space:
                     raise ConfigError(f"{name}: {value!r} is of a wrong type") from None
 
 
-def _paper_simple() -> Space:
+def _paper_simple(model: str) -> Space:
     """For the Simple Set (495 runs): batch 8 to 512, learning rate .001 to .014, 600 epochs."""
+    del model  # the same for all
     batches = (8, 16, 32, 64, 96, 128, 160, 256, 512)
     return Space({"batch": batches, "lr": Range(0.001, 0.014), "optimiser": ("adam", "rmsprop")}, _paper(600))
 
@@ -75,16 +76,6 @@ def _paper(epochs: int) -> dict[str, Value]:
     return {"epochs": epochs, "patience": epochs, "schedule": "constant", "smoothing": 0.0, "flip": False}
 
 
-def _short() -> Space:
-    """For a first look: what matters most, in few epochs."""
-    searched: dict[str, Range | tuple[Value, ...]] = {
-        "batch": (8, 16, 32, 64),
-        "lr": Range(5e-4, 2e-2, log=True),
-        "weight_decay": Range(1e-5, 1e-2, log=True),
-    }
-    return Space(searched, {"epochs": 12})
-
-
 def _augmented(model: str) -> Space:
     """For few windows: what keeps a network from learning them by heart, at rates around those that suit it."""
     usual = TrainSettings.of(model)
@@ -98,10 +89,15 @@ def _augmented(model: str) -> Space:
     return Space(searched, {"epochs": 30, "patience": 10})
 
 
+_SHORT = Space(
+    {"batch": (8, 16, 32, 64), "lr": Range(5e-4, 2e-2, log=True), "weight_decay": Range(1e-5, 1e-2, log=True)},
+    {"epochs": 12},
+)
+"""For a first look: what matters most, in few epochs."""
 PRESETS: dict[str, Callable[[str], Space]] = {
-    "short": lambda model: _short(),
+    "short": lambda model: _SHORT,
     "augmented": _augmented,
-    "paper-simple": lambda model: _paper_simple(),
+    "paper-simple": _paper_simple,
     "paper-complex": _paper_complex,
 }
 """By name: what makes the space for a network."""

@@ -236,7 +236,9 @@ def _run(study: Any, trial: Any, windows: Windows, out: Path, settings: SweepSet
         trial.set_user_attr("error", str(error))
         study.tell(trial, state=optuna.trial.TrialState.FAIL)
     else:
-        trial.set_user_attr("figures", _figures(result, before_s + time.monotonic() - start))
+        figures = {name: getattr(result, name) for name in ("val_accuracy", "val_auroc", "best_epoch")}
+        figures |= {"epochs": len(result.history), "seconds": round(before_s + time.monotonic() - start, 1)}
+        trial.set_user_attr("figures", figures)
         study.tell(trial, _value(result, settings.goal))
 
 
@@ -258,11 +260,6 @@ def _value(result: TrainResult, goal: Goal) -> float:
     if goal == "loss":
         return min(row["val_loss"] for row in result.history if np.isfinite(row["val_loss"]))
     return result.val_auroc if goal == "auroc" else result.val_accuracy
-
-
-def _figures(result: TrainResult, seconds: float) -> dict[str, float]:
-    figures = {name: getattr(result, name) for name in ("val_accuracy", "val_auroc", "best_epoch")}
-    return figures | {"epochs": len(result.history), "seconds": round(seconds, 1)}
 
 
 def _counted(study: Any) -> int:
@@ -301,11 +298,10 @@ def _is_dead(trial: Any) -> bool:
 
 
 def _trial(trial: Any) -> Trial:
-    states = {"COMPLETE": "complete", "PRUNED": "pruned", "FAIL": "failed", "RUNNING": "running", "WAITING": "waiting"}
     attributes = trial.user_attrs
     return Trial(
         number=trial.number,
-        state=states[trial.state.name],
+        state="failed" if trial.state.name == "FAIL" else trial.state.name.lower(),
         value=trial.value,
         settings=dict(trial.params),
         figures=dict(attributes.get("figures", {})),

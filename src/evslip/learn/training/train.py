@@ -2,11 +2,9 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -85,7 +83,7 @@ def train(
     failure = None
     with (
         logs(out, settings, len(state.history) + 1, wandb) as log,
-        _progress(settings, len(training), len(state.history), quiet) as show,
+        _Bar(settings, len(training), len(state.history), quiet) as show,
     ):
         try:
             while not finished(state, settings):
@@ -186,7 +184,7 @@ def _epoch(
     validation: Windows,
     settings: TrainSettings,
     augmentation: Augmentation,
-    show: "_Show",
+    show: "_Bar",
 ) -> dict[str, float]:
     """One pass over the training windows; loss and accuracy on both sides after it."""
     network, optimiser = state.network, state.optimiser
@@ -196,7 +194,7 @@ def _epoch(
     torch.manual_seed(int(rng.integers(2**62)))  # dropout
     steps = math.ceil(len(training) / settings.batch)
     network.train()
-    total, right = 0.0, 0
+    total, right, seen = 0.0, 0, 0
     for number, chosen in enumerate(np.array_split(rng.permutation(len(training)), steps)):
         inputs = [network.prepare(augmentation(training[int(i)], rng)) for i in chosen]
         labels = torch.from_numpy(training.label[chosen].astype(np.int64)).to(network.device)
@@ -211,7 +209,8 @@ def _epoch(
             optimiser.step()
         total += loss.item() * len(chosen)
         right += int((logits.argmax(1) == labels).sum())
-        show.batch(epoch, total, right, number, len(chosen))
+        seen += len(chosen)
+        show.batch(epoch, total / seen, right / seen)
     settle_norms(network, training, rng)
     scores = probabilities(network, validation)
     truth = validation.label == Label.SLIP
@@ -248,33 +247,23 @@ def settle_norms(network: Network, windows: Windows, rng: np.random.Generator) -
         norm.momentum = momentum
 
 
-class _Show:
+class _Bar(Progress):
     """Progress of training: a bar that fits a line of 80 characters; without a terminal a line an epoch."""
 
-    def __init__(self, bar: Progress, task: Any, epochs: int, quiet: bool):
-        self._bar, self._task, self._epochs, self._quiet = bar, task, epochs, quiet
-        self._seen, self._validation = 0, ""
+    def __init__(self, settings: TrainSettings, windows: int, done: int, quiet: bool):
+        columns = (TextColumn(settings.model), BarColumn(8), TimeRemainingColumn(), TextColumn("{task.fields[scores]}"))
+        super().__init__(*columns, console=console, disable=quiet or not console.is_terminal)
+        steps = math.ceil(windows / settings.batch)
+        self._bar = self.add_task("", total=steps * settings.epochs, completed=steps * done, scores="")
+        self._epochs, self._prints, self._validation = settings.epochs, not quiet and not console.is_terminal, ""
 
-    def batch(self, epoch: int, total: float, right: int, number: int, size: int) -> None:
-        self._seen = size if number == 0 else self._seen + size
-        self._say(epoch, total / self._seen, right / self._seen, advance=1)
+    def batch(self, epoch: int, loss: float, accuracy: float) -> None:
+        scores = f"{epoch}/{self._epochs} loss {loss:.3f} accuracy {accuracy:.3f}{self._validation}"
+        self.update(self._bar, advance=1, scores=scores)
 
     def epoch(self, epoch: int, row: dict[str, float]) -> None:
         self._validation = f", validation {row['val_loss']:.3f} {row['val_accuracy']:.3f}"
-        self._say(epoch, row["loss"], row["accuracy"])
-        if not self._quiet and not console.is_terminal:
-            console.print(self._bar.tasks[self._task].fields["scores"])
-
-    def _say(self, epoch: int, loss: float, accuracy: float, advance: int = 0) -> None:
-        scores = f"{epoch}/{self._epochs} loss {loss:.3f} accuracy {accuracy:.3f}{self._validation}"
-        self._bar.update(self._task, advance=advance, scores=scores)
-
-
-@contextmanager
-def _progress(settings: TrainSettings, windows: int, done: int, quiet: bool) -> Iterator[_Show]:
-    columns = (TextColumn(settings.model), BarColumn(8), TimeRemainingColumn(), TextColumn("{task.fields[scores]}"))
-    hidden = quiet or not console.is_terminal
-    steps = math.ceil(windows / settings.batch)
-    with Progress(*columns, console=console, disable=hidden) as bar:
-        task = bar.add_task("", total=steps * settings.epochs, completed=steps * done, scores="")
-        yield _Show(bar, task, settings.epochs, quiet)
+        scores = f"{epoch}/{self._epochs} loss {row['loss']:.3f} accuracy {row['accuracy']:.3f}{self._validation}"
+        self.update(self._bar, scores=scores)
+        if self._prints:
+            console.print(scores)

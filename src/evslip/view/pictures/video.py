@@ -35,7 +35,13 @@ def video(path: Path, size: tuple[int, int], crf: int = 20) -> Iterator[Callable
     with atomic.staged(path) as file:
         try:
             with av.open(file, "w", format=SUFFIXES[path.suffix.lower()]) as container:
-                stream: Any = _stream(container, size, crf)
+                has_x264 = "libx264" in av.codecs_available
+                # This preset looks ahead by 10 pictures instead of 40: they are kept in memory.
+                options = {"preset": "veryfast", "crf": str(crf)} if has_x264 else {"qscale": "3"}
+                stream: Any = container.add_stream("libx264" if has_x264 else "mpeg4", rate=FPS, options=options)
+                # Video codecs want even sides.
+                stream.width, stream.height = (side + side % 2 for side in size)
+                stream.pix_fmt = "yuv420p"
                 canvas = np.full((stream.height, stream.width, 3), 255, np.uint8)
 
                 def push(picture: np.ndarray) -> None:
@@ -46,16 +52,3 @@ def video(path: Path, size: tuple[int, int], crf: int = 20) -> Iterator[Callable
                 container.mux(stream.encode())
         except FFmpegError as error:
             raise StorageError(f"cannot write {path}: {error.strerror}") from None
-
-
-def _stream(container: Any, size: tuple[int, int], crf: int) -> Any:
-    import av
-
-    has_x264 = "libx264" in av.codecs_available
-    # This preset looks ahead by 10 pictures instead of 40: they are kept in memory.
-    options = {"preset": "veryfast", "crf": str(crf)} if has_x264 else {"qscale": "3"}
-    stream = container.add_stream("libx264" if has_x264 else "mpeg4", rate=FPS, options=options)
-    # Video codecs want even sides.
-    stream.width, stream.height = (side + side % 2 for side in size)
-    stream.pix_fmt = "yuv420p"
-    return stream

@@ -88,12 +88,11 @@ class _Part(NamedTuple):
     pixels: np.ndarray
 
 
-def _part(record: Record, most: int = MOST_EVENTS) -> _Part:
-    """Statistics of a record, or of `most` events of its middle."""
+def _part(record: Record) -> _Part:
     (width, height), (start, end) = record.size, span_of(record)
-    if record.events.count > most:
-        first = (record.events.count - most) // 2
-        start, end = (int(t_us) for t_us in record.events.t_us[[first, first + most]])
+    if record.events.count > MOST_EVENTS:
+        first = (record.events.count - MOST_EVENTS) // 2
+        start, end = (int(t_us) for t_us in record.events.t_us[[first, first + MOST_EVENTS]])
     end = max(end, start + 1)
     events, seconds = record.events.between(start, end), (end - start) / 1e6
     place = events.y.astype(np.uint32) * np.uint32(width) + events.x
