@@ -4,7 +4,7 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def write_sweep(found: Sweep) -> None:
     parts = [
         page.section(
             "Settings and what came of them",
-            "A line is a trial, from its settings to its result: the better, the darker. Drag along an axis to choose.",
+            "A line is a trial, from its settings to its result: the better, the darker. Marks tell their values.",
             page.embed("parallel", parallel_coordinates(found)),
         ),
         page.section(
@@ -54,33 +54,63 @@ def sweep_table(found: Sweep, most: int, short: bool = False) -> list[list[str]]
 
 
 def parallel_coordinates(found: Sweep) -> Figure:
-    """An axis a setting, and one for the result; a line a trial that has a result, the better the darker."""
+    """An axis a setting, and one for the result; a line a trial that has a result. Drawn without WebGL, which not every
+    browser has."""
     ended = sorted((t for t in found.trials if t.value is not None), key=lambda t: _rank(found, t), reverse=True)
-    names = dict.fromkeys(name for trial in ended for name in trial.settings)
-    axes = [_axis(name, [trial.settings.get(name) for trial in ended]) for name in names]
-    axes.append(_axis(_goal(found), [trial.value for trial in ended]))
-    shades = [[0, "rgba(10,111,176,0.15)"], [1, "rgb(10,111,176)"]]
-    line = {"color": list(range(len(ended))), "colorscale": shades}
+    columns: dict[str, list[Any]] = {
+        name: [trial.settings.get(name) for trial in ended] for trial in ended for name in trial.settings
+    }
+    columns[_goal(found)] = [trial.value for trial in ended]
+    axes = [_Axis.of(values) for values in columns.values() if values]
+    traces = []
+    for k, trial in enumerate(ended):
+        share = (k + 1) / len(ended)  # 1: the best
+        color = f"rgba(10,111,176,{0.12 + 0.88 * share**3:.3f})"
+        line = charts.line(
+            f"trial {trial.number}", range(len(axes)), [axis.heights[k] for axis in axes], 0, marked=True
+        )
+        line |= {"line": {"color": color, "width": 1 + 2 * share**3}, "marker": {"size": 6}}
+        line["text"] = [f"{name} {_text(values[k])}" for name, values in columns.items()]
+        traces.append({**line, "hovertemplate": f"%{{text}}<extra>trial {trial.number}, {trial.state}</extra>"})
+    upright = {"type": "line", "y0": 0, "y1": 1, "line": {"color": "rgba(130,130,130,0.7)", "width": 1.5}}
+    side = {"showarrow": False, "xanchor": "right", "xshift": -6, "font": {"size": 11}}
+    ticks = {"tickvals": list(range(len(axes))), "ticktext": list(columns), "showgrid": False, "zeroline": False}
     return {
-        "data": [{"type": "parcoords", "dimensions": axes, "line": line}],
-        "layout": {"height": 420, "margin": {"l": 70, "r": 70, "t": 50, "b": 30}},
+        "data": traces,
+        "layout": {
+            "height": 420,
+            "margin": {"l": 70, "r": 30, "t": 12, "b": 40},
+            "xaxis": {**ticks, "range": [-0.25, len(axes) - 0.75]},
+            "yaxis": {"visible": False, "range": [-0.04, 1.04]},
+            "shapes": [{**upright, "x0": x, "x1": x} for x in range(len(axes))],
+            "annotations": [{**side, "x": x, "y": y, "text": s} for x, axis in enumerate(axes) for y, s in axis.ticks],
+            "showlegend": False,
+            "hovermode": "closest",
+        },
     }
 
 
-def _axis(name: str, values: Sequence[Any]) -> dict[str, Any]:
-    """Axis of one setting: numbers by size, on a logarithmic scale where they span more than a factor of 20; names and
-    flags by rank."""
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+class _Axis(NamedTuple):
+    """Values of one setting as heights from 0 to 1: numbers by size, on a logarithmic scale where they span more than a
+    factor of 20; names and flags by rank."""
+
+    heights: list[float]
+    ticks: list[tuple[float, str]]
+
+    @classmethod
+    def of(cls, values: Sequence[Any]) -> "_Axis":
+        if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+            names = sorted({str(value) for value in values})
+            heights = [(k + 0.5) / len(names) for k in range(len(names))]
+            return cls([heights[names.index(str(value))] for value in values], list(zip(heights, names, strict=True)))
         log = bool(values) and min(values) > 0 and max(values) > 20 * min(values)
         places = np.log10(values) if log else np.array(values, float)
-        ticks = np.unique(places)
-        if len(ticks) > 6:
-            ticks = np.linspace(ticks[0], ticks[-1], 5)
-        texts = [_text(float(tick)) for tick in (10**ticks if log else ticks)]
-    else:
-        texts = sorted({str(value) for value in values})
-        places, ticks = np.array([texts.index(str(value)) for value in values]), np.arange(len(texts))
-    return {"label": name, "values": places.tolist(), "tickvals": ticks.tolist(), "ticktext": texts}
+        low, span = places.min(), np.ptp(places)
+        marks = np.unique(places) if len(set(values)) <= 6 else low + span * np.linspace(0, 1, 5)
+        heights, ticks = ((p - low) / span if span else np.full(len(p), 0.5) for p in (places, marks))
+        return cls(
+            heights.tolist(), [(y, _text(float(10**m if log else m))) for y, m in zip(ticks, marks, strict=True)]
+        )
 
 
 def _course(found: Sweep) -> Figure:
