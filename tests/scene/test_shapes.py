@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from trimesh.visual import TextureVisuals
 
 import evslip
-from evslip.physics.inertia import inertia_kg_m2, spread_m2
+from evslip.physics.inertia import inertia_kg_m2, second_moment_m2
 from evslip.scene.shapes import SHAPES, shape_of, surface_of
 from evslip.scene.shapes.surface import box_uv, corner_normals
 from evslip.utils.errors import ConfigError
@@ -61,8 +61,8 @@ def test_normals_point_outwards_and_the_image_is_not_mirrored(params):
 
 
 def test_the_filling_is_that_of_the_surface(params):
-    filling, body = shape_of(params).filling(), solid(params)
-    spread = np.trace(filling.spread_m2) * np.eye(3) - filling.spread_m2
+    filling, body = shape_of(params).volume_moments(), solid(params)
+    spread = np.trace(filling.second_moment_m2) * np.eye(3) - filling.second_moment_m2
     near = 3e-3 if params.object.shape == "cylinder" else 1e-6  # 64 facets for a circle
     assert filling.volume_m3 == pytest.approx(body.volume, rel=near)
     assert filling.centroid_m == pytest.approx(body.center_mass, abs=1e-9)
@@ -108,7 +108,7 @@ def test_a_cylinder_is_round_and_a_mesh_takes_the_size_that_is_asked_for(cup):
 def test_a_density_becomes_a_mass(params, cup):
     spec = params.object
     dense = of_shape(spec.shape, cup, object__density_kg_m3=500.0).object
-    assert dense.mass_kg == pytest.approx(500 * shape_of(params).filling().volume_m3)
+    assert dense.mass_kg == pytest.approx(500 * shape_of(params).volume_moments().volume_m3)
     assert dense.density_kg_m3 is None
 
 
@@ -122,7 +122,7 @@ def test_an_even_cuboid_has_the_inertia_of_the_books():
 @settings(max_examples=30)
 def test_no_mass_reaches_beyond_the_object(x, z):
     params = params_with(object__com_x_m=x, object__com_z_m=z)
-    spread = np.diag(spread_m2(params))
+    spread = np.diag(second_moment_m2(params))
     centre, half = np.array([x, 0, z]), np.array([0.025, 0.025, 0.04])
     assert (spread <= half**2 / 3 + 1e-12).all()
     assert (spread <= (half - centre) * (half + centre) + 1e-12).all()  # two masses at the ends have this much

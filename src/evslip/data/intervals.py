@@ -57,9 +57,9 @@ def check_intervals(intervals: Iterable[Interval], where: object) -> None:
     last: Interval | None = None
     for interval in intervals:
         if interval.label not in LABELS or interval.start_us >= interval.end_us:
-            raise DataError(f"{where}: {_told(interval)} is no interval of slip or hold")
+            raise DataError(f"{where}: {_described(interval)} is no interval of slip or hold")
         if last is not None and interval.start_us < last.end_us:
-            raise DataError(f"{where}: {_told(interval)} overlaps {_told(last)}")
+            raise DataError(f"{where}: {_described(interval)} overlaps {_described(last)}")
         last = interval
 
 
@@ -82,5 +82,5 @@ def write_intervals(path: str | Path, intervals: Iterable[Interval]) -> None:
     atomic.write_text(Path(path), "\n".join([",".join(COLUMNS), *rows]) + "\n")
 
 
-def _told(interval: Interval) -> str:
+def _described(interval: Interval) -> str:
     return f"{interval.label} from {interval.start_us / 1e6:g} to {interval.end_us / 1e6:g} s"

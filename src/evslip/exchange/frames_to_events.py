@@ -114,11 +114,11 @@ def describe(conversion: FrameConversion, clip: Clip, camera: EventCamera) -> di
     said = {name: str(value) if isinstance(value, Path) else value for name, value in vars(conversion).items()}
     if conversion.interpolate != "rife":
         del said["upsample"]
-    parameters = {name: _told(value) for name, value in asdict(camera.model).items()}
+    parameters = {name: _as_json(value) for name, value in asdict(camera.model).items()}
     return {"evslip": __version__, **said, "intensity": clip.intensity, "size": clip.size} | {"parameters": parameters}
 
 
-def _told(value: Any) -> Any:
+def _as_json(value: Any) -> Any:
     if not isinstance(value, np.ndarray):
         return value
     digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()

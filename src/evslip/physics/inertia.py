@@ -6,14 +6,14 @@ from evslip.config.params import Params
 from evslip.scene.shapes import shape_of
 
 
-def spread_m2(params: Params) -> np.ndarray:
+def second_moment_m2(params: Params) -> np.ndarray:
     """Mean of r r^T over the mass, r from the centre of mass, in the object's frame; of shape (3, 3).
 
     It is that of an even filling, as long as the centre of mass leaves room for it: of all masses that lie between -h
     and h and have their centre at c, none is spread wider than (h - c)(h + c).
     """
     shape = shape_of(params)
-    even = shape.filling().spread_m2
+    even = shape.volume_moments().second_moment_m2
     room = shape.half_m**2 - shape.centre_of_mass_m() ** 2
     shrink = np.sqrt(np.minimum(1.0, room / np.diag(even)))
     return even * np.outer(shrink, shrink)
@@ -21,7 +21,7 @@ def spread_m2(params: Params) -> np.ndarray:
 
 def inertia_kg_m2(params: Params) -> np.ndarray:
     """Inertia about the centre of mass in the object's frame, of shape (3, 3)."""
-    spread = spread_m2(params)
+    spread = second_moment_m2(params)
     return params.object.mass_kg * (np.trace(spread) * np.eye(3) - spread)
 
 
@@ -32,5 +32,5 @@ def centre_of_mass_m(params: Params) -> np.ndarray:
 
 def gyration_m2(params: Params) -> float:
     """Moment of inertia about the closing axis through the centre of mass, per kilogram."""
-    spread = spread_m2(params)
+    spread = second_moment_m2(params)
     return float(spread[0, 0] + spread[2, 2])

@@ -86,22 +86,22 @@ def _add_object(spec: Any, params: Params) -> None:
     body.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
     friction = [params.grip.friction, 0.005, 1e-4]
     touches = {"contype": 2, "conaffinity": 1, "condim": 3, "friction": friction, "solref": [0.01, 1]}
-    body.add_geom(name=OBJECT, mass=0, **_footing(spec, shape), **touches)
+    body.add_geom(name=OBJECT, mass=0, **_collision_geom(spec, shape), **touches)
     # With priority, as otherwise the larger friction of the two would count.
     friction = [SURFACE_FRICTION, 0.005, 1e-4]
     touches = {"contype": 1, "conaffinity": 2, "condim": 3, "friction": friction, "priority": 1}
     spec.worldbody.add_geom(name=SURFACE, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[3, 3, 0.1], **touches)
 
 
-def _footing(spec: Any, shape: Shape) -> dict[str, Any]:
+def _collision_geom(spec: Any, shape: Shape) -> dict[str, Any]:
     """Attributes of a geom that make it the body that the table feels."""
-    footing = shape.footing()
-    if footing.kind == "hull":
-        spec.add_mesh(name=OBJECT, uservert=footing.vertices.ravel())
+    collision = shape.collision_shape()
+    if collision.kind == "hull":
+        spec.add_mesh(name=OBJECT, uservert=collision.vertices.ravel())
         return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": OBJECT}
-    if footing.kind == "cylinder":
-        return {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": [footing.half_m[1], footing.half_m[2], 0]}
-    return {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": footing.half_m}
+    if collision.kind == "cylinder":
+        return {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": [collision.half_m[1], collision.half_m[2], 0]}
+    return {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": collision.half_m}
 
 
 def _add_pads(spec: Any, params: Params) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from evslip.scene.motions import hold, pick_and_place, rotate, shake, waypoints
 
 
-class Kind(Protocol):
+class MotionKind(Protocol):
     """Every module of this package is one. `motion`: the section of that name of a sample's parameters."""
 
     @staticmethod
@@ -23,7 +23,7 @@ class Kind(Protocol):
         ...
 
 
-KINDS: dict[str, Kind] = {
+KINDS: dict[str, MotionKind] = {
     "pick_and_place": pick_and_place,
     "hold": hold,
     "shake": shake,

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from evslip.scene.shapes.shape import Filling, Footing, Shape
+from evslip.scene.shapes.shape import CollisionShape, Shape, VolumeMoments
 from evslip.scene.shapes.surface import Surface, box_uv, corner_normals
 
 
@@ -17,11 +17,11 @@ class Cuboid(Shape):
         faces = np.array([corners for a, b, c, d in quads for corners in ((a, b, c), (a, c, d))])
         return Surface(vertices, faces, box_uv(vertices, faces), corner_normals(vertices, faces))
 
-    def filling(self) -> Filling:
-        return Filling(8 * float(np.prod(self.half_m)), np.zeros(3), np.diag(self.half_m**2 / 3))
+    def volume_moments(self) -> VolumeMoments:
+        return VolumeMoments(8 * float(np.prod(self.half_m)), np.zeros(3), np.diag(self.half_m**2 / 3))
 
-    def footing(self) -> Footing:
-        return Footing("box", self.half_m)
+    def collision_shape(self) -> CollisionShape:
+        return CollisionShape("box", self.half_m)
 
     def outline(self) -> np.ndarray:
         return np.array(list(itertools.product((-1.0, 1.0), repeat=3))) * self.half_m

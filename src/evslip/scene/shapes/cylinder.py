@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from evslip.scene.shapes.shape import Filling, Footing, Shape
+from evslip.scene.shapes.shape import CollisionShape, Shape, VolumeMoments
 from evslip.scene.shapes.surface import Surface
 
 FACETS = 64
@@ -48,13 +48,13 @@ class Cylinder(Shape):
         caps = np.stack([0.5 + flip * flat[..., 0], 0.5 - flat[..., 1]], axis=2)
         return Surface(vertices, faces, np.concatenate([*(uv.reshape(-1, 3, 2) for uv in mantle), caps]), normals)
 
-    def filling(self) -> Filling:
+    def volume_moments(self) -> VolumeMoments:
         radius, top = self.half_m[1:]
         spread = np.diag([radius**2 / 4, radius**2 / 4, top**2 / 3])
-        return Filling(2 * np.pi * radius**2 * top, np.zeros(3), spread)
+        return VolumeMoments(2 * np.pi * radius**2 * top, np.zeros(3), spread)
 
-    def footing(self) -> Footing:
-        return Footing("cylinder", self.half_m)
+    def collision_shape(self) -> CollisionShape:
+        return CollisionShape("cylinder", self.half_m)
 
     def outline(self) -> np.ndarray:
         angle = 2 * np.pi * np.arange(CORNERS) / CORNERS

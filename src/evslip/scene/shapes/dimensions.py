@@ -6,7 +6,7 @@ from evslip.scene.shapes import shape_class, shape_of_spec
 from evslip.utils.errors import ConfigError
 
 
-def settle(spec: Any) -> Any:
+def resolve_object(spec: Any) -> Any:
     """The object's section of the parameters with the dimensions that its shape comes to, and its density replaced by a
     mass. Raises ConfigError for a mesh that cannot be used, sizes and masses out of range, and a centre of mass that no
     filling of the object has, or with which it would fall over."""
@@ -18,7 +18,7 @@ def settle(spec: Any) -> Any:
     spec = spec.model_copy(update=sides)
     shape = shape_of_spec(spec)
     if spec.density_kg_m3 is not None:
-        mass = {"mass_kg": spec.density_kg_m3 * shape.filling().volume_m3}
+        mass = {"mass_kg": spec.density_kg_m3 * shape.volume_moments().volume_m3}
         _check(spec, "object.density_kg_m3", mass)
         spec = spec.model_copy(update={**mass, "density_kg_m3": None})
     centre = shape.centre_of_mass_m()

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from evslip.scene.shapes.mesh_file import load_mesh
-from evslip.scene.shapes.shape import Filling, Footing, Shape, in_hull
+from evslip.scene.shapes.shape import CollisionShape, Shape, VolumeMoments, in_hull
 from evslip.scene.shapes.surface import Surface, box_uv, corner_normals, pairs
 from evslip.utils.errors import ConfigError
 
@@ -46,11 +46,11 @@ class MeshShape(Shape):
         uv = box_uv(self._vertices, faces) if uv is None else uv
         return Surface(self._vertices, faces, uv, corner_normals(self._vertices, faces))
 
-    def filling(self) -> Filling:
-        return self._filling
+    def volume_moments(self) -> VolumeMoments:
+        return self._moments
 
     @cached_property
-    def _filling(self) -> Filling:
+    def _moments(self) -> VolumeMoments:
         """Sums over the tetrahedra between the triangles and the origin."""
         corners = self._corners
         a, b, c = corners.transpose(1, 0, 2)
@@ -59,15 +59,15 @@ class MeshShape(Shape):
         centroid = volumes @ total / (4 * volume)
         moments = np.einsum("n,nki,nkj->ij", volumes, corners, corners)
         moments = moments + np.einsum("n,ni,nj->ij", volumes, total, total)
-        return Filling(float(volume), centroid, moments / (20 * volume) - np.outer(centroid, centroid))
+        return VolumeMoments(float(volume), centroid, moments / (20 * volume) - np.outer(centroid, centroid))
 
-    def footing(self) -> Footing:
+    def collision_shape(self) -> CollisionShape:
         """Convex hull; a body that is round below stands on a flat spot, a little worn off: it would roll away."""
         low = self._bottom()
         around = 2 * np.pi * np.arange(SPOT_CORNERS) / SPOT_CORNERS
         spot = low[np.unique((low[:, :2] @ [np.cos(around), np.sin(around)]).argmax(axis=0))]
         spot[:, 2] = -self.half_m[2]
-        return Footing("hull", self.half_m, np.concatenate([self.outline(), spot]))
+        return CollisionShape("hull", self.half_m, np.concatenate([self.outline(), spot]))
 
     def outline(self) -> np.ndarray:
         return self._vertices[self._file.corners]
@@ -82,7 +82,7 @@ class MeshShape(Shape):
         return low
 
     def stands(self, point: np.ndarray) -> bool:
-        spot = self.footing().vertices
+        spot = self.collision_shape().vertices
         return in_hull(spot[spot[:, 2] <= -self.half_m[2] + 1e-9, :2], point[:2])
 
     def heights(self, side: int, x: np.ndarray, z: np.ndarray) -> np.ndarray:

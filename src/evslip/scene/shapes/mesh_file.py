@@ -67,7 +67,10 @@ def load_mesh(path: str) -> MeshFile:
     solid = (a != b) & (b != c) & (c != a)
     used, merged_faces = np.unique(merged_faces[solid], return_inverse=True)
     vertices, merged_faces = vertices[used], merged_faces.reshape(-1, 3)
-    own_uv = None if uv is None or len(uv) != len(corners) else _downwards(np.asarray(uv, np.float64)[faces][solid])
+    own_uv = None
+    if uv is not None and len(uv) == len(corners):
+        own_uv = np.asarray(uv, np.float64)[faces, :2][solid]
+        own_uv[..., 1] = 1.0 - own_uv[..., 1]  # downwards
     vertices, merged_faces, own_uv = _checked(path, vertices, merged_faces, own_uv)
     hull = np.sort(ConvexHull(vertices).vertices)
     mesh = MeshFile(vertices, merged_faces, own_uv, hull, _farthest(vertices, hull))
@@ -91,10 +94,6 @@ def _sphere(count: int) -> np.ndarray:
     z, angle = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
     ring = np.sqrt(1 - z**2)
     return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
-
-
-def _downwards(uv: np.ndarray) -> np.ndarray:
-    return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)
 
 
 def _checked(

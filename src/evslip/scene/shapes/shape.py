@@ -9,17 +9,17 @@ from scipy.spatial import ConvexHull, QhullError
 from evslip.scene.shapes.surface import Surface
 
 
-class Filling(NamedTuple):
-    """An evenly filled body."""
+class VolumeMoments(NamedTuple):
+    """Volume of a body and its first and second moments, as of even density."""
 
     volume_m3: float
     centroid_m: np.ndarray
     """In the object's frame, of shape (3,)."""
-    spread_m2: np.ndarray
+    second_moment_m2: np.ndarray
     """Mean of r r^T over the body, r from the centroid; of shape (3, 3)."""
 
 
-class Footing(NamedTuple):
+class CollisionShape(NamedTuple):
     """The convex body that the table feels: against a plane, any body acts as its convex hull does."""
 
     kind: str
@@ -35,7 +35,7 @@ class Shape(ABC):
     middle of its bounding box."""
 
     solid_sides = False
-    """Whether the pads touch the footing itself; otherwise they touch a flat piece put where they grip."""
+    """Whether the pads touch the collision shape itself; otherwise they touch a flat piece put where they grip."""
 
     def __init__(self, spec: Any):
         """spec: the object's section of the parameters (`config.sections.object.ObjectSpec`)."""
@@ -53,11 +53,11 @@ class Shape(ABC):
         """Triangles that it looks like."""
 
     @abstractmethod
-    def filling(self) -> Filling:
-        """Volume and distribution of mass."""
+    def volume_moments(self) -> VolumeMoments:
+        """Volume and moments, for the distribution of mass."""
 
     @abstractmethod
-    def footing(self) -> Footing:
+    def collision_shape(self) -> CollisionShape:
         """Body that stands on the table."""
 
     @abstractmethod
@@ -75,7 +75,7 @@ class Shape(ABC):
 
     def centre_of_mass_m(self) -> np.ndarray:
         """In the object's frame, of shape (3,)."""
-        return self.filling().centroid_m + self._off_m
+        return self.volume_moments().centroid_m + self._off_m
 
     def inside(self, point: np.ndarray) -> bool:
         """Whether a point (3,) is in the convex hull, as any centre of mass is."""
