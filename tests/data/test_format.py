@@ -10,8 +10,7 @@ import pytest
 from evslip.data import record_file
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval
-from evslip.data.poses import Poses
-from evslip.data.record import Record
+from evslip.data.record import Poses, Record
 from sample_records import random_events, simulated
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "record.md"

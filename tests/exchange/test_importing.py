@@ -12,8 +12,7 @@ from evslip.codecs import write_events
 from evslip.data import record_file
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval, read_intervals
-from evslip.data.poses import Poses
-from evslip.data.record import Record
+from evslip.data.record import Poses, Record
 from evslip.data.recordings import Recordings, open_samples
 from evslip.events.stream import Events
 from evslip.exchange.importing.pose_files import even, read_poses, truth_of

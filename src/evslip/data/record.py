@@ -2,20 +2,31 @@
 
 import importlib.metadata
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import h5py
+import numpy as np
 
 from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, Interval
-from evslip.data.poses import Poses
 from evslip.events.stream import Events
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth
 from evslip.utils.version import __version__
 
 Kind = Literal["simulated", "rejected", "recording"]
+
+
+class Poses(NamedTuple):
+    """Poses of gripper and object in one world frame."""
+
+    t_us: np.ndarray
+    """Times in microseconds, int64 of shape (n,), each greater than the one before."""
+    gripper_pose: np.ndarray
+    """Position in metres, then quaternion wxyz; float32 of shape (n, 7)."""
+    object_pose: np.ndarray
+    """Position and quaternion in the layout of gripper_pose."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -7,8 +7,7 @@ import numpy as np
 
 from evslip.data.footage import check_footage
 from evslip.data.intervals import check_intervals
-from evslip.data.poses import Poses
-from evslip.data.record import Kind, Record
+from evslip.data.record import Kind, Poses, Record
 from evslip.events.checks import check_events, check_size
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth

@@ -14,8 +14,7 @@ from evslip.codecs.formats import HDF5, format_of
 from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, Interval
-from evslip.data.poses import Poses
-from evslip.data.record import Record, provenance
+from evslip.data.record import Poses, Record, provenance
 from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, check_record
 from evslip.events.stream import empty_events
 from evslip.physics.episodes import KINDS, Episode

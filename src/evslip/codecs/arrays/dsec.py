@@ -25,11 +25,10 @@ def put_events(file: h5py.File, events: Events) -> None:
     fits = not events.count or int(t_us[-1]) - offset < 2**32
     times = (t_us - offset).astype(np.uint32) if fits else t_us - offset
     group = file.create_group("events")
-    for name, values in {"x": events.x, "y": events.y, "t": times, "p": events.p.astype(np.uint8)}.items():
-        hdf5.put(group, name, values)
-    for name, labels in {"body": events.body, "cause": events.cause}.items():
-        if labels is not None:
-            hdf5.put(group, name, labels)
+    columns = {"x": events.x, "y": events.y, "t": times, "p": events.p.astype(np.uint8)}
+    for name, values in {**columns, "body": events.body, "cause": events.cause}.items():
+        if values is not None:
+            hdf5.put(group, name, values)
     if fits:
         last_ms = int(times[-1]) // 1000 if events.count else -1
         hdf5.put(file, "ms_to_idx", np.searchsorted(times, np.arange(last_ms + 2) * 1000).astype(np.uint64))

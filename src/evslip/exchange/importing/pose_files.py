@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from evslip.data.poses import Poses
+from evslip.data.record import Poses
 from evslip.physics.truth import Truth, find_episodes
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file

@@ -14,7 +14,7 @@ from evslip.exchange.publishing.card import card
 from evslip.exchange.publishing.croissant import croissant
 from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.shards import Shards
-from evslip.exchange.publishing.table import json_lines, row
+from evslip.exchange.publishing.table import json_line, row
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
 
@@ -44,7 +44,7 @@ def publish(
         with atomic.storage_errors(out):
             (temporary / "data").mkdir(parents=True)
             splits = _write_data(samples.listing, temporary / "data", how, progress)
-            tables = {split: _write(temporary / f"{split}.jsonl", json_lines(rows)) for split, rows in splits.items()}
+            tables = {s: _write(temporary / f"{s}.jsonl", map(json_line, rows)) for s, rows in splits.items()}
             text = card(name, how.license, splits, config, how.webdataset, how.huggingface)
             _write(temporary / "README.md", [text.encode()])
             data = [

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
 from typing import Any
 
 from evslip.data import record_file
@@ -47,7 +46,6 @@ def row(item: Listing, file: str) -> tuple[dict[str, Any], bytes]:
     return dict(zip(COLUMNS, values, strict=True)), data
 
 
-def json_lines(rows: list[dict[str, Any]]) -> Iterator[bytes]:
-    """The table as JSON Lines."""
-    for values in rows:
-        yield (json.dumps(values, ensure_ascii=False) + "\n").encode()
+def json_line(values: dict[str, Any]) -> bytes:
+    """A row of the table in JSON Lines."""
+    return (json.dumps(values, ensure_ascii=False) + "\n").encode()
