@@ -151,12 +151,9 @@ def _log_curves(stream: Any, record: Record) -> None:
     first, last = np.searchsorted(truth.t_us, truth.span_us)
     keep = slice(int(first), int(last), CURVE_STEP)
     curves = {"turned_deg": truth.theta_deg, "slid_mm": truth.slide_mm}
-    if truth.pad_force_n is not None:
-        left, right = truth.pad_force_n.T
-        curves |= {"pad_force_n/left": left, "pad_force_n/right": right}
-    if truth.pad_utilisation is not None:
-        left, right = truth.pad_utilisation.T
-        curves |= {"friction_used/left": left, "friction_used/right": right}
+    for name, pads in (("pad_force_n", truth.pad_force_n), ("friction_used", truth.pad_utilisation)):
+        if pads is not None:
+            curves |= {f"{name}/left": pads[:, 0], f"{name}/right": pads[:, 1]}
     times = rr.TimeColumn("time", duration=truth.t_us[keep] / 1e6)
     for name, values in curves.items():
         stream.send_columns(f"{record.name}/{name}", [times], rr.Scalars.columns(scalars=values[keep].astype(float)))

@@ -126,12 +126,9 @@ class Sample:
             curve("turned", "deg", t_us, {"theta": truth.theta_deg[keep]}),
             curve("slid", "mm", t_us, {"slide": truth.slide_mm[keep]}),
         ]
-        if truth.pad_force_n is not None:
-            curves.append(curve("pad force", "N", t_us, dict(zip("12", truth.pad_force_n[keep].T, strict=True))))
-        if truth.pad_utilisation is not None:
-            used = dict(zip("12", truth.pad_utilisation[keep].T, strict=True))
-            curves.append(curve("friction", "of limit", t_us, used))
-        return curves
+        both = (("pad force", "N", truth.pad_force_n), ("friction", "of limit", truth.pad_utilisation))
+        pads = [(name, unit, values) for name, unit, values in both if values is not None]
+        return curves + [curve(name, unit, t_us, dict(zip("12", v[keep].T, strict=True))) for name, unit, v in pads]
 
 
 def curve(name: str, unit: str, t_us: np.ndarray, lines: dict[str, np.ndarray]) -> dict[str, Any]:

@@ -22,26 +22,21 @@ def samples_figures(dataset: Samples, windows: Windows | None, accuracy: float |
     """Numbers of a data set, and the accuracy of a detector on it."""
     status = dataset.status()
     simulated = status["slip"] + status["hold"] + status.get("unlabelled", 0)
-    items = [(f"{simulated:,}", "samples")]
-    if status["missing"]:
-        items.append((f"{status['missing']:,}", "not made yet"))
-    items += [
+    events, size = status["events"], status["bytes"]
+    items = [
+        (f"{simulated:,}", "samples"),
+        status["missing"] and (f"{status['missing']:,}", "not made yet"),
         (f"{status['slip']:,} / {status['hold']:,}", "slip / hold"),
-        (f"{status['rejected']:,}", "rejected grasps")
-        if dataset.splits
-        else (f"{status['unlabelled']:,}", "without labels"),
-        (short(status["events"]), "events"),
-        (f"{short(status['bytes'])}B", "on disk"),
+        dataset.splits and (f"{status['rejected']:,}", "rejected grasps"),
+        not dataset.splits and (f"{status['unlabelled']:,}", "without labels"),
+        (short(events), "events"),
+        (f"{short(size)}B", "on disk"),
+        simulated and (short(events / simulated), "events a sample"),
+        events and (f"{size / events:.2f}", "bytes an event, all included"),
+        windows is not None and (f"{len(windows):,}", f"windows of {windows.settings.length_s:g} s"),
+        accuracy is not None and (f"{100 * accuracy:.1f} %", "accuracy on test windows"),
     ]
-    if simulated:
-        items.append((short(status["events"] / simulated), "events a sample"))
-    if status["events"]:
-        items.append((f"{status['bytes'] / status['events']:.2f}", "bytes an event, all included"))
-    if windows is not None:
-        items.append((f"{len(windows):,}", f"windows of {windows.settings.length_s:g} s"))
-    if accuracy is not None:
-        items.append((f"{100 * accuracy:.1f} %", "accuracy on test windows"))
-    return key_figures(items)
+    return key_figures([item for item in items if isinstance(item, tuple) and item])
 
 
 def configuration(dataset: Samples) -> str:

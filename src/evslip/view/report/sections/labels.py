@@ -10,12 +10,8 @@ from evslip.windows.window_set import Windows
 def labels(dataset: Samples, windows: Windows | None) -> str:
     """Bars of samples by split, and of windows."""
     rows, counts = [], {"slip": [], "hold": [], "rejected": []}
-    parts_of = (
-        {f"samples, {split}": dataset.split(split) for split in dataset.splits}
-        if dataset.splits
-        else {"recordings": dataset}
-    )
-    for row, part in parts_of.items():
+    parts_of = {f"samples, {split}": dataset.split(split) for split in dataset.splits}
+    for row, part in (parts_of or {"recordings": dataset}).items():
         status = part.status()
         if status["done"]:
             rows.append(row)

@@ -7,7 +7,7 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.trajectory import Trajectory
-from evslip.view.pictures.frame_source import FrameSource
+from evslip.view.pictures.frame_source import FrameSource, span_of
 from evslip.view.pictures.images import data_uri, overlay
 from evslip.view.report import page
 from evslip.view.report.sections.names import describe, swatch
@@ -30,23 +30,22 @@ def strips(examples: Mapping[str, Record], picture: Picture) -> str:
     for label, record in examples.items():
         cells = "".join(_cell(record, name, t_us, picture) for name, t_us in moments(label, record))
         rows.append(f"<h3>{swatch(label)}{describe(label, record)}</h3>" + f'<div class="strip">{cells}</div>')
-    note = (
-        "What the camera on the hand sees in the middle of each phase, drawn again from the stored poses; below it, "
-        f"the events of the {SHOWN_US // 1000} ms before: red is brighter, blue is darker."
-    )
+    title = "Two samples through their phases"
+    shown = "What the camera on the hand sees in the middle of each phase, drawn again from the stored poses; below it"
     if any(record.trajectory is None for record in examples.values()):
-        note = (
-            "The frames that came with the recording, or none; below them, the events of the "
-            f"{SHOWN_US // 1000} ms before: red is brighter, blue is darker."
-        )
-        return page.section("Recordings at some moments", note, "".join(rows))
-    return page.section("Two samples through their phases", note, "".join(rows))
+        title, shown = "Recordings at some moments", "The frames that came with the recording, or none; below them"
+    note = f"{shown}, the events of the {SHOWN_US // 1000} ms before: red is brighter, blue is darker."
+    return page.section(title, note, "".join(rows))
 
 
 def moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
     """Names and times of what a strip shows: the middle of each phase; of recordings, some of what is labelled so."""
     if record.params is not None:
-        yield from _phase_middles(record)
+        first, last = span_of(record)
+        for name, (begin, finish) in phase_times(record.params).items():
+            start, end = max(begin, first), min(finish, last)
+            if name not in UNSHOWN and start < end:
+                yield name, (start + end) // 2
         return
     spans = [(i.start_us, i.end_us) for i in record.intervals if i.label == label]
     if not spans:
@@ -57,15 +56,6 @@ def moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
             t_us = start + (2 * k + 1) * (end - start) // (2 * per_span)
             onset = None if record.intervals else record.onset_us
             yield ("before the slip" if onset is not None and t_us < onset else label), t_us
-
-
-def _phase_middles(record: Record) -> Iterator[tuple[str, int]]:
-    assert record.params is not None and record.truth is not None  # a simulated record has both
-    first, last = record.truth.span_us
-    for name, (begin, finish) in phase_times(record.params).items():
-        start, end = max(begin, first), min(finish, last)
-        if name not in UNSHOWN and start < end:
-            yield name, (start + end) // 2
 
 
 def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
