@@ -32,7 +32,7 @@ class Publication:
             raise ConfigError(f"date_published: {self.date_published!r} is no day, expected YYYY-MM-DD")
 
     @property
-    def told(self) -> dict[str, str]:
+    def metadata(self) -> dict[str, str]:
         """Date and citation, where they are known, by their names in schema.org and Croissant."""
         known = {"datePublished": self.date_published, "citeAs": self.cite_as}
         return {name: value for name, value in known.items() if value}

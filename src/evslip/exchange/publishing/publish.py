@@ -55,7 +55,7 @@ def publish(
             ]
             about = text.split("\n\n")[1]
             licence = f"https://spdx.org/licenses/{how.license}"
-            _write(temporary / "croissant.json", [croissant(name, about, licence, tables, data, how.told).encode()])
+            _write(temporary / "croissant.json", [croissant(name, about, licence, tables, data, how.metadata).encode()])
             if config:
                 _write(temporary / "config.toml", [config.encode()])
             if out.exists():

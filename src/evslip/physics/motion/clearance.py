@@ -51,13 +51,8 @@ def check_object(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: 
     for name, points in (("object", corners), ("finger tips", tips)):
         below = np.stack([-np.sin(tilt_rad), np.cos(tilt_rad)], axis=1) @ points.T
         lowest = np.where(carried, tool_m[:, 2] + below.min(axis=1), np.inf)
-        worst = int(lowest.argmin())
-        if lowest[worst] < -TOUCH_M:
-            raise PlanRejected(
-                "collision",
-                f"motion: puts the {name} {-1e3 * lowest[worst]:.1f} mm into the table at {t_s[worst]:.2f} s; lift it "
-                "higher (motion.lift_m), tilt it less, or raise the way-points",
-            )
+        remedy = "lift it higher (motion.lift_m), tilt it less, or raise the way-points"
+        _require_above(-TOUCH_M, t_s, lowest, f"the {name}", remedy)
 
 
 def check_arm(model: mujoco.MjModel, t_s: np.ndarray, angles_rad: np.ndarray) -> None:
@@ -71,10 +66,11 @@ def check_arm(model: mujoco.MjModel, t_s: np.ndarray, angles_rad: np.ndarray) ->
         down[k], height[k] = data.xmat[bodies, 6:], data.xpos[bodies, 2]
     for body, (name, mesh) in enumerate(_MOVING.items()):
         lowest = height[:, body] + (down[:, body] @ collision_hull(mesh).T).min(axis=1)
-        worst = int(lowest.argmin())
-        if lowest[worst] < 0:
-            raise PlanRejected(
-                "collision",
-                f"motion: puts {name} {-1e3 * lowest[worst]:.1f} mm into the table at {t_s[worst]:.2f} s; lift higher "
-                "(motion.lift_m) or grip a higher object",
-            )
+        _require_above(0.0, t_s, lowest, name, "lift higher (motion.lift_m) or grip a higher object")
+
+
+def _require_above(least_m: float, t_s: np.ndarray, height_m: np.ndarray, name: str, remedy: str) -> None:
+    worst = int(height_m.argmin())
+    if height_m[worst] < least_m:
+        depth = f"{-1e3 * height_m[worst]:.1f} mm into the table at {t_s[worst]:.2f} s"
+        raise PlanRejected("collision", f"motion: puts {name} {depth}; {remedy}")
