@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from evslip.events.frame import Frame
     from evslip.events.stream import Events
     from evslip.generation.generate import generate
+    from evslip.generation.warm_up import warm_up
     from evslip.learn import Detector
     from evslip.physics.onset import onset_mass
     from evslip.physics.simulation import simulate
@@ -48,6 +49,7 @@ _HOME = {
     "read_events": "codecs",
     "render": "rendering",
     "simulate": "physics.simulation",
+    "warm_up": "generation.warm_up",
     "write_events": "codecs",
 }
 __all__ = [
@@ -73,6 +75,7 @@ __all__ = [
     "read_events",
     "render",
     "simulate",
+    "warm_up",
     "write_events",
 ]
 

@@ -18,6 +18,7 @@ VERBS = {
     "demo": "demo",
     "show": "show",
     "generate": "dataset",
+    "warm-up": "dataset",
     "status": "dataset",
     "verify": "dataset",
     "render": "look",

@@ -15,6 +15,20 @@ if TYPE_CHECKING:
     from evslip.generation.progress import Made
 
 
+def warm_up(preset: Positional[str] = "simple") -> None:
+    """Compile what samples need, once for this machine: for an image, a shared installation, a notebook.
+
+    Args:
+        preset: Name of a preset (demo, simple, complex) or a TOML file, whose samples' functions are compiled.
+    """
+    from evslip.generation.progress import samples_bar
+    from evslip.generation.warm_up import warm_up as run
+
+    with samples_bar("warm-up") as progress:
+        compiled = run(preset, report=progress.compiling)
+    console.print(f"{compiled} functions compiled" if compiled else "nothing to compile: the cache holds it")
+
+
 def generate(
     preset: Positional[str],
     out: Positional[Path],

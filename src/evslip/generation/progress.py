@@ -11,6 +11,8 @@ from rich import progress as rich
 from evslip.data.journal import Entry
 from evslip.utils.console import console, new_bar
 
+COMPILING = "compiling, once for this machine"
+COMPILING_EVERY_S = 10.0
 LINE_EVERY_S = 30.0
 """Where there is no terminal to draw a bar on, as in the log of a cluster's job."""
 
@@ -29,6 +31,9 @@ class Progress:
 
     def begin(self, count: int, skipped: int) -> None:
         """Once, at first: `count` samples are wanted, of which an earlier run had finished `skipped`."""
+
+    def compiling(self, done: int, about: int) -> None:
+        """Before the first sample, after each function that is compiled, of about so many."""
 
     def made(self, made: Made) -> None:
         """After every sample."""
@@ -50,11 +55,20 @@ def samples_bar(title: str) -> Iterator[Progress]:
 class _Bar(Progress):
     def __init__(self, bar: rich.Progress, title: str):
         self._bar, self._title, self._rejected = bar, title, 0
+        self._compiling: rich.TaskID | None = None
 
     def begin(self, count: int, skipped: int) -> None:
         self._task = self._bar.add_task(self._title, total=count, completed=skipped, rejected="")
 
+    def compiling(self, done: int, about: int) -> None:
+        if self._compiling is None:
+            self._compiling = self._bar.add_task(COMPILING, rejected="")
+        self._bar.update(self._compiling, completed=done, total=about)
+
     def made(self, made: Made) -> None:
+        if self._compiling is not None:
+            self._bar.remove_task(self._compiling)
+            self._compiling = None
         self._rejected += made.entry["kind"] == "rejected"
         self._bar.update(self._task, advance=1, rejected=f"{self._rejected} rejected" if self._rejected else "")
 
@@ -65,10 +79,17 @@ class _Bar(Progress):
 class _Lines(Progress):
     def __init__(self, title: str):
         self._title, self._rejected, self._made = title, 0, 0
+        self._told_of_compiling = float("-inf")
 
     def begin(self, count: int, skipped: int) -> None:
         self._count, self._skipped = count, skipped
         self._start = self._said = time.monotonic()
+
+    def compiling(self, done: int, about: int) -> None:
+        now = time.monotonic()
+        if now - self._told_of_compiling >= COMPILING_EVERY_S:
+            self._told_of_compiling = now
+            self._say(f"{COMPILING}: {done} of {about}")
 
     def made(self, made: Made) -> None:
         self._made += 1

@@ -2,14 +2,22 @@
 
 import hashlib
 import inspect
+import multiprocessing
+import os
 import re
+import sys
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numba
+from llvmlite import binding
 from numba import njit
+from numba.core import event
 
+COMPILED: list[Any] = []
+"""Every function of `compiled` that was imported so far."""
 _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^from evslip\.([\w.]+) import (\([^)]*\)|.*)", re.MULTILINE)
 
@@ -28,12 +36,62 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
             dispatcher: Any = njit(cache=True, nogil=True, **options)(function)
         except RuntimeError:  # no writable folder for the cache
             return njit(nogil=True, **options)(function)
+        COMPILED.append(dispatcher)
         index = dispatcher._cache._cache_file
         # Compared before the rest of the index is unpickled, which may name classes that are gone.
         index._version = f"{index._version} {_digest(Path(inspect.getfile(function)))}"
         return dispatcher
 
     return decorate
+
+
+class Listener(event.Listener):
+    """Hears of each function of the package that is compiled, before and after; not of those that are loaded."""
+
+    def __init__(
+        self,
+        before: Callable[[Any], None] = lambda function: None,
+        after: Callable[[Any], None] = lambda function: None,
+    ):
+        self._before, self._after = before, after
+        event.register("numba:compile", self)
+
+    def on_start(self, event: Any) -> None:
+        self._pass_on(self._before, event)
+
+    def on_end(self, event: Any) -> None:
+        self._pass_on(self._after, event)
+
+    def end(self) -> None:
+        event.unregister("numba:compile", self)
+
+    def _pass_on(self, tell: Callable[[Any], None], event: Any) -> None:
+        function = event.data["dispatcher"].py_func
+        if function.__module__.startswith("evslip."):
+            tell(function)
+
+
+def _say_once(_function: Any) -> None:
+    """Why a first call takes so long, to a person at a terminal."""
+    _NOTICE.end()
+    if sys.stderr.isatty() and multiprocessing.parent_process() is None:
+        print("evslip: compiling, once for this machine; `evslip warm-up` does it alone", file=sys.stderr)
+
+
+_NOTICE = Listener(before=_say_once)
+
+
+def warm_mark(kind: str) -> Path | None:
+    """File that says that this machine's cache holds what work of a kind needs, as the package is now; None where no
+    folder can be written. It is the caller's to write and to look for."""
+    if not COMPILED:
+        return None
+    content = hashlib.sha256(kind.encode())
+    for source in sorted(_PACKAGE.rglob("*.py")):
+        content.update(_text(source).encode() + b"\0")
+    machine = numba.__version__, binding.get_host_cpu_name(), os.environ.get("NUMBA_CPU_FEATURES"), sys.version
+    content.update(repr(machine).encode())
+    return Path(COMPILED[0]._cache.cache_path) / f"warm-{content.hexdigest()[:32]}"
 
 
 @cache

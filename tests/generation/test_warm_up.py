@@ -1,0 +1,60 @@
+"""Compiling before the first sample."""
+
+import subprocess
+import sys
+
+import pytest
+
+import evslip
+from evslip.generation.progress import COMPILING, samples_bar
+from evslip.generation.warm_up import _mark
+from evslip.utils.errors import ConfigError
+
+SMALL = {"camera.width": 64, "camera.height": 48, "render.max_motion_px": 2.0}
+MAKE_ONE = """
+import sys
+from numba.core import event
+
+class Listener(event.Listener):
+    def on_start(self, event):
+        if event.data["dispatcher"].py_func.__module__.startswith("evslip"):
+            print("compiled", event.data["dispatcher"].py_func.__qualname__)
+
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Listener())
+import evslip
+from evslip.generation.generate import make_record
+config = evslip.load_config("demo", {small})
+record = make_record(evslip.draw(config, 0))
+print(record.kind, record.events.count > 0)
+"""
+
+
+@pytest.mark.slow
+def test_after_it_a_sample_compiles_nothing_more():
+    config = evslip.load_config("demo", SMALL)
+    told = []
+    mark = _mark(config)
+    assert mark is not None
+    mark.unlink(missing_ok=True)
+    compiled = evslip.warm_up(config, report=lambda done, about: told.append((done, about)))
+    assert len(told) >= compiled and all(0 < done <= about for done, about in told)
+    assert mark.exists() and evslip.warm_up(config) == 0
+    code = MAKE_ONE.replace("{small}", repr(SMALL))
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines() == ["simulated True"]
+
+
+def test_a_wrong_preset_is_refused():
+    with pytest.raises(ConfigError, match="neither a preset"):
+        evslip.warm_up("smiple")
+
+
+def test_a_log_says_at_once_that_it_compiles(capsys):
+    with samples_bar("warm-up") as progress:
+        progress.compiling(1, 90)
+        progress.compiling(2, 90)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 1 and f"{COMPILING}: 1 of 90" in lines[0]
