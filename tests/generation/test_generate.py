@@ -154,6 +154,17 @@ def test_other_versions_on_a_node_are_refused(tmp_path):
         make_sample(Job(str(tmp_path), toml, "train", 0, '{"mujoco": "1.0"}'))
 
 
+def test_a_data_set_of_another_version_is_not_gone_on_with(finished, monkeypatch):
+    """It opens and verifies; nothing new is made, since the frames of versions differ."""
+    before = records(finished)
+    monkeypatch.setattr("evslip.generation.generate.__version__", "9.9")
+    with pytest.raises(ConfigError, match=r"was made by evslip .* not those of 9\.9; expected a new folder"):
+        evslip.generate(small_config(), finished, 5, workers=1)
+    assert records(finished) == before
+    assert evslip.open_dataset(finished).verify() == []
+    assert len(evslip.generate(small_config(), finished, 4, workers=1).made) == 0
+
+
 def test_a_configuration_that_failed_can_be_mended_in_its_folder(tmp_path):
     with pytest.raises(ConfigError, match="cannot reach"):
         evslip.generate(small_config(**{"object.x_m": 0.9}), tmp_path, 1, workers=1)

@@ -13,21 +13,23 @@ from typing import Any, NamedTuple
 from evslip.config.config import Config
 from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.config.params import Params
-from evslip.data import building, dataset, requested
+from evslip.data import building, dataset, record_file, requested
+from evslip.data.layout import sample_path
 from evslip.data.record import Record, provenance
-from evslip.data.record_file import encode
 from evslip.draws.draw import draw
 from evslip.events.frame import Frame
 from evslip.events.stream import empty_events
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
+from evslip.generation.warm_up import warm_up
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.truth import measure
 from evslip.rendering import render_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
 from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
+from evslip.utils.version import __version__
 
 STAGES = ("physics", "frames", "events", "file")
 TRIED = 8
@@ -149,7 +151,7 @@ def make_sample(job: Job) -> Made:
     except ConfigError as error:
         raise ConfigError(f"{job}: {error}") from None
     with watch.stage("file"):
-        entry = building.add(Path(job.root), record, encode(record))
+        entry = building.add(Path(job.root), record, record_file.encode(record))
     return Made(entry, watch.seconds)
 
 
@@ -188,16 +190,30 @@ def generate(
     root, text, told = Path(out).absolute(), dump_config(config), progress or Progress()
     indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
     building.create(root, text)
-    requested.request(root, split, count)
     finished = dataset.finished(root, split, indices)
     versions = json.dumps(_versions())
     jobs = [Job(str(root), text, split, i, versions) for i in indices if (split, i) not in finished]
+    if jobs and finished:
+        _check_version(sample_path(root, *min(finished)))
+    requested.request(root, split, count)
     told.begin(len(indices), len(indices) - len(jobs))
+    if jobs and runner_name == "local":
+        warm_up(config, report=told.compiling)
     made = []
     for result in run(make_sample, jobs, workers, told.notice, limit_s) if jobs else ():
         made.append(result)
         told.made(result)
     return Summary(made, len(indices) - len(jobs), time.perf_counter() - start)
+
+
+def _check_version(path: Path) -> None:
+    """Raise ConfigError if a finished sample is of another version, whose frames and events differ."""
+    made_by = record_file.read(path, events=False).provenance.get("evslip")
+    if made_by != __version__:
+        raise ConfigError(
+            f"{path}: was made by evslip {made_by}, whose frames are not those of {__version__}; "
+            f"expected a new folder, or evslip {made_by} to go on"
+        )
 
 
 class _Frames:
