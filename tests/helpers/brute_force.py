@@ -223,7 +223,7 @@ def compare(params, traj, at_us, monkeypatch, shape=None):
 
     Bodies keep no light from all around away here: `test_render_occlusion` looks at that alone."""
     monkeypatch.setattr(renderer, "SPREAD", np.float32(0))
-    monkeypatch.setattr(renderer, "cast", partial(_cast_openly, renderer.cast))
+    monkeypatch.setattr(renderer, "illuminate", partial(_illuminate_openly, renderer.illuminate))
     camera = hand_camera(params)
     poses = ScenePoses(traj, camera, np.array([at_us]))
     raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
@@ -244,5 +244,5 @@ def compare(params, traj, at_us, monkeypatch, shape=None):
     return np.log(image / truth)[free], (image - truth)[free] / np.median(truth) / 4, bodies[free]
 
 
-def _cast_openly(cast, *arguments):
-    return cast(*arguments)._replace(block_places=np.full((1, 3), 1e3), block_turns=np.eye(3)[None])
+def _illuminate_openly(illuminate, view, setting, casters, blockers, parts):
+    return illuminate(view, setting, casters, type(blockers)(*(part[:0] for part in blockers)), parts[:0])

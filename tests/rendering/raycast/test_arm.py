@@ -11,15 +11,15 @@ from evslip.draws.draw import draw
 from evslip.events.frame import ARM, GRIPPER, OBJECT
 from evslip.physics.robot import HOME_RAD, panda
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.geometry.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed
+from evslip.rendering.geometry.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed, solids
 from evslip.rendering.outputs import FIRST_LINK, PixelRays
 from evslip.rendering.poses import ScenePoses
-from evslip.rendering.raycast.arm import cast_links
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.shadows.casters import ARM_PART, cast, receive, shade, spread
-from evslip.rendering.slots import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
+from evslip.rendering.shadows.casters import ARM_PART
+from evslip.rendering.shadows.mesh_shadow import outlines_of
 from evslip.rendering.timing.schedule import image_motion
 from made_up import still
+from shadows import seen
 
 
 @pytest.fixture(scope="module")
@@ -117,23 +117,13 @@ def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
     joints = HOME_RAD[None]
     links = link_poses(joints)
     lamp = np.array([-14.0, 9.0, 24.0])
-    boxes, outlines = cast_links(links, 0, lamp, np.array([0.0, 1.0, 0.0]))
-    nothing = np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))
-    parts, numbers = np.full(CASTERS, ARM_PART), np.arange(CASTERS)
-    casters = cast(lamp, radius, np.array([0.0, 1.0, 0.0]), boxes, parts, nothing, numbers, outlines)
-    reception = receive(casters, np.eye(3), np.zeros(3))
-    spread(reception, casters, np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0]))
     rng = np.random.default_rng(0)
     points = np.concatenate([rng.uniform((-0.1, -0.6), (1.0, 0.5), (512, 2)), np.zeros((512, 1))], 1)
     points = points[np.lexsort((points[:, 1], points[:, 0] // 0.1))]
-    S, found = np.zeros(SCRATCH, np.float32), []
-    for start in range(0, len(points), SLOT):
-        chunk = points[start : start + SLOT]
-        for slot, values in zip((U, V, W), chunk.T, strict=True):
-            S[slot : slot + SLOT] = values
-        S[ROOM : ROOM + SLOT], S[SEEN : SEEN + SLOT], S[PART : PART + SLOT] = 1, 1, 255
-        shade(S, SLOT, reception, False, True)
-        found.append(S[SEEN : SEEN + SLOT].copy())
+    places, turns = links.places[0, :CASTERS], links.turns[0, :CASTERS]
+    outlines = outlines_of(solids(), places, turns, lamp, np.array([0.0, 1.0, 0.0]))
+    boxes = turns, links.middles[0, :CASTERS], hulls().halves[:CASTERS]
+    found = seen(points, lamp, radius, boxes, np.full(CASTERS, ARM_PART), outlines=outlines)
     facets, parts = posed(links.places[0], links.turns[0]), hulls()
     own = parts.link_of_face < CASTERS
     faces = facets.faces[own]
@@ -143,7 +133,7 @@ def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
         return triangles(facets.vertices, faces, uv, normals, origin, d)
 
     truth = seen_share(points, lamp, radius, [(np.zeros(3), np.eye(3), body)], 60, rng)
-    error = np.abs(np.concatenate(found) - truth)
+    error = np.abs(found - truth)
     assert 0.1 < np.mean(truth < 0.5) < 0.9
     assert error.mean() < 0.03
     assert np.quantile(error, 0.95) < 0.2

@@ -5,7 +5,7 @@ from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble, shadow_boxes
-from evslip.rendering.raycast.layers import BODY, LUMA, NORMAL_X, SHARE, VIEW_X, X, Z, resolve
+from evslip.rendering.raycast.layers import BODY, LUMA, NORMAL_X, SHARE, X, Z, resolve
 from evslip.rendering.raycast.openings import Openings
 from evslip.rendering.scratch import BLOCK
 
@@ -49,9 +49,9 @@ def test_fragments_lie_on_the_rays_of_their_pixels(layers, camera):
     image = camera.project(layers.fragments[X : Z + 1].T.astype(float))
     assert np.abs(image[:, 0] - pixels % camera.width - 0.5).max() < 0.51
     assert np.abs(image[:, 1] - pixels // camera.width - 0.5).max() < 0.51
-    for row in (NORMAL_X, VIEW_X):
-        assert np.linalg.norm(layers.fragments[row : row + 3], axis=0) == pytest.approx(1, abs=1e-5)
-    facing = np.sum(layers.fragments[NORMAL_X : NORMAL_X + 3] * layers.fragments[VIEW_X : VIEW_X + 3], 0)
+    normals = layers.fragments[NORMAL_X : NORMAL_X + 3]
+    assert np.linalg.norm(normals, axis=0) == pytest.approx(1, abs=1e-5)
+    facing = -np.sum(normals * layers.fragments[X : Z + 1], 0)
     assert np.mean(facing > 0) > 0.98
 
 

@@ -1,4 +1,5 @@
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,8 +17,7 @@ from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast import body
 from evslip.rendering.raycast.mesh import Mesh, repetition_ratio
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.shadows.box_shadow import change_frame
-from evslip.rendering.shadows.mesh_shadow import hide_behind, outline_of, shade_behind
+from evslip.rendering.shadows.mesh_shadow import Solid, hide_behind, outlines_of, shade_behind
 from evslip.rendering.slots import HIDDEN, ROOM, SCRATCH, SLOT, U, V, W
 from evslip.scene.shapes import surface_of
 from made_up import still, turning
@@ -48,12 +48,28 @@ def on_the_table(params):
     return traj
 
 
+class Outline(NamedTuple):
+    """One of `Outlines`, and the lamp that it is seen from."""
+
+    edges: np.ndarray
+    starts: np.ndarray
+    frames: np.ndarray
+    origins: np.ndarray
+    planes: np.ndarray
+    lamp: np.ndarray
+
+
+def outline_of(facets, place, axes, lamp, forward):
+    solid, level = Solid(facets.vertices, facets.planes, facets.edges), forward * (1, 1, 0)
+    return Outline(*outlines_of([solid], np.array([place], float), axes[None], lamp, level), lamp)
+
+
 def seen(points, outline, lamp_radius, blur=(1e-6, 1e-6), all_edges=False):
     """Shares of the lamp that an outline leaves visible from points in the world."""
     S, result = np.zeros(SCRATCH, np.float32), []
-    turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
-    change_frame(np.eye(3), np.zeros(3), outline.turn, outline.place, turn, move)
-    row = np.array([*turn.ravel(), *move, outline.distance, *outline.plane, *blur], np.float32)
+    frame, origin, lamp = outline.frames[0], outline.origins[0], outline.lamp
+    away = np.linalg.norm(lamp - origin)
+    row = np.array([*frame.T.ravel(), *-frame.T @ origin, away, *outline.planes[0], *blur], np.float32)
     chosen = np.empty(len(outline.edges), np.int64)
     for start in range(0, len(points), SLOT):
         chunk = points[start : start + SLOT].astype(np.float32)
@@ -79,7 +95,7 @@ def test_edges_that_are_left_out_hide_nothing(seed):
     lamp, place, radius = np.array([4.0, -3.0, 8.0]) * 3, np.array([0.0, 0.0, 0.1]), rng.uniform(0.1, 2.0)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     axes[:, 2] *= np.linalg.det(axes)
-    outline = outline_of(facets, place, axes, lamp, np.array([0.0, 1.0, 0.0]), 0.1)
+    outline = outline_of(facets, place, axes, lamp, np.array([0.0, 1.0, 0.0]))
     middle, along = np.append(rng.uniform(-0.2, 0.2, 2), 0.0), np.append(rng.normal(size=2), 0.0)
     points = middle + np.linspace(-0.5, 0.5, SLOT)[:, None] * along * rng.uniform(0.01, 0.1)
     chosen, every = (seen(points, outline, radius, (1e-3, 2e-3), all_edges) for all_edges in (False, True))
@@ -93,7 +109,7 @@ def test_the_shadow_of_a_standing_cylinder_matches_rays(polar, lamp_radius):
     polar = np.radians(polar)
     lamp = 30 * np.array([0.5 * np.sin(polar), 0.866 * np.sin(polar), np.cos(polar)])
     outline = outline_of(
-        prepare_facets(*surface_of(params)), np.array([0, 0, top]), np.eye(3), lamp, np.array([0, -1.0, -0.3]), 0.1
+        prepare_facets(*surface_of(params)), np.array([0, 0, top]), np.eye(3), lamp, np.array([0, -1.0, -0.3])
     )
     rng = np.random.default_rng(0)
     points = np.concatenate([rng.uniform((-0.2, -0.2), (0.05, 0.05), (3000, 2)), np.zeros((3000, 1))], 1)
@@ -110,10 +126,10 @@ def test_a_pixel_blurs_the_shadow_as_its_mean_does():
     top = params.object.height_m / 2
     lamp = np.array([12.0, 21.0, 17.0])
     outline = outline_of(
-        prepare_facets(*surface_of(params)), np.array([0, 0, top]), np.eye(3), lamp, np.array([0, -1.0, -0.3]), 0.1
+        prepare_facets(*surface_of(params)), np.array([0, 0, top]), np.eye(3), lamp, np.array([0, -1.0, -0.3])
     )
     right, down = np.array([-0.0008, 0, 0]), np.array([0, 0.008, 0])
-    rows = outline.turn.T @ np.stack([right, down], 1)
+    rows = outline.frames[0].T @ np.stack([right, down], 1)
     blur = 0.5 * np.hypot(rows[:2, 0], rows[:2, 1])
     y = np.linspace(-0.12, 0.0, 60)
     points = np.concatenate([np.stack([np.full(60, x), y, np.zeros(60)], 1) for x in (-0.05, -0.02, 0.0, 0.02)])

@@ -9,11 +9,15 @@ from brute_force import cuboid
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
+from evslip.rendering.geometry.hand import Boxes
 from evslip.rendering.poses import ScenePoses
+from evslip.rendering.raycast.backdrop import table_plane
 from evslip.rendering.raycast.renderer import Raycaster
-from evslip.rendering.shadows.box_shadow import BOX, describe_box
-from evslip.rendering.shadows.occlusion import DARK, PITCH, between, block, open_run, surface_nodes
-from evslip.rendering.slots import NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SCRATCH, U, V, W
+from evslip.rendering.raycast.table_light import open_nodes
+from evslip.rendering.scratch import make_scratch
+from evslip.rendering.shadows.box_shadow import describe_boxes
+from evslip.rendering.shadows.occlusion import DARK, PITCH, between, between_columns, open_run, openness
+from evslip.rendering.slots import OPEN, SCRATCH
 from evslip.rendering.viewpoint import View
 from made_up import still
 
@@ -46,17 +50,11 @@ def hidden(point, normal, boxes, count=4000):
 
 
 def kept_away(points, normal, box, above):
-    S, row = np.zeros(SCRATCH, np.float32), np.zeros(BOX, np.float32)
-    turn, place, half = box
-    describe_box(row, np.eye(3), np.zeros(3), turn, place, half, np.zeros(3))
-    n = len(points)
-    for slot, values in zip((U, V, W), points.T, strict=True):
-        S[slot : slot + n] = values
-    for slot, value in zip((NORMAL_X, NORMAL_Y, NORMAL_Z), normal, strict=True):
-        S[slot : slot + n] = value
-    S[OPEN : OPEN + n] = 1
-    block(S, n, row, above)
-    return (1 - S[OPEN : OPEN + n]) / DARK
+    (row,) = describe_boxes(Boxes(*(np.asarray(part)[None] for part in box)), np.zeros(3))
+    normals = np.repeat(np.asarray(normal, np.float32)[:, None], len(points), 1)
+    parts, places = np.zeros(len(points), np.float32), np.ascontiguousarray(points.T, np.float32)
+    found = openness(make_scratch(), places, normals, parts, row[None], np.ones(1, np.float32), above)
+    return (1 - found) / DARK
 
 
 @settings(max_examples=15)
@@ -98,7 +96,7 @@ def test_a_box_half_below_the_horizon_hides_about_what_rays_say(seed):
 
 @pytest.fixture(scope="module")
 def scene():
-    """A held object over the table: camera, poses, the casters of the frame, parameters."""
+    """A held object over the table: camera, poses, the light of the frame, parameters."""
     params = draw(load_config("simple"), 0)
     traj = still(params)
     traj.gripper_pose[:, 2] = params.object.height_m + 0.1034 + 0.01
@@ -107,21 +105,23 @@ def scene():
     poses = ScenePoses(traj, camera, np.array([0]))
     raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
     raycaster._prepare(poses, 0)
-    return camera, poses, raycaster._casters, params
+    return camera, poses, raycaster._illumination(), raycaster.setting
 
 
 def nodes_of(scene):
-    camera, poses, casters, params = scene
+    camera, poses, light, setting = scene
     view = View(poses.camera_position[0], poses.camera_rotation[0], camera.focal_px, np.zeros(3), np.eye(3))
-    S, radius_m = np.zeros(SCRATCH, np.float32), params.background.radius_m
-    return surface_nodes(S, camera.width, camera.height, view, radius_m, np.zeros(3), casters)
+    plane = table_plane(view, setting)
+    return open_nodes(make_scratch(), camera.height, camera.width, view, setting.sky.radius_m, plane, light.blockers)
 
 
 def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
-    camera, poses, casters, _ = scene
+    camera, poses, light, _ = scene
     eye, turn = poses.camera_position[0], poses.camera_rotation[0]
-    nodes, _ = nodes_of(scene)
-    boxes = list(zip(casters.block_turns, casters.block_places, casters.block_halves, strict=True))
+    nodes, boxes = nodes_of(scene), []
+    for row in light.blockers.astype(float):
+        axes = turn @ row[:9].reshape(3, 3).T
+        boxes.append((axes, eye - axes @ row[9:12], row[15:18]))
     rng, errors = np.random.default_rng(0), []
     for x, y in rng.uniform((0, 100), (camera.width, camera.height), (150, 2)):
         ray = turn @ [(x - camera.width / 2) / camera.focal_px, (camera.height / 2 - y) / camera.focal_px, -1.0]
@@ -136,8 +136,8 @@ def test_the_surface_is_as_dark_around_the_grasp_as_rays_say(scene):
 
 
 def test_openness_of_a_row_is_that_between_its_nodes(scene):
-    nodes, rows = nodes_of(scene)
-    S = np.zeros(SCRATCH, np.float32)
+    nodes = nodes_of(scene)
+    rows, S = between_columns(nodes, scene[0].width), np.zeros(SCRATCH, np.float32)
     for row in (0, 7, 8, 29):
         open_run(S, 32, rows, 9, row)
         for i in range(32):

@@ -16,7 +16,7 @@ from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import make_lamp
 from evslip.rendering.timing.foreground import foreground_motion
 from evslip.rendering.timing.schedule import object_motion
-from evslip.rendering.timing.update_schedule import LAG, STEADY_PX, cell_motion, divide, plan_cells
+from evslip.rendering.timing.update_schedule import LAG, LIGHT_LAG, STEADY_PX, cell_motion, divide, plan_cells
 from made_up import carried, still, turning
 
 render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function
@@ -111,7 +111,11 @@ def test_cells_move_at_least_as_far_as_what_they_show():
     camera = hand_camera(traj.params, (173, 130))
     times = frame_times(traj, 0, 10**6, camera=camera)
     lamp = make_lamp(traj.params)
-    motion, cells = cell_motion(ScenePoses(traj, camera, times), camera, traj.params, lamp), divide(130, 173)
+    (motion, light), cells = (
+        cell_motion(ScenePoses(traj, camera, times), camera, traj.params, lamp, True),
+        divide(130, 173),
+    )
+    assert np.all(light <= motion)
     assert motion.shape == (len(times) - 1, cells.rows, cells.columns)
     rows, columns = np.mgrid[:130, :173]
     for k in range(5, len(times) - 1, 9):
@@ -129,9 +133,9 @@ def test_cells_around_an_object_that_slides_are_drawn_anew_and_so_is_its_shadow(
     traj.object_pose[:, 2] += np.linspace(0.02, -0.02, len(traj.t_us))
     camera = hand_camera(traj.params)
     times = np.arange(0, 10**6, 20_000)
-    motion = cell_motion(ScenePoses(traj, camera, times), camera, traj.params, make_lamp(traj.params))
+    motion, _ = cell_motion(ScenePoses(traj, camera, times), camera, traj.params, make_lamp(traj.params), False)
     dark = traj.params.model_copy(update={"light": traj.params.light.model_copy(update={"luminance_cd_m2": 0.0})})
-    unlit = cell_motion(ScenePoses(traj, camera, times), camera, dark, make_lamp(dark))
+    unlit, _ = cell_motion(ScenePoses(traj, camera, times), camera, dark, make_lamp(dark), False)
     first, second = (next(render(traj, times_us=times[k : k + 1])) for k in (10, 11))
     changed = np.abs(np.log(second.luminance / first.luminance)) > 1e-3
     behind = (first.bodies <= SURFACE) & (second.bodies <= SURFACE)
@@ -151,7 +155,7 @@ def test_what_is_held_is_drawn_seldom_and_shows_what_single_frames_show(radius_m
     poses = ScenePoses(traj, camera, times)
     sequence, single = (make_renderer(None, traj, camera, SPAN) for _ in range(2))
     drawn, draw_foreground = [], sequence._draw_foreground
-    monkeypatch.setattr(sequence, "_draw_foreground", lambda layer: (drawn.append(layer), draw_foreground(layer)))
+    monkeypatch.setattr(sequence, "_draw_foreground", lambda *args: (drawn.append(args), draw_foreground(*args)))
     errors, steps, last = [], [], None
     for k, (luminance, bodies) in enumerate(sequence.draw_sequence(poses, 1.0)):
         expected, known = single.draw(poses, k)
@@ -161,7 +165,7 @@ def test_what_is_held_is_drawn_seldom_and_shows_what_single_frames_show(radius_m
         if last is not None:
             steps.append(np.abs(np.log((expected + 1e-3) / (last + 1e-3)))[held])
         last = expected
-    assert len(times) / LAG <= len(drawn) < 0.6 * len(times)
+    assert len(times) / LIGHT_LAG <= len(drawn) < 0.6 * len(times)
     errors, steps = np.concatenate(errors), np.concatenate(steps)
     assert 0 < errors.mean() < 0.02 * steps.mean()
     assert np.percentile(errors, 99.9) < np.percentile(steps, 99.9) / 50

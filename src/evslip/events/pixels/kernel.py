@@ -51,7 +51,8 @@ def _stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, hig
 def doubled(events: np.ndarray) -> np.ndarray:
     """Copy of some events with twice the room."""
     copy = np.empty((2 * len(events), 2), np.int64)
-    copy[: len(events)] = events
+    for k in range(len(events)):  # an assignment of the whole compiles what it might complain with
+        copy[k, 0], copy[k, 1] = events[k, 0], events[k, 1]
     return copy
 
 

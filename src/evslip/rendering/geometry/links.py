@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from evslip.physics.robot import collision_hull, description_folder
 from evslip.rendering.geometry.facets import Facets, prepare_facets
 from evslip.rendering.scratch import kernel
-from evslip.rendering.shadows.mesh_shadow import lamp_frame, silhouette
+from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.scene.shapes.surface import corner_normals
 
 LINKS = 8
@@ -137,32 +137,15 @@ def hulls(directions: int = FINE) -> Hulls:
     return Hulls(facets, at[order], owner, np.stack(numbers, 1), (low + high) / 2, (high - low) / 2)
 
 
-@kernel
-def outlines_of(vertices, planes, faces_start, edges, places, turns, lamp, forward):
-    """Outlines of the links that cast shadows, as `mesh_shadow.outline_of` has them: edges (m, 2, 3), starts, frames,
-    origins and planes of `casters.Casters`. vertices, planes, edges and faces_start (of `Hulls.starts`): all links."""
-    number = CASTERS
-    frames, origins, fits = np.empty((number, 3, 3)), np.empty((number, 3)), np.empty((number, 3))
-    starts, result = np.zeros(number + 1, np.int64), np.empty((edges.shape[0], 2, 3), np.float32)
-    local, towards = np.empty((3, 3)), np.empty(3)
-    for k in range(number):
-        origins[k] = places[k]
-        lamp_frame(places[k], lamp, forward, frames[k])
-        for i in range(3):
-            towards[i] = 0.0
-            for j in range(3):
-                towards[i] += turns[k, j, i] * (lamp[j] - places[k, j])
-                local[i, j] = 0.0
-                for q in range(3):
-                    local[i, j] += turns[k, q, i] * frames[k, q, j]
-        first, last = faces_start[k], faces_start[k + 1]
-        own = edges[first[2] : last[2]].copy()
-        own[:, 2:] -= first[1]
-        found, plane = silhouette(vertices, planes[first[1] : last[1]], own, towards, local)
-        fits[k] = plane
-        starts[k + 1] = starts[k] + found.shape[0]
-        result[starts[k] : starts[k + 1]] = found
-    return result[: starts[number]].copy(), starts, frames, origins, fits
+@cache
+def solids() -> tuple[Solid, ...]:
+    """Meshes of the links that cast shadows, each in its own frame."""
+    parts, found = hulls(COARSE), []
+    for k in range(CASTERS):
+        (_, face, edge), (_, last_face, last_edge) = parts.starts[k], parts.starts[k + 1]
+        edges = parts.facets.edges[edge:last_edge] - (0, 0, face, face)
+        found.append(Solid(parts.facets.vertices, parts.facets.planes[face:last_face], edges))
+    return tuple(found)
 
 
 def posed(places: np.ndarray, turns: np.ndarray) -> Facets:

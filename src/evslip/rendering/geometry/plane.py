@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from evslip.rendering.scratch import HALF, ONE, ZERO, f32, kernel
 from evslip.rendering.slots import (
     MAJOR_U,
@@ -16,30 +18,20 @@ from evslip.rendering.slots import (
     W,
 )
 
-PLANE = 15
+PLANE = 12
 """Floats that describe a plane to the passes; see `describe`."""
 GRAZING = f32(-1e-5)
 
 
-@kernel
-def describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp):
-    """plane (15,): the normal and both axes in camera axes (9), the height of the origin over the camera along the
-    normal (1), the camera in the plane's u, v (2), the lamp in its u, v, normal (3)."""
-    for k in range(3):
-        plane[k], plane[3 + k], plane[6 + k] = 0.0, 0.0, 0.0
-        for j in range(3):
-            plane[k] += turn[j, k] * normal[j]
-            plane[3 + k] += turn[j, k] * u_axis[j]
-            plane[6 + k] += turn[j, k] * v_axis[j]
-    for k in range(9, 15):
-        plane[k] = 0.0
-    for j in range(3):
-        plane[9] += normal[j] * (origin[j] - camera[j])
-        plane[10] += u_axis[j] * (camera[j] - origin[j])
-        plane[11] += v_axis[j] * (camera[j] - origin[j])
-        plane[12] += u_axis[j] * (lamp[j] - origin[j])
-        plane[13] += v_axis[j] * (lamp[j] - origin[j])
-        plane[14] += normal[j] * (lamp[j] - origin[j])
+def describe(origin: np.ndarray, axes: np.ndarray, turn: np.ndarray, camera: np.ndarray) -> np.ndarray:
+    """A plane as the passes take it, float32 (PLANE,): the normal and both axes in camera axes (9), the height of the
+    origin over the camera along the normal (1), the camera in the plane's u, v (2).
+
+    axes: u, v and the normal in the world as columns; turn, camera: the camera's axes as columns, and its place.
+    """
+    across, seen_from = turn.T @ axes, axes.T @ (camera - origin)
+    parts = across[:, 2], across[:, 0], across[:, 1], [-seen_from[2]], seen_from[:2]
+    return np.concatenate(parts).astype(np.float32)
 
 
 @kernel

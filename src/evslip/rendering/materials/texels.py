@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
+from evslip.rendering.scratch import HALF, ONE, ZERO, blocks, f32, formula, kernel
 from evslip.rendering.slots import (
     FADED,
     FRAC_X,
@@ -21,6 +21,7 @@ from evslip.rendering.slots import (
     MAJOR_V,
     MINOR_U,
     MINOR_V,
+    SLOT,
     TEX,
     TEXELS,
     WEIGHT,
@@ -46,6 +47,10 @@ EVENLY = f32(0.25)
 """As FLAT: a row of probes mixes levels evenly, which has the wanted variance across by itself."""
 
 
+PAD = 8
+"""Cells after each row: at a distance that is a power of two, rows would fall into the same places of the cache."""
+
+
 def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
     """Pyramid of an image (rows, columns) with values in [0, 1] and sides that are powers of two.
 
@@ -59,9 +64,10 @@ def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
         padded = np.pad(image, ((0, 1), (0, 1)), mode="wrap" if wrap else "edge")
         texels = np.clip(padded * 65535 + 0.5, 0, 65535).astype(np.uint64)
         corners = (texels[:-1, :-1], texels[:-1, 1:], texels[1:, :-1], texels[1:, 1:])
-        cells.append(np.bitwise_or.reduce([c << np.uint64(16 * k) for k, c in enumerate(corners)]).ravel())
+        packed = np.bitwise_or.reduce([c << np.uint64(16 * k) for k, c in enumerate(corners)])
+        cells.append(np.pad(packed, ((0, 0), (0, PAD))).ravel())
         levels.append((start, columns, rows))
-        start += image.size
+        start += cells[-1].size
         if min(rows, columns) == 1:
             return np.concatenate(cells), np.array(levels, np.float32)
         image = halve(halve(image, 0), 1)
@@ -132,6 +138,27 @@ def sample_around(S, n, cells, loaded, levels, wrap, pattern):
             S[FADED + i] = S[WEIGHT + i] * share
         for probe in range(pattern.shape[0]):
             _fetch(S, n, cells, loaded, levels[level], wrap, pattern[probe, 0], pattern[probe, 1])
+
+
+@kernel
+def sample_points(scratch, places, footprints, starts, cells, levels, rows, wrap):
+    """Means of textures over footprints around places, float32 (n,). places (2, n): U, V; footprints (4, n): MAJOR_U,
+    MAJOR_V, MINOR_U, MINOR_V; all in repetitions. starts: first point of each texture, then n; rows: first and past the
+    last of its `levels`, (textures, 2)."""
+    (S, loaded), values = scratch, np.empty(places.shape[1], np.float32)
+    for one in range(rows.shape[0]):
+        own = levels[rows[one, 0] : rows[one, 1]]
+        for start in range(starts[one], starts[one + 1], SLOT):
+            n = min(SLOT, starts[one + 1] - start)
+            for i in range(blocks(n)):  # the last point fills up the block
+                at = start + min(i, n - 1)
+                S[U + i], S[V + i] = places[0, at], places[1, at]
+                S[MAJOR_U + i], S[MAJOR_V + i] = footprints[0, at], footprints[1, at]
+                S[MINOR_U + i], S[MINOR_V + i] = footprints[2, at], footprints[3, at]
+            sample_around(S, blocks(n), cells, loaded, own, wrap, SQUARE)
+            for i in range(n):
+                values[start + i] = S[TEX + i]
+    return values
 
 
 @kernel
@@ -208,7 +235,7 @@ def _fetch(S, n, cells, loaded, level, wrap, a, b):
     The loops for arithmetic hold no gather; `loaded` (uint64, SLOT) separates the loads from it.
     """
     start, columns, rows = np.int32(level[0]), level[1], level[2]
-    stride, mask_x, mask_y = np.int32(columns), np.int32(columns) - 1, np.int32(rows) - 1
+    stride, mask_x, mask_y = np.int32(columns) + np.int32(PAD), np.int32(columns) - 1, np.int32(rows) - 1
     for i in range(n):
         x = (S[U + i] + a * S[MAJOR_U + i] + b * S[MINOR_U + i]) * columns - HALF
         y = (S[V + i] + a * S[MAJOR_V + i] + b * S[MINOR_V + i]) * rows - HALF

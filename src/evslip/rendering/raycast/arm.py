@@ -4,13 +4,12 @@ import numpy as np
 
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import WHITEST
-from evslip.rendering.geometry.links import CASTERS, COARSE, LinkPoses, hulls, in_view, outlines_of, posed
+from evslip.rendering.geometry.links import LinkPoses, hulls, in_view, posed
 from evslip.rendering.geometry.raster import make_raster, trace
-from evslip.rendering.materials.texels import bake
-from evslip.rendering.raycast.setting import Setting
 from evslip.rendering.scratch import Scratch
+from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.shading.mesh_shading import MeshLook, draw_mesh
-from evslip.rendering.shadows.casters import ARM_PART, Casters
+from evslip.rendering.shadows.casters import ARM_PART
 from evslip.rendering.viewpoint import View
 
 HALF = 0.5
@@ -24,8 +23,7 @@ class Arm:
         height, width = camera.height, camera.width
         self._slopes = width / 2 / camera.focal_px, height / 2 / camera.focal_px
         self._raster = None
-        white = bake(np.full((2, 2), WHITEST, np.float32), wrap=True)
-        self._look = MeshLook(*white, (True, True), gloss, ARM_PART)
+        self._look = MeshLook(WHITEST, None, None, (True, True), gloss, ARM_PART)
         self.total = np.zeros((height, width), np.float32)
         """Share of each pixel that the arm covers."""
         self.touched, self._full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
@@ -46,24 +44,11 @@ class Arm:
         self._depth = 1.0 / nearest if nearest > 0 else 1.0
         return self._count > 0
 
-    def draw(self, out: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters) -> None:
+    def draw(self, out: np.ndarray, scratch: Scratch, view: View, light: Illumination) -> None:
         """Add what `cover` found to `out`."""
         assert self._raster is not None
-        raster = self._raster, self._count
-        draw_mesh(scratch, out, self._keep, view, setting, self._look, *raster, casters, self._depth)
+        draw_mesh(scratch, out, self._keep, view, light, self._look, self._raster, self._count, self._depth)
 
     def mark(self, bodies: np.ndarray, number: int) -> None:
         """Put `number` into `bodies` where the arm covers most of a pixel."""
         bodies[self.total >= HALF] = number
-
-
-def cast_links(
-    links: LinkPoses, index: int, lamp: np.ndarray, forward: np.ndarray
-) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
-    """Casters of the links' shadows: turns, places and halves of boxes around them, and the outlines of
-    `links.outlines_of`."""
-    parts, places, turns = hulls(COARSE), links.places[index], links.turns[index]
-    found = outlines_of(
-        parts.facets.vertices, parts.facets.planes, parts.starts, parts.facets.edges, places, turns, lamp, forward
-    )
-    return (turns[:CASTERS], links.middles[index, :CASTERS], hulls().halves[:CASTERS]), found

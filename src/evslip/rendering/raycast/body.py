@@ -9,10 +9,9 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.raycast.layers import Layers
-from evslip.rendering.raycast.setting import Setting
 from evslip.rendering.scratch import Scratch
-from evslip.rendering.shadows.casters import Casters
-from evslip.rendering.shadows.mesh_shadow import Outline
+from evslip.rendering.shading.illumination import Illumination
+from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.rendering.viewpoint import View
 
 
@@ -27,23 +26,19 @@ class Body(Protocol):
     """A run of columns that it covers wholly."""
     half: np.ndarray
     """Half sides of a box about its origin that holds it, of shape (3,)."""
+    solid: Solid | None
+    """Mesh that casts its shadow; None if its box does."""
 
     def cover(self, view: View) -> None:
         """Find the pixels that show the object."""
-        ...
-
-    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
-        """Outline that casts its shadow; None if its box does."""
         ...
 
     def order(self, front: np.ndarray, layers: Layers) -> None:
         """front (n,): set to 1 for the gripper's fragments in front of the object, to 0 for those behind."""
         ...
 
-    def draw(
-        self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
-    ) -> None:
-        """Add the object to `out` where `keep` (height, width) leaves room, in the shadow of the casters."""
+    def draw(self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, light: Illumination) -> None:
+        """Add the object to `out` where `keep` (height, width) leaves room."""
         ...
 
 

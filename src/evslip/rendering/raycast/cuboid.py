@@ -9,11 +9,10 @@ from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_faces
 from evslip.rendering.raycast.layers import Layers
-from evslip.rendering.raycast.setting import Setting, channel_of
+from evslip.rendering.raycast.setting import channel_of
 from evslip.rendering.scratch import Scratch
 from evslip.rendering.shading.box_shading import FaceTextures, draw_box
-from evslip.rendering.shadows.casters import Casters
-from evslip.rendering.shadows.mesh_shadow import Outline
+from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.viewpoint import View
 from evslip.scene.textures import library
 
@@ -25,7 +24,7 @@ class Cuboid:
         height, width = camera.height, camera.width
         shape = params.object
         sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
-        self.half = sides / 2
+        self.half, self.solid = sides / 2, None
         self._textures = bake_faces(channel_of(library.load(shape.texture), channel), sides)
         self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
         self.total = np.zeros((height, width), np.float32)
@@ -38,19 +37,14 @@ class Cuboid:
         self._view = view
         self._visible = cover_box(view, self.half, self._cover, self.total, self.touched, self.full)
 
-    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
-        return None
-
     def order(self, front: np.ndarray, layers: Layers) -> None:
         assert self._view is not None
         _, turn, _, place, axes = self._view
         order_by_faces(front, layers.fragments, turn.T @ (place - self._view.camera), turn.T @ axes, self.half)
 
-    def draw(
-        self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
-    ) -> None:
-        look = self._gloss, self.half, self._textures
-        draw_box(scratch, out, keep, view, setting, *look, casters, self._cover, self._visible)
+    def draw(self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, light: Illumination) -> None:
+        look = self.half, self._textures, self._gloss
+        draw_box(scratch, out, keep, view, light, *look, self._cover, self._visible)
 
 
 def bake_faces(image: np.ndarray, sides: np.ndarray) -> FaceTextures:

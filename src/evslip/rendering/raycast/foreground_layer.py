@@ -29,11 +29,12 @@ class ForegroundLayer(NamedTuple):
 
 
 class LayerBuffer:
-    """Backdrops and foregrounds that frames are made of, in so many slots."""
+    """Backdrops and foregrounds that frames are made of, in so many slots each."""
 
-    def __init__(self, slots: int, height: int, width: int):
-        shape = (slots, height, width)
+    def __init__(self, behind: int, before: int, height: int, width: int):
+        shape = (behind, height, width)
         self.backdrops, self.grounds = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
+        shape, slots = (before, height, width), before
         light, clear, spans = np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros((slots, height, 2), int)
         self.foregrounds = ForegroundLayer(light, clear, np.zeros(shape, np.uint8), spans)
         """Arrays of all slots: a first axis more."""
@@ -97,11 +98,11 @@ def _composite_backdrop(out, bodies, backdrops, grounds, before, earlier, after,
             share, bend = shares[cell, column, 0], shares[cell, column, 1]
             line = out[row, start:end]
             if share == ZERO:
-                line[:] = backdrops[first, row, start:end]
+                _copy(line, backdrops[first, row, start:end])
             else:
                 here, later = backdrops[first, row, start:end], backdrops[second, row, start:end]
                 _blend(line, here, later, backdrops[third, row, start:end], share, bend)
-            bodies[row, start:end] = grounds[first if share < HALF else second, row, start:end]
+            _copy(bodies[row, start:end], grounds[first if share < HALF else second, row, start:end])
 
 
 @kernel
@@ -122,13 +123,21 @@ def _composite_foreground(out, bodies, before, earlier, after, share, bend):
             here, later = before.clear[row, first:last], after.clear[row, first:last]
             _blend(rest, here, later, earlier.clear[row, first:last], share, bend)
         else:
-            lights[:], rest[:] = before.light[row, first:last], before.clear[row, first:last]
+            _copy(lights, before.light[row, first:last])
+            _copy(rest, before.clear[row, first:last])
         for x in range(line.size):
             line[x] = line[x] * rest[x] + lights[x]
         found = bodies[row, first:last]
         own = before.marks[row, first:last] if share < HALF else after.marks[row, first:last]
         for x in range(own.size):
             found[x] = own[x] if own[x] > 0 else found[x]
+
+
+@formula
+def _copy(out, values):
+    """What `out[:] = values` does, which would compile all that it might complain with."""
+    for x in range(out.size):
+        out[x] = values[x]
 
 
 @formula

@@ -22,7 +22,8 @@ SAME_DIRECTION = 0.95
 """Cosine between normals that may be merged."""
 NEAR_M = 0.01
 
-(X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, VIEW_X, VIEW_Y, VIEW_Z, SHARE, BODY, RED, GREEN, BLUE, LUMA, OPEN) = range(16)
+(X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, SHARE, BODY, RED, GREEN, BLUE, LUMA, OPEN) = range(13)
+ROWS = 13
 """Rows of `Layers.fragments`."""
 LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Weights of linear RGB (ITU-R BT.709)."""
@@ -30,7 +31,7 @@ LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 class Layers(NamedTuple):
     fragments: np.ndarray
-    """float32 of shape (16, n), in the order of the pixels; see the row names above. Positions and directions in camera
+    """float32 of shape (ROWS, n), in the order of the pixels; see the row names above. Positions and normals in camera
     axes, SHARE of the pixel's area, BODY: HAND, LEFT or RIGHT of `hand`, OPEN: share of the light from all around that
     the other parts let pass."""
     pixels: np.ndarray
@@ -95,10 +96,10 @@ class _Triangles(NamedTuple):
 
 @kernel
 def _rasterise(triangles, width, height, focal):
-    """Fragments (16, n) and their flat pixel indices (n,)."""
+    """Fragments (ROWS, n) and their flat pixel indices (n,)."""
     image, size = triangles.image, (width, height, focal)
     capacity = 2 * width * height
-    fragments = np.zeros((16, capacity), np.float32)
+    fragments = np.zeros((ROWS, capacity), np.float32)
     where = np.empty(capacity, np.int64)
     near = np.empty((BAND * GRID, width * GRID), np.float32)
     owner = np.empty((BAND * GRID, width * GRID), np.int32)
@@ -236,11 +237,9 @@ def _normal(corner, normal, px, py, distance):
 def _write(cluster, fragments, at):
     samples = cluster[9]
     length = np.sqrt(cluster[3] ** 2 + cluster[4] ** 2 + cluster[5] ** 2) + 1e-12
-    away = np.sqrt(cluster[0] ** 2 + cluster[1] ** 2 + cluster[2] ** 2)
     for k in range(3):
         fragments[X + k, at] = cluster[k] / samples
         fragments[NORMAL_X + k, at] = cluster[3 + k] / length
-        fragments[VIEW_X + k, at] = -cluster[k] / away
         fragments[RED + k, at] = cluster[6 + k]
     fragments[SHARE, at] = samples / (GRID * GRID)
     fragments[BODY, at] = cluster[10]

@@ -10,11 +10,12 @@ from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_depth
 from evslip.rendering.raycast.layers import Layers
-from evslip.rendering.raycast.setting import Setting, channel_of
+from evslip.rendering.raycast.setting import channel_of
 from evslip.rendering.scratch import Scratch
+from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.shading.mesh_shading import MeshLook, draw_mesh
-from evslip.rendering.shadows.casters import OBJECT_PART, Casters
-from evslip.rendering.shadows.mesh_shadow import Outline, outline_of
+from evslip.rendering.shadows.casters import OBJECT_PART
+from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.rendering.viewpoint import View
 from evslip.scene.shapes import surface_of
 from evslip.scene.textures import library
@@ -26,12 +27,12 @@ class Mesh:
     def __init__(self, params: Params, camera: Camera, channel: int):
         height, width = camera.height, camera.width
         self._facets = prepare_facets(*surface_of(params))
-        self._size = float(np.linalg.norm(self._facets.vertices, axis=1).max())
+        self.solid = Solid(self._facets.vertices, self._facets.planes, self._facets.edges)
         self.half = np.abs(self._facets.vertices).max(0)
         image = channel_of(library.load(params.object.texture), channel)
         baked = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
         gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
-        self._look = MeshLook(*baked, self._facets.repeats, gloss, OBJECT_PART)
+        self._look = MeshLook(1.0, *baked, self._facets.repeats, gloss, OBJECT_PART)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
         self._raster, self._count = make_raster(self._facets, width, height), 0
@@ -39,17 +40,12 @@ class Mesh:
     def cover(self, view: View) -> None:
         self._count = trace(*view, self._facets, self._raster, self.total, self.touched, self.full)
 
-    def outline(self, view: View, lamp: np.ndarray) -> Outline | None:
-        return outline_of(self._facets, view.place, view.axes, lamp, -view.turn[:, 2], self._size)
-
     def order(self, front: np.ndarray, layers: Layers) -> None:
         order_by_depth(front, layers.fragments, layers.pixels, layers.starts, self._raster.near)
 
-    def draw(
-        self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, setting: Setting, casters: Casters
-    ) -> None:
+    def draw(self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, light: Illumination) -> None:
         depth = -float(view.turn[:, 2] @ (view.place - view.camera))
-        draw_mesh(scratch, out, keep, view, setting, self._look, self._raster, self._count, casters, depth)
+        draw_mesh(scratch, out, keep, view, light, self._look, self._raster, self._count, depth)
 
 
 def repetition_ratio(facets: Facets) -> float:

@@ -7,8 +7,11 @@ import numpy as np
 
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import BLOCK_PARTS, Boxes, blocking_boxes, shadow_boxes
-from evslip.rendering.raycast.gripper import open_layers
-from evslip.rendering.raycast.layers import Layers, resolve
+from evslip.rendering.raycast.gripper import fragment_points
+from evslip.rendering.raycast.layers import OPEN, Layers, resolve
+from evslip.rendering.scratch import make_scratch
+from evslip.rendering.shadows.box_shadow import describe_boxes
+from evslip.rendering.shadows.occlusion import openness
 
 FINE_M, COARSE_M = 1e-4, 5e-4
 """Steps in which the finger travel is rounded: fine near the held one, coarse while the hand closes on nothing."""
@@ -55,7 +58,10 @@ class Openings:
     def _resolve(self, travel_m: float) -> Opening:
         boxes, blockers = self._turned(shadow_boxes(travel_m)), self._turned(blocking_boxes(travel_m))
         layers = resolve(self._camera, travel_m)
-        open_layers(layers.fragments, *blockers, BLOCK_PARTS)
+        points = fragment_points(layers.fragments)
+        rows, parts = describe_boxes(blockers, np.zeros(3)), BLOCK_PARTS.astype(np.float32)
+        own = points.places, points.normals, points.parts
+        layers.fragments[OPEN] = openness(make_scratch(), *own, rows, parts, False)
         return Opening(layers, boxes, blockers)
 
     def _turned(self, boxes: Boxes) -> Boxes:

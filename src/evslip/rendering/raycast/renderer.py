@@ -7,42 +7,48 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.events.frame import ARM
 from evslip.rendering.camera import Camera
-from evslip.rendering.geometry.hand import BOX_PARTS, Boxes
-from evslip.rendering.geometry.links import CASTERS
+from evslip.rendering.geometry.hand import BLOCK_PARTS, BOX_PARTS, Boxes
+from evslip.rendering.geometry.links import CASTERS, hulls, solids
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.materials.paint import GRIPPER_GLOSS
 from evslip.rendering.poses import ScenePoses
-from evslip.rendering.raycast.arm import Arm, cast_links
-from evslip.rendering.raycast.backdrop import Uncovered, backdrop
+from evslip.rendering.raycast.arm import Arm
+from evslip.rendering.raycast.backdrop import TableLight, draw_backdrop, table_plane
 from evslip.rendering.raycast.body import make_body
 from evslip.rendering.raycast.foreground_layer import ForegroundLayer, LayerBuffer, spans_of
 from evslip.rendering.raycast.gripper import add_front, dim_behind, merge_gripper, shade_gripper
 from evslip.rendering.raycast.layers import RED
 from evslip.rendering.raycast.openings import Opening, Openings
 from evslip.rendering.raycast.setting import LUMA, prepare
+from evslip.rendering.raycast.table_light import light_table
+from evslip.rendering.raycast.uncovered import Uncovered, due_runs
 from evslip.rendering.scratch import make_scratch
-from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, Casters, cast
-from evslip.rendering.shadows.mesh_shadow import Outline
+from evslip.rendering.shading.illumination import Illumination, illuminate
+from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, cast
+from evslip.rendering.shadows.mesh_shadow import outlines_of
 from evslip.rendering.timing.foreground import foreground_motion
-from evslip.rendering.timing.update_schedule import LAG, CellPlan, Cells, cell_motion, divide, plan_cells, plan_still
+from evslip.rendering.timing.update_schedule import (
+    GAP_M,
+    LAG,
+    LIGHT_LAG,
+    LIGHT_STEPS,
+    CellPlan,
+    Cells,
+    cell_motion,
+    divide,
+    plan_cells,
+    plan_still,
+)
 from evslip.rendering.viewpoint import View
 from evslip.utils.errors import ConfigError
 
 PARTS = np.array([OBJECT_PART, *BOX_PARTS, *[ARM_PART] * CASTERS])
 """Body of each caster."""
-NO_OUTLINE = tuple(
-    np.zeros(shape, kind)
-    for shape, kind in (((0, 2, 3), np.float32), (1, np.int64), ((0, 3, 3), float), ((0, 3), float), ((0, 3), float))
-)
+BLOCKERS = np.array([OBJECT_PART, *BLOCK_PARTS])
+"""Body of each box that keeps light from all around away."""
 
 
-def _alone(outline: Outline) -> tuple[np.ndarray, ...]:
-    """Edges, starts, frames, origins and planes of `Casters`, of one outline."""
-    starts = np.array([0, len(outline.edges)])
-    return outline.edges, starts, outline.turn[None], outline.place[None], outline.plane[None]
-
-
-def _joined(*boxes: tuple[np.ndarray, ...]) -> Boxes:
+def _joined(*boxes: Boxes) -> Boxes:
     """Several sets of boxes as one."""
     return Boxes(*(np.concatenate(arrays) for arrays in zip(*boxes, strict=True)))
 
@@ -62,8 +68,7 @@ class Raycaster:
         self.camera, self.setting = camera, prepare(params, channel)
         self._scratch = make_scratch()
         self.params = params
-        self._closing = camera.rotation.T @ (1e-3, 1.0, 0.0)
-        self.albedo_row = RED + channel
+        self.albedo_row, self._is_glossy = RED + channel, self.setting.table.reflectance > 0
         self._body = make_body(params, camera, channel)
         self._arm = Arm(camera, GRIPPER_GLOSS)
         self._openings = Openings(camera, held_travel_m)
@@ -71,39 +76,58 @@ class Raycaster:
         self._channels: list[Raycaster] = []
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
         self._cells = divide(height, width)
-        self._stills = LayerBuffer(1, height, width)
+        nothing = np.zeros((height, 2), np.int64)
+        self._without_object = Uncovered(nothing[None], np.zeros_like(self._image), nothing, nothing)
         self._whole, self._alone = plan_still(self._cells), plan_still(Cells(1, 1, height, width))
 
     def draw(self, poses: ScenePoses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Luminance in cd/m2 times `scale`, float32, and body indices, uint8, both new arrays (height, width)."""
+        lights, buffer = self._light_buffer(1), LayerBuffer(1, 1, *self._image.shape)
         self._prepare(poses, index)
-        self._draw_backdrop(self._stills, self._whole.slots[0])
-        self._draw_foreground(self._stills.foreground(0))
-        return self._composite(self._stills, self._whole, self._alone, 0, scale)
+        light = self._illumination()
+        self._draw_light(lights, self._whole.slots[0], light)
+        self._draw_backdrop(buffer, self._whole.slots[0], lights, self._whole, 0)
+        self._draw_foreground(buffer.foreground(0), light)
+        return self._composite(buffer, self._whole, self._alone, 0, scale)
 
     def draw_sequence(self, poses: ScenePoses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Frames as of `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
 
-        Each cell of the backdrop, and what stands before it, is drawn as often as it moves by as much as a frame may,
-        see `update_schedule` and `foreground`; so a frame is ready LAG frames after it was begun.
+        Each cell of the backdrop, the light on it, and what stands before it, is drawn as often as it moves by as much
+        as a frame may, see `update_schedule` and `foreground`; so a frame is ready LIGHT_LAG + LAG frames after it was
+        begun.
         """
         count = len(poses.travel_m)
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
-        scene = poses, self.camera, self.params, self.setting.lamp
-        behind, before = (
-            plan_cells(self._sensor.stretch() * motion, changes, self.params.render.max_motion_px)
-            for motion in (cell_motion(*scene), foreground_motion(*scene))
+        scene, limit = (poses, self.camera, self.params, self.setting.lamp), self.params.render.max_motion_px
+        moved, light_moved = (self._sensor.stretch() * way for way in cell_motion(*scene, self._is_glossy))
+        behind = plan_cells(moved, changes, limit)
+        shine = plan_cells(light_moved, changes, LIGHT_STEPS * limit, LIGHT_LAG, together=True)
+        before = plan_cells(
+            self._sensor.stretch() * foreground_motion(*scene), changes, limit, LIGHT_LAG, ahead=LIGHT_LAG + LAG
         )
-        buffer = LayerBuffer(LAG + 2, *self._image.shape)
-        for index in range(count + LAG):
-            if index < count:
-                self._prepare(poses, index)
-                self._draw_backdrop(buffer, behind.slots[index])
-                slot = int(before.slots[index, 0, 0])
+        lit, drawn, kept = (int(plan.slots.max()) + 1 for plan in (shine, behind, before))
+        lights, buffer = self._light_buffer(lit), LayerBuffer(drawn, kept, *self._image.shape)
+        for step in range(count + LIGHT_LAG + LAG):
+            if step < count and max(shine.slots[step].max(), before.slots[step].max()) >= 0:
+                self._prepare(poses, step)
+                light = self._illumination()
+                if shine.slots[step].max() >= 0:
+                    self._draw_light(lights, shine.slots[step], light)
+                slot = int(before.slots[step, 0, 0])
                 if slot >= 0:
-                    self._draw_foreground(buffer.foreground(slot))
+                    self._draw_foreground(buffer.foreground(slot), light)
+            index = step - LIGHT_LAG
+            if 0 <= index < count:
+                self._prepare(poses, index)
+                self._draw_backdrop(buffer, behind.slots[index], lights, shine, index)
             if index >= LAG:
                 yield self._composite(buffer, behind, before, index - LAG, scale)
+
+    def _light_buffer(self, slots: int) -> tuple[np.ndarray, np.ndarray]:
+        """Light on the surface: what its texture is multiplied with, and what is mirrored, if anything."""
+        shape = (slots, *self._image.shape)
+        return np.zeros(shape, np.float32), np.zeros(shape if self._is_glossy else (0, 0, 0), np.float32)
 
     def _prepare(self, poses: ScenePoses, index: int) -> None:
         """Put everything where it is."""
@@ -113,32 +137,44 @@ class Raycaster:
         self._view = View(*camera, poses.object_position[index], poses.object_rotation[index])
         self._body.cover(self._view)
         self._links = None if poses.links is None else (poses.links, index)
-        self._casters = self._cast(opening.boxes, opening.blockers)
+        self._uncovered = Uncovered(self._layers.seen, self._body.total, self._body.touched, self._body.full)
 
-    def _draw_backdrop(self, buffer: LayerBuffer, slots: np.ndarray) -> None:
-        """Draw the cells that are due into their slots."""
-        body = self._body
-        uncovered = Uncovered(self._layers.seen, body.total, body.touched, body.full)
-        due = buffer.backdrops, buffer.grounds, slots, self._cells
-        backdrop(self._scratch, *due, self._view, self.setting, self._casters, uncovered)
+    def _draw_light(self, lights: tuple[np.ndarray, np.ndarray], slots: np.ndarray, light: Illumination) -> None:
+        """Draw the light on the surface in the cells that are due into their slots."""
+        view, uncovered = self._view, self._uncovered
+        if view.place[2] - np.abs(view.axes[2]) @ self._body.half > GAP_M:
+            uncovered = self._without_object._replace(seen=uncovered.seen)
+        runs = due_runs(slots, self._cells, self.camera.width, uncovered)
+        plane = table_plane(view, self.setting)
+        light_table(self._scratch, runs, view, self.setting, plane, light.casters, light.blockers, uncovered, lights)
 
-    def _draw_foreground(self, layer: ForegroundLayer) -> None:
+    def _draw_backdrop(
+        self, buffer: LayerBuffer, slots: np.ndarray, lights: tuple[np.ndarray, np.ndarray], shine: CellPlan, index: int
+    ) -> None:
+        """Draw the cells that are due into their slots, in the light of the frame's number in the plan `shine`."""
+        runs = due_runs(slots, self._cells, self.camera.width, self._uncovered)
+        light = TableLight(*lights, *(part[index] for part in shine[1:]))
+        plane = table_plane(self._view, self.setting)
+        out = buffer.backdrops, buffer.grounds
+        draw_backdrop(self._scratch, runs, out, light, self._cells, self._view, self.setting, plane, self._uncovered)
+
+    def _draw_foreground(self, layer: ForegroundLayer, light: Illumination) -> None:
         """Draw what stands before the backdrop."""
-        layers, view, casters, body, arm = self._layers, self._view, self._casters, self._body, self._arm
+        layers, view, body, arm = self._layers, self._view, self._body, self._arm
         if self._links is not None and arm.cover(*self._links, view):
             layer.wipe(self._span, body.touched, arm.touched)
             arm.mark(layer.marks, ARM)
             dim_behind(layer.light, layer.clear, arm.total, arm.touched)
-            arm.draw(layer.light, self._scratch, view, self.setting, casters)
+            arm.draw(layer.light, self._scratch, view, light)
         else:
             layer.wipe(self._span, body.touched)
-        own = GRIPPER_GLOSS, layers.fragments, self.albedo_row
-        shade_gripper(self._scratch, self._values, view, self.setting, *own, casters)
+        step_m = float(view.turn[:, 2] @ (view.camera - view.place)) / view.focal
+        values = shade_gripper(self._scratch, light, layers.fragments, self.albedo_row, GRIPPER_GLOSS, step_m)
         body.order(self._front, layers)
         fragments = (self._front, layers.fragments, layers.pixels, layers.starts)
-        merge_gripper(layer.light, layer.clear, self._keep, self._over, self._values, *fragments)
+        merge_gripper(layer.light, layer.clear, self._keep, self._over, values, *fragments)
         dim_behind(layer.light, layer.clear, body.total, body.touched)
-        body.draw(layer.light, self._keep, self._scratch, view, self.setting, casters)
+        body.draw(layer.light, self._keep, self._scratch, view, light)
         add_front(layer.light, layer.marks, self._keep, body.total, body.touched, self._over, *fragments)
 
     def _composite(
@@ -154,40 +190,36 @@ class Raycaster:
             self._channels = [Raycaster(self.params, self._sensor, self._held_m, channel) for channel in range(3)]
         return np.stack([one.draw(poses, index, scale)[0] for one in self._channels], -1)
 
-    def _cast(self, boxes: Boxes, blockers: Boxes) -> Casters:
-        """Casters before the lamp: the object, the gripper's boxes and the arm's links."""
-        lamp, view, half = self.setting.lamp, self._view, self._body.half
-        outline = self._body.outline(view, lamp.position)
-        own = view.axes[None], view.place[None], half[None]
-        blocking = _joined(own, self._in_world(blockers))
-        casting: list[tuple[np.ndarray, ...]] = [_joined(own, self._in_world(boxes))]
-        contours = [NO_OUTLINE if outline is None else _alone(outline)]
-        count = 0 if outline is None else 1
-        numbers = [np.full(1 + len(boxes.halves), -1)]
-        numbers[0][0] = count - 1
+    def _illumination(self) -> Illumination:
+        """The light, and what stands before the lamp: the object, the gripper's boxes and the arm's links."""
+        view, opening, solid = self._view, self._current, self._body.solid
+        assert opening is not None
+        lamp, turn = view.turn.T @ (self.setting.lamp.position - view.camera), view.turn.T
+        own = Boxes((turn @ view.axes)[None], (turn @ (view.place - view.camera))[None], self._body.half[None])
+        boxes = _joined(own, opening.boxes)
+        numbers = np.full(len(boxes.places), -1)
+        meshes, turns, places = [], np.zeros((0, 3, 3)), np.zeros((0, 3))
+        if solid is not None:
+            meshes, turns, places, numbers[0] = [solid], own.turns, own.places, 0
         if self._links is not None:
-            links, found = cast_links(*self._links, lamp.position, -view.turn[:, 2])
-            casting.append(links)
-            contours.append(found)
-            numbers.append(count + np.arange(len(links[0])))
-        joined = _joined(*casting)
-        edges, starts, *rest = zip(*contours, strict=True)
-        starts = np.concatenate([starts[0], *(len(edges[0]) + more[1:] for more in starts[1:])])
-        contour = np.concatenate(edges), starts, *(np.concatenate(arrays) for arrays in rest)
-        parts, along = PARTS[: len(joined.halves)], view.turn @ self._closing
-        return cast(lamp.position, lamp.radius_m, along, joined, parts, blocking, np.concatenate(numbers), contour)
-
-    def _in_world(self, boxes: Boxes) -> Boxes:
-        """Boxes that are given in camera axes."""
-        view = self._view
-        return Boxes(view.turn @ boxes.turns, view.camera + boxes.places @ view.turn.T, boxes.halves)
+            poses, index = self._links
+            links = Boxes(turn @ poses.turns[index], (poses.middles[index] - view.camera) @ turn.T, hulls().halves)
+            boxes = _joined(boxes, Boxes(*(part[:CASTERS] for part in links)))
+            numbers = np.concatenate([numbers, len(meshes) + np.arange(CASTERS)])
+            origins = (poses.places[index, :CASTERS] - view.camera) @ turn.T
+            meshes = [*meshes, *solids()]
+            turns, places = np.concatenate([turns, links.turns[:CASTERS]]), np.concatenate([places, origins])
+        outlines = outlines_of(meshes, places, turns, lamp, turn[:, :2] @ -view.turn[:2, 2])
+        radius_m, parts = self.setting.lamp.radius_m, PARTS[: len(numbers)]
+        casters = cast(lamp, radius_m, boxes, parts, numbers, outlines)
+        return illuminate(view, self.setting, casters, _joined(own, opening.blockers), BLOCKERS)
 
     def _opening(self, travel_m: float) -> Opening:
         opening = self._openings.at(travel_m)
         if opening is not self._current:
             self._current = opening
             count = opening.layers.fragments.shape[1]
-            self._values, self._front = np.zeros(count, np.float32), np.zeros(count, np.float32)
+            self._front = np.zeros(count, np.float32)
             self._over = np.zeros(len(opening.layers.pixels), np.float32)
             self._keep[:] = 1.0
             self._span = spans_of(opening.layers.pixels, *self._keep.shape)

@@ -11,6 +11,7 @@ from evslip.rendering.materials.texels import bake, halve
 from evslip.rendering.raycast.layers import LUMA_WEIGHTS
 from evslip.rendering.shading.ambient import Ambient, surround
 from evslip.rendering.shading.environment_reflection import TERMS, fit_reflection
+from evslip.rendering.viewpoint import View
 from evslip.scene.textures import library
 from evslip.utils.errors import ConfigError
 
@@ -89,6 +90,12 @@ def prepare(params: Params, channel: int = LUMA) -> Setting:
     surface = Table(*bake(table, wrap=True), params.surface.tile_m, ambient.surface, reflectance, mirrored)
     around = Sky(*bake(sky, wrap=True), float(repetitions), background.radius_m, background.luminance_cd_m2)
     return Setting(lamp, ambient, surface, around)
+
+
+def table_origin(view: View, tile_m: float) -> np.ndarray:
+    """Point of the surface below the camera, on a whole repetition of the texture, so that single precision suffices
+    for places relative to it."""
+    return np.append(np.floor(view.camera[:2] / tile_m) * tile_m, 0.0)
 
 
 def make_lamp(params: Params) -> Lamp:

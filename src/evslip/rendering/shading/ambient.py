@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.scratch import f32, formula, kernel
+from evslip.rendering.scratch import formula
 
 AZIMUTHS, ELEVATIONS, FINER = 64, 32, 8
 """Directions that the sky's light is taken from, each the mean of FINER x FINER: tiles repeat, and one direction each
@@ -88,19 +88,3 @@ def irradiance(matrix, x, y, z):
     mixed = matrix[0, 1] * x * y + matrix[0, 2] * x * z + matrix[1, 2] * y * z
     linear = matrix[0, 3] * x + matrix[1, 3] * y + matrix[2, 3] * z
     return squares + (mixed + linear) + (mixed + linear) + matrix[3, 3]  # a factor 2 would widen float32 to float64
-
-
-@kernel
-def turned(matrix, turn):
-    """The ambient light's matrix for normals in camera axes."""
-    result = np.zeros((4, 4), np.float32)
-    for i in range(4):
-        for j in range(4):
-            total = 0.0
-            for p in range(4):
-                for q in range(4):
-                    left = turn[p, i] if p < 3 and i < 3 else (1.0 if p == i else 0.0)
-                    right = turn[q, j] if q < 3 and j < 3 else (1.0 if q == j else 0.0)
-                    total += left * matrix[p, q] * right
-            result[i, j] = f32(total)
-    return result

@@ -1,60 +1,29 @@
-"""The object: its visible faces, textured, lit, and in the gripper's shadow."""
+"""The object as a box: its visible faces, textured, lit, and in the gripper's shadow."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.geometry.plane import PLANE, describe, meet_face
-from evslip.rendering.materials.texels import SQUARE, sample_around, unfold
-from evslip.rendering.scratch import HALF, LEAST_ROOM, ZERO, blocks, f32, formula, kernel, repeat_last
-from evslip.rendering.shading.ambient import irradiance
-from evslip.rendering.shading.illumination import power_of
-from evslip.rendering.shading.surface_light import light_plane, polish, reflect
-from evslip.rendering.shadows.casters import OBJECT_PART, Reception, aim, receive, shade, spread
-from evslip.rendering.shadows.occlusion import FACE_NODES, describe_blockers, face_nodes, open_face
-from evslip.rendering.slots import PART, RAY_X, RAY_Y, RESULT, ROOM, SLOT
-from evslip.utils.refcount import without_refcount
+from evslip.rendering.geometry.coverage import FaceCover
+from evslip.rendering.geometry.plane import describe, meet_face
+from evslip.rendering.materials.texels import sample_points, unfold
+from evslip.rendering.scratch import HALF, LEAST_ROOM, ZERO, Scratch, blocks, f32, kernel, repeat_last
+from evslip.rendering.shading.illumination import (
+    BodyPoints,
+    Illumination,
+    add_points,
+    light_body,
+    open_body,
+)
+from evslip.rendering.shadows.casters import OBJECT_PART, Patches
+from evslip.rendering.shadows.occlusion import between
+from evslip.rendering.slots import MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, RAY_X, RAY_Y, ROOM, SLOT, U, V
+from evslip.rendering.viewpoint import View
 
-SHADOW_GAP_M = 1e-6
-
-
-@kernel
-def face_axes(axes, half, place, face, u_axis, v_axis, normal, origin):
-    """Fill in a face's frame: u to the right and v downwards as seen from outside. Returns half its sides along u, v.
-
-    face: 0, 1, 2 for +x, +y, +z, plus 3 for the negative side. Upwards is z on the sides, y on top and bottom.
-    """
-    axis, sign = face % 3, (1.0 if face < 3 else -1.0)
-    up = 1 if axis == 2 else 2
-    for j in range(3):
-        normal[j] = sign * axes[j, axis]
-        v_axis[j] = -axes[j, up]
-        origin[j] = place[j] + normal[j] * half[axis]
-    for j in range(3):
-        a, b = (j + 1) % 3, (j + 2) % 3
-        u_axis[j] = axes[a, up] * normal[b] - axes[b, up] * normal[a]
-    return half[3 - axis - up], half[up]
-
-
-class Face(NamedTuple):
-    """One face of the object in one frame: what all its pixels share."""
-
-    plane: np.ndarray
-    """Numbers of `plane.describe`, float32."""
-    half_u: np.float32
-    """Half its sides in metres, along u and v."""
-    half_v: np.float32
-    per_u: np.float32
-    """Repetitions of the texture a metre."""
-    per_v: np.float32
-    ambient: np.float32
-    """Light from all around on it, as luminance of white."""
-    nodes: np.ndarray
-    """Openness, of `occlusion.face_nodes`."""
-    reception: Reception
-    shaded: bool
-    """Whether any caster matters."""
+NODES = 13
+"""Places along each side of a face at which its openness is found; between them it is interpolated."""
+_NODES = np.stack([*np.meshgrid(np.linspace(-1, 1, NODES), np.linspace(-1, 1, NODES))]).reshape(2, -1)
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
 class FaceTextures(NamedTuple):
@@ -65,117 +34,144 @@ class FaceTextures(NamedTuple):
     """Rows of `levels` that belong to the faces across x, y, z; int64 (4,)."""
 
 
-class FaceLook(NamedTuple):
-    """Texture, gloss and light that all pixels of a face share."""
+class FacePoints(NamedTuple):
+    """Pixels that faces cover at least in part, face by face."""
 
-    pixel: np.float32
-    """Width of a pixel at unit distance."""
-    power: np.float32
-    """Luminance x radius^2 of the lamp."""
-    radius: np.float32
-    gloss: float
-    """Strength of the highlight, which is found in double precision."""
-    cells: np.ndarray
-    """Texels of `texels.bake`, of all faces."""
-    levels: np.ndarray
-    """Levels of this one."""
+    pixels: np.ndarray
+    """Flat index of each, int32 (n,)."""
+    shares: np.ndarray
+    """Share that it covers, float32 (n,)."""
+    places: np.ndarray
+    """In camera axes, float32 (3, n)."""
+    normals: np.ndarray
+    texture: np.ndarray
+    """Place in repetitions of the texture, float32 (2, n)."""
+    footprints: np.ndarray
+    """Both sides of the pixel's footprint there, float32 (4, n)."""
+    rooms: np.ndarray
+    """As in `BodyPoints`."""
+    opened: np.ndarray
+    """Share of the light from all around that reaches them."""
+    starts: np.ndarray
+    """First of each face, then n; int64."""
 
 
-@kernel
-def draw_box(scratch, out, keep, view, setting, gloss, half, textures, casters, cover, visible):
+class Face(NamedTuple):
+    """One visible face in camera axes."""
+
+    plane: np.ndarray
+    """Numbers of `plane.describe`."""
+    middle: np.ndarray
+    """(3,)."""
+    axes: np.ndarray
+    """u (to the right), v (downwards, as seen from outside) and the normal as columns, (3, 3)."""
+    sides: np.ndarray
+    """Half its sides in metres, along u and v, float32 (2,)."""
+    axis: int
+    """Axis of the box that it lies across."""
+
+
+def face_of(view: View, half: np.ndarray, number: int) -> Face:
+    """A face of the object; number: 0, 1, 2 for +x, +y, +z, plus 3 for the negative side. Upwards is z on the sides, y
+    on top and bottom. half: half the object's sides."""
+    axis, sign = number % 3, (1.0 if number < 3 else -1.0)
+    up = 1 if axis == 2 else 2
+    normal, downwards = sign * view.axes[:, axis], -view.axes[:, up]
+    across = downwards[_NEXT] * normal[_LAST] - downwards[_LAST] * normal[_NEXT]
+    frame = np.stack([-across, downwards, normal], 1)
+    middle = view.place + normal * half[axis]
+    plane = describe(middle, frame, view.turn, view.camera)
+    own = view.turn.T @ (middle - view.camera)
+    return Face(plane, own, view.turn.T @ frame, half[[3 - axis - up, up]].astype(np.float32), axis)
+
+
+def draw_box(
+    scratch: Scratch, out: np.ndarray, keep: np.ndarray, view: View, light: Illumination, half: np.ndarray,
+    textures: FaceTextures, gloss: float, cover: FaceCover, visible: int,
+) -> None:  # fmt: skip
     """Add the object's visible faces to `out`, weighted by coverage and by keep (height, width), the share of each
-    pixel that no part of the gripper in front of the object covers.
+    pixel that no part of the gripper in front of the object covers. half: half the object's sides."""
+    if visible == 0:
+        return
+    faces = [face_of(view, half, int(number)) for number in cover.faces[:visible]]
+    nodes, pixel = _open_nodes(scratch, light, faces), np.float32(1 / view.focal)
+    planes, sides = np.stack([face.plane for face in faces]), np.stack([face.sides for face in faces])
+    image = keep, cover.rows[:visible], cover.area[:visible], cover.spans[:visible]
+    found = _gather(scratch, planes, sides, pixel, image, nodes)
+    parts = np.full(len(found.pixels), OBJECT_PART, np.float32)
+    steps = np.array([np.eye(3)[:2] * (np.linalg.norm(face.middle) / view.focal) for face in faces])
+    rows = np.array([[*face.axes[:, 2], face.axes[:, 2] @ face.middle] for face in faces])
+    points, patches = BodyPoints(found.places, found.normals, found.rooms, parts), Patches(found.starts, steps, rows)
+    received, mirrored = light_body(scratch, light, points, found.opened, patches, gloss)
+    levels = np.array([textures.starts[[face.axis, face.axis + 1]] for face in faces])
+    texture = found.texture, found.footprints, found.starts, textures.cells, textures.levels, levels
+    albedo = sample_points(scratch, *texture, False)
+    add_points(out, keep, found.pixels, found.shares, albedo * received + mirrored)
 
-    view: `viewpoint.View`; setting: `setting.Setting`; half: half the object's sides; textures: `FaceTextures`; cover:
-    `coverage.FaceCover`.
-    """
-    S, lamp, starts = scratch.slots, setting.lamp, textures.starts
-    for i in range(SLOT):
-        S[PART + i] = f32(OBJECT_PART)
-    pixel, power, radius = f32(1.0 / view.focal), power_of(lamp), f32(lamp.radius_m)
-    for k in range(visible):
-        face, axis = stand(S, view, setting, half, cover.faces[k], casters), cover.faces[k] % 3
-        look = FaceLook(pixel, power, radius, gloss, textures.cells, textures.levels[starts[axis] : starts[axis + 1]])
-        _draw_face(scratch, out, keep, face, look, cover.rows[k], cover.area[k], cover.spans[k])
 
-
-@kernel
-def stand(S, view, setting, half, face, casters):
-    """The `Face` of a number in `face_axes`."""
-    camera, turn, lamp = view.camera, view.turn, setting.lamp
-    u_axis, v_axis, normal, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    frame, plane = np.empty((3, 3)), np.zeros(PLANE)
-    half_u, half_v = face_axes(view.axes, half, view.place, face, u_axis, v_axis, normal, origin)
-    describe(plane, origin, u_axis, v_axis, normal, turn, camera, lamp.position)
-    distance = 0.0
-    for j in range(3):
-        frame[j, 0], frame[j, 1], frame[j, 2] = u_axis[j], v_axis[j], normal[j]
-        distance += (origin[j] - camera[j]) ** 2
-    right, down = np.zeros(3), np.zeros(3)
-    right[0] = down[1] = math.sqrt(distance) / view.focal
-    nodes = np.empty((FACE_NODES, FACE_NODES), np.float32)
-    face_nodes(S, half_u, half_v, describe_blockers(casters, frame, origin)[1:], nodes)
-    reception = receive(casters, frame, origin)
-    shaded = plane[14] > -lamp.radius_m and aim(reception, casters, origin, math.sqrt(half_u**2 + half_v**2) + 0.002)
-    if shaded:
-        for c in range(casters.parts.size):
-            if casters.parts[c] == OBJECT_PART or not _above(casters, c, normal, origin):
-                reception.kinds[c, 0] = 0
-        spread(reception, casters, right, down)
-    around = f32(irradiance(setting.ambient.matrix, normal[0], normal[1], normal[2]))
-    per_u, per_v, flat = f32(0.5 / half_u), f32(0.5 / half_v), plane.astype(np.float32)
-    return Face(flat, f32(half_u), f32(half_v), per_u, per_v, around, nodes, reception, shaded)
+def _open_nodes(scratch: Scratch, light: Illumination, faces: list[Face]) -> np.ndarray:
+    """Openness at NODES x NODES places of each face, rows along v: float32 (faces, NODES, NODES)."""
+    places = [face.middle[:, None] + face.axes[:, :2] @ (face.sides[:, None] * _NODES) for face in faces]
+    normals = np.repeat(np.stack([face.axes[:, 2] for face in faces], 1).astype(np.float32), NODES * NODES, 1)
+    same = np.full(normals.shape[1], OBJECT_PART, np.float32)
+    points = BodyPoints(np.concatenate(places, 1).astype(np.float32), normals, same, same)
+    return open_body(scratch, light, points).reshape(-1, NODES, NODES)
 
 
 @kernel
-def _draw_face(scratch, out, keep, face, look, rows, area, spans):
-    S, loaded = without_refcount(scratch)
-    out, keep, face, look, area, spans = without_refcount((out, keep, face, look, area, spans))
-    height, width = out.shape
-    for row in range(rows[0], rows[1]):
-        first, last = spans[row, 0], spans[row, 1]
-        while first < last and keep[row, first] <= ZERO:
-            first += 1
-        while last > first and keep[row, last - 1] <= ZERO:
-            last -= 1
-        for x0 in range(first, last, SLOT):
-            n = min(SLOT, last - x0)
-            weights, kept, shades = area[row, x0 : x0 + n], keep[row, x0 : x0 + n], out[row, x0 : x0 + n]
-            for i in range(weights.size):
-                S[ROOM + i] = f32(weights[i]) + LEAST_ROOM
-                S[RAY_X + i] = (f32(x0 + i) + HALF - f32(width * 0.5)) * look.pixel
-                S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * look.pixel
-            repeat_last(S, RAY_X, n)
-            repeat_last(S, RAY_Y, n)
-            repeat_last(S, ROOM, n)
-            _shade_face(S, blocks(n), loaded, face, look)
-            for i in range(shades.size):
-                shades[i] += f32(weights[i]) * kept[i] * S[RESULT + i]
-
-
-@formula
-def _shade_face(S, n, loaded, face, look):
-    """RESULT for n rays that meet a `Face`."""
-    meet_face(S, n, face.plane, look.pixel, face.half_u, face.half_v)
-    light_plane(S, n, face.plane, look.power, look.radius)
-    if look.gloss > 0:
-        polish(S, n, face.plane, look.gloss)
-    open_face(S, n, face.half_u, face.half_v, face.nodes)
-    if face.shaded:
-        shade(S, n, face.reception, True, True)
-    unfold(S, n, face.per_u, HALF, face.per_v, HALF, False)
-    sample_around(S, n, look.cells, loaded, look.levels, False, SQUARE)
-    reflect(S, n, face.ambient)
+def _gather(scratch, planes, sides, pixel, image, nodes):
+    """`FacePoints` of faces. image: keep (height, width), and rows, coverage and spans of `coverage.FaceCover`."""
+    S, (keep, rows, area, spans) = scratch.slots, image
+    (height, width), count, at = keep.shape, 0, 0
+    for face in range(planes.shape[0]):
+        for row in range(rows[face, 0], rows[face, 1]):
+            count += max(spans[face, row, 1] - spans[face, row, 0], 0)
+    pixels, values = np.empty(count, np.int32), np.empty((3, count), np.float32)
+    places, normals = np.empty((3, count), np.float32), np.empty((3, count), np.float32)
+    texture, footprints = np.empty((2, count), np.float32), np.empty((4, count), np.float32)
+    starts = np.zeros(planes.shape[0] + 1, np.int64)
+    for face in range(planes.shape[0]):
+        plane, half_u, half_v = planes[face], sides[face, 0], sides[face, 1]
+        per_u, per_v = HALF / half_u, HALF / half_v
+        for row in range(rows[face, 0], rows[face, 1]):
+            covered, first, last = area[face, row], spans[face, row, 0], spans[face, row, 1]
+            while first < last and keep[row, first] <= ZERO:
+                first += 1
+            while last > first and keep[row, last - 1] <= ZERO:
+                last -= 1
+            for x0 in range(first, last, SLOT):
+                n = min(SLOT, last - x0)
+                for i in range(n):
+                    S[ROOM + i] = f32(covered[x0 + i]) + LEAST_ROOM
+                    S[RAY_X + i] = (f32(x0 + i) + HALF - f32(width * 0.5)) * pixel
+                    S[RAY_Y + i] = (f32(height * 0.5) - f32(row) - HALF) * pixel
+                repeat_last(S, RAY_X, n)
+                repeat_last(S, RAY_Y, n)
+                repeat_last(S, ROOM, n)
+                meet_face(S, blocks(n), plane, pixel, half_u, half_v)
+                own = slice(at, at + n)
+                for k in range(3):
+                    middle = plane[k] * plane[9] - plane[3 + k] * plane[10] - plane[6 + k] * plane[11]
+                    along_u, along_v, some, normal = plane[3 + k], plane[6 + k], places[k, own], normals[k, own]
+                    for i in range(some.size):
+                        some[i], normal[i] = middle + along_u * S[U + i] + along_v * S[V + i], plane[k]
+                for i in range(n):
+                    x, y = (S[U + i] + half_u) * per_u, (S[V + i] + half_v) * per_v
+                    pixels[at + i], values[0, at + i] = row * width + x0 + i, f32(covered[x0 + i])
+                    values[1, at + i] = S[ROOM + i]
+                    values[2, at + i] = between(nodes[face], x * f32(NODES - 1), y * f32(NODES - 1))
+                unfold(S, blocks(n), per_u, HALF, per_v, HALF, False)
+                _store(S, texture[:, own], footprints[:, own])
+                at += n
+        starts[face + 1] = at
+    found = places[:, :at].copy(), normals[:, :at].copy(), texture[:, :at].copy(), footprints[:, :at].copy()
+    return FacePoints(pixels[:at], values[0, :at], *found, values[1, :at], values[2, :at], starts)
 
 
 @kernel
-def _above(casters, c, normal, origin):
-    """Whether any corner of a caster's box lies above a plane."""
-    top = 0.0
-    for j in range(3):
-        top += normal[j] * (casters.places[c, j] - origin[j])
-        along = 0.0
-        for i in range(3):
-            along += normal[i] * casters.turns[c, i, j]
-        top += abs(along) * casters.halves[c, j]
-    return top > SHADOW_GAP_M
+def _store(S, texture, footprints):
+    """Take U, V and the footprint from the slots."""
+    for i in range(texture.shape[1]):
+        texture[0, i], texture[1, i] = S[U + i], S[V + i]
+        footprints[0, i], footprints[1, i] = S[MAJOR_U + i], S[MAJOR_V + i]
+        footprints[2, i], footprints[3, i] = S[MINOR_U + i], S[MINOR_V + i]

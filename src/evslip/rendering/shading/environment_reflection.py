@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from evslip.rendering.scratch import ONE, ZERO, f32, formula, kernel
-from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, U, V
+from evslip.rendering.slots import GLOSS, LIT, RAY_X, RAY_Y, RESULT, U, V
 
 TERMS = 8
 """Terms of the polynomial in 1 - cosine."""
@@ -48,7 +48,7 @@ def _unshadowed(cosine: np.ndarray, roughness: float) -> np.ndarray:
 
 @kernel
 def mirror(S, n, plane, polynomial):
-    """RESULT += what the surface, the GROUND share of each pixel, mirrors. plane: of `plane.describe`."""
+    """RESULT = what the surface mirrors of the background. plane: of `plane.describe`."""
     n0, n1, n2 = plane[0], plane[1], plane[2]
     a, b, c, d = polynomial[0], polynomial[1], polynomial[2], polynomial[3]
     e, f, g, h = polynomial[4], polynomial[5], polynomial[6], polynomial[7]
@@ -57,16 +57,15 @@ def mirror(S, n, plane, polynomial):
         cosine = (n2 - n0 * x - n1 * y) / math.sqrt(x * x + y * y + ONE)
         t = min(max(ONE - cosine, ZERO), ONE)
         mirrored = a + t * (b + t * (c + t * (d + t * (e + t * (f + t * (g + t * h))))))
-        share = min(max(S[GROUND + i], ZERO), ONE)
-        S[RESULT + i] += share * S[OPEN + i] * max(mirrored, f32(0))
+        S[RESULT + i] = max(mirrored, ZERO)
 
 
 @kernel
-def glint(S, n, plane, roughness, reflectance):
+def glint(S, n, plane, lamp, roughness, reflectance):
     """GLOSS = what the surface mirrors of the lamp at the points U, V: the same lobe, by the light LIT that they
-    receive. roughness, reflectance: as in `fit_reflection`."""
+    receive. lamp (3,): its centre along u, v and the normal; roughness, reflectance: as in `fit_reflection`."""
     height, camera_u, camera_v = plane[9], plane[10], plane[11]
-    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
+    lamp_u, lamp_v, lamp_n = lamp[0], lamp[1], lamp[2]
     square = roughness * roughness
     for i in range(n):
         u, v = S[U + i], S[V + i]

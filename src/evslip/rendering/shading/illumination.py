@@ -1,45 +1,89 @@
-"""The light on a body whose points are given in camera axes: what all of them share in one frame."""
+"""Light in one frame, in camera axes, and how it falls on the points of a body."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.scratch import f32, kernel
-from evslip.rendering.shading.ambient import turned
-from evslip.rendering.shadows.casters import Reception, receive, spread
-from evslip.rendering.shadows.occlusion import describe_blockers
+from evslip.rendering.geometry.hand import Boxes
+from evslip.rendering.raycast.setting import Setting
+from evslip.rendering.scratch import Scratch, kernel
+from evslip.rendering.shading.surface_light import light_points, received_light
+from evslip.rendering.shadows.box_shadow import describe_boxes
+from evslip.rendering.shadows.casters import Casters, Patches, lamp_share
+from evslip.rendering.shadows.occlusion import openness
+from evslip.rendering.viewpoint import View
 
 
 class Illumination(NamedTuple):
-    ambient: np.ndarray
-    """The quadratic form of the light from all around, float32 (4, 4)."""
     lamp: np.ndarray
     """Its centre, float32 (3,)."""
     radius: np.float32
     power: np.float32
-    """Luminance x radius^2."""
-    blockers: np.ndarray
-    """Boxes that keep light from all around away, of `describe_blockers`: the object first."""
-    reception: Reception
-
-
-@kernel
-def illuminate(view, setting, casters, depth):
-    """view: `viewpoint.View`; setting: `setting.Setting`; depth: of the body, in metres, for the blur of shadows over a
-    pixel."""
-    lamp, camera, turn, centre = setting.lamp, view.camera, view.turn, np.zeros(3)
-    for k in range(3):
-        for j in range(3):
-            centre[k] += turn[j, k] * (lamp.position[j] - camera[j])
-    reception = receive(casters, turn, camera)
-    right, down = np.zeros(3), np.zeros(3)
-    right[0] = down[1] = depth / view.focal
-    spread(reception, casters, right, down)
-    ambient, blockers = turned(setting.ambient.matrix, turn), describe_blockers(casters, turn, camera)
-    return Illumination(ambient, centre.astype(np.float32), f32(lamp.radius_m), power_of(lamp), blockers, reception)
-
-
-@kernel
-def power_of(lamp):
     """Luminance x radius^2 of what stands above the surface's horizon."""
-    return f32(lamp.luminance * lamp.radius_m**2 * lamp.share)
+    ambient: np.ndarray
+    """Quadratic form of the light from all around, float32 (4, 4)."""
+    casters: Casters
+    blockers: np.ndarray
+    """Boxes that keep light from all around away, of `describe_boxes`: the object first."""
+    blocker_parts: np.ndarray
+    """The body that each belongs to, float32."""
+
+
+class BodyPoints(NamedTuple):
+    """Places on a body, each of which lights a share of a pixel."""
+
+    places: np.ndarray
+    """In camera axes, float32 (3, n)."""
+    normals: np.ndarray
+    """Unit vectors, float32 (3, n)."""
+    rooms: np.ndarray
+    """Share of the pixel that each stands for, over which shadows are blurred, float32 (n,)."""
+    parts: np.ndarray
+    """Number of the body, float32 (n,)."""
+
+
+def illuminate(view: View, setting: Setting, casters: Casters, blockers: Boxes, parts: np.ndarray) -> Illumination:
+    """The light of a frame; blockers: in camera axes, of the bodies `parts`."""
+    lamp = setting.lamp
+    centre = view.turn.T @ (lamp.position - view.camera)
+    turn = np.eye(4)
+    turn[:3, :3] = view.turn
+    power = np.float32(lamp.luminance * lamp.radius_m**2 * lamp.share)
+    boxes = describe_boxes(blockers, centre)
+    matrix = (turn.T @ setting.ambient.matrix @ turn).astype(np.float32)
+    return Illumination(
+        centre.astype(np.float32), np.float32(lamp.radius_m), power, matrix, casters, boxes, parts.astype(np.float32)
+    )
+
+
+def one_patch(count: int, step_m: float, plane: tuple[float, ...] = (0.0, 0.0, 0.0, -1.0)) -> Patches:
+    """All points of a body that is so far away that a pixel is `step_m` wide; plane: as in `Patches`."""
+    steps = np.array([[[step_m, 0.0, 0.0], [0.0, step_m, 0.0]]])
+    return Patches(np.array([0, count]), steps, np.array([plane]))
+
+
+def light_body(
+    scratch: Scratch, light: Illumination, points: BodyPoints, opened: np.ndarray, patches: Patches, gloss: float
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """What points of a body receive and what they mirror, as of `received_light`. opened (n,): share of the light from
+    all around that reaches them."""
+    strength = light.lamp, light.power, light.radius, light.ambient
+    around, lit, shine = light_points(points.places, points.normals, *strength)
+    own = points.places, points.rooms, points.parts, lit
+    seen = lamp_share(scratch, light.casters, *own, patches, True)
+    return received_light(around, opened, lit, seen, np.float32(gloss) * shine * lit)
+
+
+def open_body(scratch: Scratch, light: Illumination, points: BodyPoints) -> np.ndarray:
+    """Share of the light from all around that the blockers leave to points, float32 (n,)."""
+    boxes = light.blockers, light.blocker_parts
+    return openness(scratch, points.places, points.normals, points.parts, *boxes, False)
+
+
+@kernel
+def add_points(out, keep, pixels, shares, values):
+    """Add points of a body to their pixels: shares (n,) of the flat indices `pixels` (n,), times what `keep` (height,
+    width) leaves of each."""
+    flat, kept = out.reshape(-1), keep.reshape(-1)
+    for i in range(pixels.size):
+        flat[pixels[i]] += shares[i] * kept[pixels[i]] * values[i]

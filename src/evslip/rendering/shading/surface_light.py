@@ -1,34 +1,25 @@
 """Light on a surface, of every body: what arrives from the lamp, and the one place where all light is summed."""
 
 import math
+from typing import Any
+
+import numpy as np
 
 from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
-from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RESULT, SEEN, TEX, U, V
+from evslip.rendering.shading.ambient import irradiance
+from evslip.rendering.slots import LIT, U, V
 
 
-@formula
-def luminance(albedo, around, opening, lamp, seen, mirrored):
-    """Luminance that a point sends to the camera.
+def received_light(
+    around: Any, opened: np.ndarray, lit: np.ndarray, seen: np.ndarray, glossy: np.ndarray, mirrored: Any = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Light that points reflect as their albedo says, and what they mirror: their luminance is albedo x the former +
+    the latter.
 
-    around: light from all around, as luminance of white, of which the share `opening` arrives; lamp: that of the lamp,
-    of which no shadow takes the share `seen`; mirrored: the lamp's highlight, in the same shadow.
+    around: light from all around, as luminance of white, of which the share `opened` arrives; lit: that of the lamp, of
+    which no shadow takes the share `seen`; glossy: the lamp's highlight, in the same shadow; mirrored: the background.
     """
-    return albedo * (around * opening + lamp * seen) + mirrored * seen
-
-
-@formula
-def from_lamp(power, lamp_radius, towards, normal, view):
-    """Luminance of white matt paint under the lamp, and share of the highlight, where nothing stands between.
-
-    towards: from the point to the lamp's centre; normal, view: unit vectors, the latter to the camera; three each.
-    """
-    d0, d1, d2 = towards
-    n0, n1, n2 = normal
-    near = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-    lit = matt(power, near, (n0 * d0 + n1 * d1 + n2 * d2) * near, lamp_radius)
-    h0, h1, h2 = d0 * near + view[0], d1 * near + view[1], d2 * near + view[2]
-    shine = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
-    return lit, highlight(shine * shine / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9)))
+    return around * opened + lit * seen, glossy * seen + mirrored * opened
 
 
 @formula
@@ -62,47 +53,36 @@ def highlight(shine):
 
 
 @kernel
-def light_plane(S, n, plane, power, lamp_radius):
-    """LIT, the luminance of a white matt surface, at the points U, V of a plane; GLOSS = 0, SEEN = 1.
+def light_plane(S, n, lamp, power, lamp_radius):
+    """LIT, as of `matt`, at the points U, V of a plane.
 
-    power: luminance x radius^2 of the lamp.
+    lamp (3,): its centre along u, v and the normal; power: luminance x radius^2.
     """
-    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
+    lamp_u, lamp_v, lamp_n = lamp[0], lamp[1], lamp[2]
     for i in range(n):
         to_u, to_v = lamp_u - S[U + i], lamp_v - S[V + i]
         near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
-        S[LIT + i], S[SEEN + i], S[GLOSS + i] = matt(power, near, lamp_n * near, lamp_radius), ONE, ZERO
+        S[LIT + i] = matt(power, near, lamp_n * near, lamp_radius)
 
 
 @kernel
-def polish(S, n, plane, gloss):
-    """GLOSS = a highlight of the strength `gloss`, which no texture filters (Blinn-Phong, exponent 32)."""
-    height, camera_u, camera_v = plane[9], plane[10], plane[11]
-    lamp_u, lamp_v, lamp_n = plane[12], plane[13], plane[14]
-    for i in range(n):
-        u, v = S[U + i], S[V + i]
-        to_u, to_v = lamp_u - u, lamp_v - v
-        near = ONE / math.sqrt(to_u * to_u + to_v * to_v + lamp_n * lamp_n)
-        back_u, back_v = camera_u - u, camera_v - v
-        inverse = ONE / math.sqrt(back_u * back_u + back_v * back_v + height * height)
-        half_way_u, half_way_v = to_u * near + back_u * inverse, to_v * near + back_v * inverse
-        half_way_n = lamp_n * near - height * inverse
-        shine = half_way_u * half_way_u + half_way_v * half_way_v + half_way_n * half_way_n + f32(1e-9)
-        shine = highlight(half_way_n * half_way_n / shine)
-        S[GLOSS + i] = gloss * shine * S[LIT + i]
+def light_points(places, normals, lamp, power, lamp_radius, ambient):
+    """Light from all around and from the lamp, as luminance of white matt paint, and share of the lamp's highlight,
+    where nothing stands between: float32 (n,) each.
 
-
-@kernel
-def reflect(S, n, ambient):
-    """RESULT = what the surface sends to the camera."""
-    for i in range(n):
-        S[RESULT + i] = luminance(S[TEX + i], ambient, S[OPEN + i], S[LIT + i], S[SEEN + i], S[GLOSS + i])
-
-
-@kernel
-def reflect_below_horizon(S, n, ambient):
-    """RESULT as of `reflect`, over what RESULT holds already, in the GROUND share of each pixel."""
-    for i in range(n):
-        own = luminance(S[TEX + i], ambient, S[OPEN + i], S[LIT + i], S[SEEN + i], S[GLOSS + i])
-        share = min(ONE, max(ZERO, S[GROUND + i]))
-        S[RESULT + i] += share * (own - S[RESULT + i])
+    places, normals (3, n): in camera axes, normals of length 1; lamp (3,): its centre; power: luminance x radius^2;
+    ambient: of `ambient.irradiance`, in camera axes.
+    """
+    count = places.shape[1]
+    around, lit, shine = np.empty(count, np.float32), np.empty(count, np.float32), np.empty(count, np.float32)
+    for i in range(count):
+        x, y, z = places[0, i], places[1, i], places[2, i]
+        n0, n1, n2 = normals[0, i], normals[1, i], normals[2, i]
+        d0, d1, d2 = lamp[0] - x, lamp[1] - y, lamp[2] - z
+        near, back = ONE / math.sqrt(d0 * d0 + d1 * d1 + d2 * d2), ONE / math.sqrt(x * x + y * y + z * z)
+        lit[i] = matt(power, near, (n0 * d0 + n1 * d1 + n2 * d2) * near, lamp_radius)
+        around[i] = irradiance(ambient, n0, n1, n2)
+        h0, h1, h2 = d0 * near - x * back, d1 * near - y * back, d2 * near - z * back
+        half_way = max(ZERO, n0 * h0 + n1 * h1 + n2 * h2)
+        shine[i] = highlight(half_way * half_way / (h0 * h0 + h1 * h1 + h2 * h2 + f32(1e-9)))
+    return around, lit, shine

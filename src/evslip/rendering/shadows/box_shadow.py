@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from evslip.rendering.geometry.simd_minmax import larger
+from evslip.rendering.geometry.hand import Boxes
 from evslip.rendering.scratch import HALF, ONE, TWO, ZERO, f32, formula, kernel
-from evslip.rendering.slots import HIDDEN, PART, ROOM, SEEN, SEEN_NOW, SUM_HIDDEN, SUM_OUTLINED, U, V, W
+from evslip.rendering.slots import HIDDEN, ROOM, U, V, W
 
 TINY = f32(1e-12)
 BOX = 24
-"""Floats that describe a box to the passes; see `describe_box`."""
+"""Floats that describe a box to the passes; see `describe_boxes`."""
 
 
 @formula
@@ -74,7 +74,7 @@ def wedge(point, lamp, half, lamp_radius, lamp_distance, right, down, soft, room
 def hide(S, n, box, lamp_radius):
     """HIDDEN = share of the lamp that a box hides from the points U, V, W.
 
-    box (BOX,): see `describe_box`. The box's silhouette is the intersection of its three wedges; their shares are
+    box (BOX,): see `describe_boxes`. The box's silhouette is the intersection of its three wedges; their shares are
     multiplied.
     """
     m00, m01, m02, m10, m11, m12, m20, m21, m22 = box[0], box[1], box[2], box[3], box[4], box[5], box[6], box[7], box[8]
@@ -93,91 +93,29 @@ def hide(S, n, box, lamp_radius):
         S[HIDDEN + i] = hidden
 
 
-@kernel
-def begin_group(S, n):
-    for i in range(n):
-        S[SEEN_NOW + i], S[SUM_HIDDEN + i], S[SUM_OUTLINED + i] = ONE, ZERO, ZERO
+def describe_boxes(boxes: Boxes, lamp: np.ndarray) -> np.ndarray:
+    """Boxes as the passes take them, float32 (k, BOX): turn (9) and move (3) into each one's frame, the lamp's centre
+    there (3), half sides (3), and room for `pixel_steps` (6)."""
+    rows, turns = np.zeros((len(boxes.places), BOX), np.float32), boxes.turns.transpose(0, 2, 1)
+    rows[:, :9], rows[:, 15:18] = turns.reshape(-1, 9), boxes.halves
+    rows[:, 9:12] = -np.squeeze(turns @ boxes.places[..., None], -1)
+    rows[:, 12:15] = np.squeeze(turns @ (lamp - boxes.places)[..., None], -1)
+    return rows
 
 
 @kernel
-def take_in(S, n, part, outlined):
-    """Add what one caster hides (HIDDEN, made 0 for points of its own body) to its group. outlined: 1 for an outline,
-    0 for a box. Returns whether it hides any."""
-    most = ZERO
-    for i in range(n):
-        hidden = ZERO if S[PART + i] == part else S[HIDDEN + i]
-        S[HIDDEN + i] = hidden
-        S[SEEN_NOW + i] = min(S[SEEN_NOW + i], ONE - hidden)
-        S[SUM_HIDDEN + i] += hidden
-        S[SUM_OUTLINED + i] += outlined * hidden
-        most = larger(most, hidden)
-    return most > ZERO
-
-
-@kernel
-def end_group(S, n):
-    for i in range(n):
-        # Shares that overlap may sum to a little more than the whole lamp.
-        S[SEEN + i] *= max(S[SEEN_NOW + i], ZERO)
-
-
-@kernel
-def describe_box(box, axes, place, box_axes, box_place, half, lamp):
-    """Fill in box (BOX,) for receivers in the frame `axes` at `place`: turn (9) and move (3) from there to the box's
-    frame, the lamp's centre there (3) and half sides (3); not `pixel_steps` (6)."""
-    turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
-    change_frame(axes, place, box_axes, box_place, turn, move)
-    for j in range(3):
-        total = 0.0
-        for i in range(3):
-            box[3 * j + i] = turn[j, i]
-            total += box_axes[i, j] * (lamp[i] - box_place[i])
-        box[9 + j], box[12 + j], box[15 + j] = move[j], f32(total), f32(half[j])
-
-
-@kernel
-def pixel_steps(box, right, down):
-    """Steps of a receiver point, in the box frame, from one pixel to the next; right, down (3,): the same in the
-    receiver frame. No longer than the mean half side of the box: a shadow much smaller than its pixel, as close to the
-    horizon, is nothing to be spread."""
+def pixel_steps(box, steps):
+    """Set a receiver point's steps from one pixel to the next in the box's frame; steps (2, 3): right and down. No
+    longer than the mean half side of the box: a shadow much smaller than its pixel, as close to the horizon, is nothing
+    to be spread."""
     longest = (box[15] + box[16] + box[17]) / 3
     for m in range(2):
-        step = right if m == 0 else down
+        step = steps[m]
         length = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
         scale = min(1.0, longest / (length + 1e-12))
         for k in range(3):
             along = box[3 * k] * step[0] + box[3 * k + 1] * step[1] + box[3 * k + 2] * step[2]
             box[18 + 3 * m + k] = f32(scale * along)
-
-
-@kernel
-def change_frame(from_turn, from_place, to_turn, to_place, turn, move):
-    """turn (3, 3), move (3,): coordinates in one frame -> in another; columns of a frame's turn are its axes."""
-    for i in range(3):
-        total = 0.0
-        for j in range(3):
-            total += to_turn[j, i] * (from_place[j] - to_place[j])
-        move[i] = f32(total)
-        for k in range(3):
-            total = 0.0
-            for j in range(3):
-                total += to_turn[j, i] * from_turn[j, k]
-            turn[i, k] = f32(total)
-
-
-@kernel
-def may_shadow(receiver, receiver_radius, caster, caster_radius, lamp, lamp_radius):
-    """Whether a caster's bounding sphere touches the cone from the lamp to a receiver's bounding sphere."""
-    along = 0.0
-    length = 0.0
-    for k in range(3):
-        length += (lamp[k] - receiver[k]) ** 2
-        along += (lamp[k] - receiver[k]) * (caster[k] - receiver[k])
-    share = min(1.0, max(0.0, along / length))
-    gap = 0.0
-    for k in range(3):
-        gap += (receiver[k] + share * (lamp[k] - receiver[k]) - caster[k]) ** 2
-    return math.sqrt(gap) < caster_radius + receiver_radius * (1 - share) + lamp_radius * share
 
 
 @formula
@@ -189,8 +127,8 @@ def extent(turn, k, reach, du, dv, dw):
 
 @kernel
 def box_may_shadow(near, box, lamp_radius):
-    """Result of `may_shadow` for the box itself, with fewer false alarms. near: what is around the receiver in its
-    frame, as of `casters.around`; box: of `describe_box`."""
+    """Whether a box may touch the cone from the lamp to receivers. near: what is around these, as of `casters.around`;
+    box: of `describe_boxes`."""
     u, v, w, reach, du, dv, dw = near
     start = (
         box[0] * u + box[1] * v + box[2] * w + box[9],

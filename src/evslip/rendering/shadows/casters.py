@@ -1,6 +1,6 @@
 """All that can stand before the lamp in one frame, and what it hides from points anywhere.
 
-Each caster is a box, or an outline for which a box stands in where the shadows of several casters are joined.
+Each caster is a box or an outline. Casters and points are given in camera axes.
 """
 
 import math
@@ -8,233 +8,200 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evslip.rendering.geometry.hand import Boxes
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
-from evslip.rendering.shadows.box_shadow import (
-    BOX,
-    begin_group,
-    box_may_shadow,
-    change_frame,
-    describe_box,
-    end_group,
-    hide,
-    may_shadow,
-    pixel_steps,
-    take_in,
-)
-from evslip.rendering.shadows.mesh_shadow import PIXEL_BLUR, shade_behind
-from evslip.rendering.shadows.union import EDGES, MOST, WIDE, edges_of, join, note, overlap
-from evslip.rendering.slots import U, V, W
+from evslip.rendering.scratch import HALF, ONE, ZERO, blocks, f32, formula, kernel, repeat_last
+from evslip.rendering.shadows.box_shadow import box_may_shadow, describe_boxes, hide, pixel_steps
+from evslip.rendering.shadows.mesh_shadow import PIXEL_BLUR, Outlines, shade_behind
+from evslip.rendering.slots import HIDDEN, PART, ROOM, SEEN, U, V, W
+from evslip.utils.refcount import without_refcount
 
 OBJECT_PART, ARM_PART, NO_PART = 3, 4, 255
 """Numbers of bodies after those of the gripper in `hand`; the last one has no caster."""
-FEW = 32
-"""Points that look for casters together: fewer cast fewer shadows, and more looking."""
+GROUP, FEW = 1024, 32
+"""Points that look for casters together, first many, then few: fewer cast fewer shadows, and more looking."""
 PAST, RIM_M = f32(0.6), f32(0.005)
 """Room around points that share their casters: so much of their extent instead of half of it, and more."""
+GAP_M = 1e-6
+"""Least height over a plane at which a caster may shadow it."""
 
 
 class Casters(NamedTuple):
-    """Boxes and outlines in the world, and what follows from them."""
+    """Boxes and outlines, described to the passes."""
 
-    lamp: np.ndarray
-    """Its centre, (3,)."""
-    lamp_radius: float
-    turns: np.ndarray
-    """Axes of the boxes as columns, (k, 3, 3)."""
-    places: np.ndarray
-    """Their centres, (k, 3)."""
-    halves: np.ndarray
-    """Their half sides, (k, 3)."""
+    boxes: np.ndarray
+    """Rows of `box_shadow.describe_boxes`, float32 (k, BOX)."""
+    outlines_of: np.ndarray
+    """Number of the outline that casts the shadow instead of the box, or -1; int64 (k,)."""
     parts: np.ndarray
     """Number of the body that each belongs to, which it does not shadow: int64 (k,)."""
     sizes: np.ndarray
-    """Their half diagonals, (k,)."""
-    outlines: np.ndarray
-    """Number of the outline that casts the shadow instead of the box, or -1; int64 (k,)."""
+    """Half diagonals of the boxes, (k,)."""
     edges: np.ndarray
-    """Edges of all outlines, each in its own frame, float32 (m, 2, 3)."""
+    """Edges and starts of `Outlines`."""
     starts: np.ndarray
-    """First edge of every outline, then m; int64 (o + 1,)."""
-    frames: np.ndarray
-    """Axes of the outlines' frames as columns, (o, 3, 3); see `mesh_shadow.Outline`."""
-    origins: np.ndarray
-    """(o, 3)."""
+    outlines: np.ndarray
+    """Rows: turn (9) and move (3) to an outline's frame, the lamp's distance, its plane (3) and a pixel's blur (2);
+    float32 (o, 18)."""
+    lamp_radius: np.float32
+
+
+class Patches(NamedTuple):
+    """Runs of points that share the size of their pixels and lie in a plane, or may."""
+
+    starts: np.ndarray
+    """First point of each, then n; int64 (t + 1,)."""
+    steps: np.ndarray
+    """From one pixel to the next, right and down, where the points are; (t, 2, 3)."""
     planes: np.ndarray
-    """(o, 3)."""
-    frame: np.ndarray
-    """Axes of the lamp's frame in which the boxes are joined: the first two across the disc, (3, 3)."""
-    origin: np.ndarray
-    """(3,)."""
-    rims: np.ndarray
-    """Edges of the boxes there; see `union.edges_of`."""
-    block_turns: np.ndarray
-    """Axes of the boxes that stand in for the object, the palm and the fingers where they keep light from all around
-    away; (b, 3, 3)."""
-    block_places: np.ndarray
-    block_halves: np.ndarray
+    """Normal and offset of the plane that they lie in, of a body that nothing below the plane shadows; normal 0 and
+    offset -1 where there is none; (t, 4)."""
 
 
-class Reception(NamedTuple):
-    """The casters as seen from one frame of receivers, in few arrays: they are handed on for every few pixels."""
+def cast(
+    lamp: np.ndarray, lamp_radius: float, boxes: Boxes, parts: np.ndarray, numbers: np.ndarray, outlines: Outlines
+) -> Casters:
+    """Casters of a frame. lamp (3,): its centre; parts, numbers: `parts` and `outlines_of` of `Casters`."""
+    rows = np.zeros((len(outlines.origins), 18), np.float32)
+    rows[:, :13], rows[:, 13:16] = _into_frames(outlines.frames, outlines.origins, lamp), outlines.planes
+    sizes = np.linalg.norm(boxes.halves, axis=1)
+    described = describe_boxes(boxes, lamp), numbers, parts, sizes
+    return Casters(*described, outlines.edges, outlines.starts, rows, np.float32(lamp_radius))
 
-    boxes: np.ndarray
-    """Rows of `box_shadow.describe_box`, float32 (k, BOX)."""
-    kinds: np.ndarray
-    """Whether the caster is asked at all; the number of its outline or -1; that of its body; int64 (k, 3)."""
-    edges: np.ndarray
-    """Edges of all outlines, float32 (m, 2, 3)."""
-    starts: np.ndarray
-    outlines: np.ndarray
-    """Rows: turn (9) and move (3) from the receivers' frame to an outline's, the lamp's distance, its plane (3)
-    and a pixel's blur (2); float32 (o, 18)."""
-    rims: np.ndarray
-    """Edges of the boxes, float32 (k, EDGES, 2, 3)."""
-    joint: np.ndarray
-    """Turn (9) and move (3) to the frame in which boxes are joined, its distance from the lamp, a pixel's blur (2) and
-    the lamp's radius; float32 (16,)."""
-    scratch: np.ndarray
+
+def _into_frames(frames: np.ndarray, origins: np.ndarray, lamp: np.ndarray) -> np.ndarray:
+    """Rows (o, 13): turn and move into frames (o, 3, 3) at origins (o, 3), and their distance from the lamp."""
+    turns = frames.transpose(0, 2, 1)
+    moves = -np.squeeze(turns @ origins[..., None], -1)
+    away = np.linalg.norm(lamp - origins, axis=1)
+    return np.concatenate([turns.reshape(-1, 9), moves, away[:, None]], 1)
 
 
 @kernel
-def cast(lamp, lamp_radius, along, boxes, parts, blockers, outlines, contours):
-    """Casters of a frame. along (3,): direction along which seams between bodies are sharpest, the fingers' closing
-    axis. boxes: turns, places and halves; blockers: those of the boxes that keep light from all around away; contours:
-    edges, starts, frames, origins and planes. Everything as in `Casters`."""
-    turns, places, halves = boxes
-    edges, starts, frames, origins, planes = contours
-    count = places.shape[0]
-    if count > MOST:
-        raise ValueError("more casters of shadows than there are slots for")
-    sizes = np.empty(count)
-    for k in range(count):
-        sizes[k] = math.sqrt(halves[k, 0] ** 2 + halves[k, 1] ** 2 + halves[k, 2] ** 2)
-    origin, frame = places[0].copy(), np.empty((3, 3))
-    towards = lamp - origin
-    towards /= math.sqrt(np.sum(towards**2))
-    first = along - towards * np.sum(along * towards)
-    first /= math.sqrt(np.sum(first**2)) + 1e-12
-    for j in range(3):
-        a, b = (j + 1) % 3, (j + 2) % 3
-        frame[j, 0], frame[j, 2] = first[j], towards[j]
-        frame[j, 1] = towards[a] * first[b] - towards[b] * first[a]
-    rims = np.empty((count, EDGES, 2, 3), np.float32)
-    edges_of(turns, places, halves, frame, origin, rims)
-    return Casters(
-        lamp, lamp_radius, turns, places, halves, parts, sizes, outlines, edges, starts, frames, origins,
-        planes, frame, origin, rims, blockers[0], blockers[1], blockers[2],
-    )  # fmt: skip
+def lamp_share(scratch, casters, places, rooms, parts, lit, patches, layered):
+    """Share of the lamp that casters leave visible from points, float32 (n,).
 
-
-@kernel
-def receive(casters, axes, place):
-    """The casters from a frame at `place` with `axes` as columns. Steps and blurs are still to be set, by `spread`."""
-    count, number = casters.places.shape[0], casters.origins.shape[0]
-    boxes, kinds = np.zeros((count, BOX), np.float32), np.zeros((count, 3), np.int64)
-    outlines, joint = np.zeros((number, 18), np.float32), np.zeros(16, np.float32)
-    for k in range(count):
-        describe_box(boxes[k], axes, place, casters.turns[k], casters.places[k], casters.halves[k], casters.lamp)
-        kinds[k, 0], kinds[k, 1], kinds[k, 2] = 1, casters.outlines[k], casters.parts[k]
-    longest = count
-    for k in range(number):
-        _put_frame(outlines[k], axes, place, casters.frames[k], casters.origins[k], casters.lamp)
-        for j in range(3):
-            outlines[k, 13 + j] = f32(casters.planes[k, j])
-        longest = max(longest, casters.starts[k + 1] - casters.starts[k])
-    _put_frame(joint, axes, place, casters.frame, casters.origin, casters.lamp)
-    joint[15] = f32(casters.lamp_radius)
-    scratch = np.empty((2, longest), np.int64)
-    return Reception(boxes, kinds, casters.edges, casters.starts, outlines, casters.rims, joint, scratch)
-
-
-@kernel
-def _put_frame(row, axes, place, frame, origin, lamp):
-    turn, move = np.empty((3, 3), np.float32), np.empty(3, np.float32)
-    change_frame(axes, place, frame, origin, turn, move)
-    away = 0.0
-    for j in range(3):
-        for i in range(3):
-            row[3 * j + i] = turn[j, i]
-        row[9 + j] = move[j]
-        away += (lamp[j] - origin[j]) ** 2
-    row[12] = f32(math.sqrt(away))
-
-
-@kernel
-def spread(reception, casters, right, down):
-    """Set how far shadows are blurred over a pixel, whose steps are `right` and `down` (3,) in the receivers' frame."""
-    for k in range(reception.kinds.shape[0]):
-        if reception.kinds[k, 0] == 0:
-            continue
-        o = reception.kinds[k, 1]
-        if o < 0:
-            pixel_steps(reception.boxes[k], right, down)
-        else:
-            for j in range(2):
-                width = _width(reception.outlines[o], j, right, down)
-                reception.outlines[o, 16 + j] = f32(min(PIXEL_BLUR * width, casters.sizes[k]))
-    for j in range(2):
-        reception.joint[13 + j] = f32(PIXEL_BLUR * _width(reception.joint, j, right, down))
-
-
-@kernel
-def _width(frame, axis, right, down):
-    a, b, c = frame[3 * axis], frame[3 * axis + 1], frame[3 * axis + 2]
-    across, along = a * right[0] + b * right[1] + c * right[2], a * down[0] + b * down[1] + c * down[2]
-    return math.sqrt(across**2 + along**2)
-
-
-@kernel
-def aim(reception, casters, middle, reach):
-    """Choose the casters that may shadow points within `reach` of `middle` (3,), both in the world; whether any."""
-    some = False
-    for k in range(reception.kinds.shape[0]):
-        near = may_shadow(middle, reach, casters.places[k], casters.sizes[k], casters.lamp, casters.lamp_radius)
-        reception.kinds[k, 0] = 1 if near else 0
-        some = some or near
-    return some
-
-
-@formula
-def shade(S, n, reception, layered, joint_always):
-    """SEEN *= share of the lamp that the chosen casters leave visible from the points U, V, W.
-
-    layered: some casters may lie behind the points; see `hide_behind`. joint_always: their union counts under narrow
-    lamps, too.
+    places (3, n), rooms (n,), parts (n,): of the points; lit (n,): what the lamp gives where nothing stands between:
+    where it is 0, nobody asks. layered: some casters may lie behind the points; see `hide_behind`.
     """
-    for first in range(0, n, FEW):
-        part, count = S[first:], min(n - first, FEW)
-        _shade_few(part, count, around(part, count), reception, layered, joint_always)
+    S, casters, seen = scratch.slots, without_refcount(casters), np.ones(rooms.size, np.float32)
+    near, asked = np.empty(casters.parts.size, np.int64), np.empty(casters.parts.size, np.int64)
+    chosen, at, end, patch, few, count = np.empty(casters.edges.shape[0], np.int64), 0, 0, -1, 0, 0
+    while at < seen.size:
+        begun = at == end
+        if begun:
+            end = min(at + GROUP, seen.size)
+            few = _find_near(near, casters, _around(places, at, end))
+        if begun or at == patches.starts[patch + 1]:
+            while at >= patches.starts[patch + 1]:
+                patch += 1
+            count = _ask(asked, near[:few], casters, patches.planes[patch], patches.steps[patch])
+        if count == 0:
+            at = min(end, patches.starts[patch + 1])
+            continue
+        n = min(FEW, end - at, patches.starts[patch + 1] - at)
+        own, brightest = lit[at : at + n], ZERO
+        for i in range(n):
+            brightest = larger(brightest, own[i])
+        if brightest > ZERO:
+            _load(S, n, places[:, at : at + n], rooms[at : at + n], parts[at : at + n])
+            _shade_few(S, blocks(n), casters, asked[:count], chosen, layered)
+            for i in range(n):
+                seen[at + i] = S[SEEN + i]
+        at += n
+    return seen
 
 
 @kernel
-def _shade_few(S, n, near, reception, layered, joint_always):
-    """near: where the points are in the frame of the reception, as of `around`."""
-    begin_group(S, n)
-    boxes, kinds, edges, starts, outlines, rims, joint, scratch = reception
-    radius, count, hiding = joint[15], 0, 0
-    for k in range(kinds.shape[0]):
-        if kinds[k, 0] == 0 or not box_may_shadow(near, boxes[k], radius):
+def _load(S, n, places, rooms, parts):
+    """Points into the slots, the last one repeated to fill up the block."""
+    x, y, z = places[0], places[1], places[2]
+    for i in range(rooms.size):
+        S[U + i], S[V + i], S[W + i], S[ROOM + i], S[PART + i], S[SEEN + i] = x[i], y[i], z[i], rooms[i], parts[i], ONE
+    for slot in (U, V, W, ROOM, PART, SEEN):
+        repeat_last(S, slot, n)
+
+
+@kernel
+def _find_near(found, casters, near):
+    """Fill in the casters that may shadow points `near`, as of `around`; returns how many."""
+    count = 0
+    for k in range(found.size):
+        if box_may_shadow(near, casters.boxes[k], casters.lamp_radius):
+            found[count] = k
+            count += 1
+    return count
+
+
+@kernel
+def _ask(asked, near, casters, plane, steps):
+    """Choose those of the casters `near` of which any corner lies above a plane, and set how far their shadows are
+    blurred over a pixel; returns how many. plane, steps: of `Patches`."""
+    count = 0
+    for k in near:
+        box, top = casters.boxes[k], -plane[3]
+        for axis in range(3):
+            along = plane[0] * box[3 * axis] + plane[1] * box[3 * axis + 1] + plane[2] * box[3 * axis + 2]
+            top += abs(along) * box[15 + axis] - along * box[9 + axis]
+        if top <= GAP_M:
             continue
-        o = kinds[k, 1]
-        if o < 0:
-            hide(S, n, boxes[k], radius)
-        else:
-            own = edges[starts[o] : starts[o + 1]]
-            if not shade_behind(S, n, near, outlines[o], own, scratch[1], radius, layered):
-                continue
-        hiding += take_in(S, n, f32(kinds[k, 2]), ONE if o >= 0 else ZERO)
-        # Also one that hides nothing of any point: what a point sees must not hang on its neighbours.
-        scratch[0, count] = k
-        note(S, n, count, layered)
+        asked[count] = k
         count += 1
-    wide = radius > WIDE * joint[12]
-    if (wide or joint_always) and (hiding > 1 or (wide and hiding > 0)):
-        first, last = overlap(S, n, wide)
-        if first < last:
-            join(S[first:], last - first, scratch[0], count, boxes, rims, kinds, joint)
-    if hiding > 0:
-        end_group(S, n)
+        o = casters.outlines_of[k]
+        pixel_steps(box, steps)
+        for j in range(2 if o >= 0 else 0):
+            width = PIXEL_BLUR * _width(casters.outlines[o], j, steps)
+            casters.outlines[o, 16 + j] = f32(min(width, casters.sizes[k]))
+    return count
+
+
+@kernel
+def _width(frame, axis, steps):
+    square = 0.0
+    for m in range(2):
+        way = 0.0
+        for j in range(3):
+            way += frame[3 * axis + j] * steps[m, j]
+        square += way * way
+    return math.sqrt(square)
+
+
+@kernel
+def _shade_few(S, n, casters, asked, chosen, layered):
+    """SEEN = what the darkest of the casters asked leaves visible.
+
+    Where two bodies hide part of the lamp, they are taken to hide the same part: with the exact union of their outlines
+    (eight strips of the lamp's disc), 0.4 % of all events were others.
+    """
+    near, radius = around(S, n), casters.lamp_radius
+    least, most = S[PART], S[PART]
+    for i in range(n):
+        least, most = smaller(least, S[PART + i]), larger(most, S[PART + i])
+    for k in asked:
+        part, o = f32(casters.parts[k]), casters.outlines_of[k]
+        if (least == part and most == part) or not box_may_shadow(near, casters.boxes[k], radius):
+            continue
+        if o < 0:
+            hide(S, n, casters.boxes[k], radius)
+        else:
+            own = casters.edges[casters.starts[o] : casters.starts[o + 1]]
+            if not shade_behind(S, n, near, casters.outlines[o], own, chosen, radius, layered):
+                continue
+        for i in range(n):
+            S[SEEN + i] = min(S[SEEN + i], ONE if S[PART + i] == part else max(ONE - S[HIDDEN + i], ZERO))
+
+
+@kernel
+def _around(places, start, end):
+    """As `around`, of the points from `start` to before `end`."""
+    low, high = np.empty(3, np.float32), np.empty(3, np.float32)
+    for j in range(3):
+        row = places[j, start:end]
+        least, most = row[0], row[0]
+        for i in range(row.size):
+            least, most = smaller(least, row[i]), larger(most, row[i])
+        low[j], high[j] = least, most
+    return _room(low[0], high[0], low[1], high[1], low[2], high[2])
 
 
 @kernel
@@ -246,6 +213,11 @@ def around(S, n):
         low_u, high_u = smaller(low_u, S[U + i]), larger(high_u, S[U + i])
         low_v, high_v = smaller(low_v, S[V + i]), larger(high_v, S[V + i])
         low_w, high_w = smaller(low_w, S[W + i]), larger(high_w, S[W + i])
+    return _room(low_u, high_u, low_v, high_v, low_w, high_w)
+
+
+@formula
+def _room(low_u, high_u, low_v, high_v, low_w, high_w):
     du, dv, dw = high_u - low_u, high_v - low_v, high_w - low_w
     reach = PAST * math.sqrt(du * du + dv * dv + dw * dw) + RIM_M
     middle = HALF * (low_u + high_u), HALF * (low_v + high_v), HALF * (low_w + high_w)

@@ -7,11 +7,11 @@ silhouettes of `coverage` are summed in the pixels of a row.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.geometry.facets import Facets
 from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
 from evslip.rendering.shadows.box_shadow import extent
 from evslip.rendering.slots import BLUR, HIDDEN, LAMP_X, LAMP_Y, LAMP_Z, PER_DEPTH, ROOM, STRETCH, U, V, W
@@ -30,65 +30,73 @@ DEPTH_M = 0.004
 """Over this depth a receiver passes from the lit side of an outline to its shadow."""
 
 
-class Outline(NamedTuple):
-    """Edges of a mesh as its lamp sees them, in the lamp's frame: origin in the mesh, third axis towards the lamp."""
+class Outlines(NamedTuple):
+    """Edges of meshes as their lamp sees them, each in a frame of its own: origin in the mesh, third axis towards the
+    lamp."""
 
-    turn: np.ndarray
-    """The frame's axes in the world as columns, (3, 3)."""
-    place: np.ndarray
-    """Its origin in the world, (3,)."""
     edges: np.ndarray
-    """Both ends of every edge, float32 of shape (m, 2, 3)."""
-    distance: float
-    """From the origin to the lamp's centre."""
-    size: float
-    """Radius of a sphere around the origin that holds the mesh."""
-    plane: np.ndarray
-    """(a, b, c): the outline lies about at depth a x + b y + c."""
+    """Both ends of every edge, of all of them, float32 of shape (m, 2, 3)."""
+    starts: np.ndarray
+    """First edge of each, then m; int64 (o + 1,)."""
+    frames: np.ndarray
+    """Axes of the frames as columns, (o, 3, 3)."""
+    origins: np.ndarray
+    """(o, 3)."""
+    planes: np.ndarray
+    """(a, b, c) of each: it lies about at depth a x + b y + c; (o, 3)."""
 
 
-def outline_of(
-    facets: Facets, place: np.ndarray, axes: np.ndarray, lamp: np.ndarray, forward: np.ndarray, size: float
-) -> Outline:
-    """The outline of a mesh at a pose. forward (3,): direction of view; along its horizontal part pixels stretch
-    on the surface."""
-    turn = np.empty((3, 3))
-    distance = lamp_frame(place, lamp, forward, turn)
-    edges, plane = silhouette(facets.vertices, facets.planes, facets.edges, axes.T @ (lamp - place), axes.T @ turn)
-    return Outline(turn, place, edges, distance, size, plane)
+class Solid(NamedTuple):
+    """A closed mesh that casts a shadow: arrays of `Facets`."""
+
+    vertices: np.ndarray
+    planes: np.ndarray
+    edges: np.ndarray
+
+
+def outlines_of(
+    solids: Sequence[Solid], places: np.ndarray, turns: np.ndarray, lamp: np.ndarray, level: np.ndarray
+) -> Outlines:
+    """Outlines of meshes at places (o, 3) with axes (o, 3, 3). level (3,): horizontal part of the direction of view,
+    along which pixels stretch on the surface."""
+    frames, edges, planes = (
+        lamp_frames(places, lamp, level),
+        [np.zeros((0, 2, 3), np.float32)],
+        np.zeros((len(places), 3)),
+    )
+    for k, solid in enumerate(solids):
+        found, planes[k] = silhouette(*solid, turns[k].T @ (lamp - places[k]), turns[k].T @ frames[k])
+        edges.append(found)
+    starts = np.cumsum([len(part) for part in edges])
+    return Outlines(np.concatenate(edges), starts, frames, places, planes)
 
 
 @kernel
-def lamp_frame(place, lamp, forward, turn):
-    """Fill in turn (3, 3), axes of the lamp's frame at `place` as columns: the third towards the lamp, the second along
-    the level part of `forward`. Returns the lamp's distance."""
-    distance, along, square = 0.0, 0.0, 0.0
-    for j in range(3):
-        distance += (lamp[j] - place[j]) ** 2
-    distance = math.sqrt(distance)
-    for j in range(3):
-        turn[j, 2] = (lamp[j] - place[j]) / distance
-        along += turn[j, 2] * forward[j] if j < 2 else 0.0
-    for j in range(3):
-        turn[j, 1] = (forward[j] if j < 2 else 0.0) - turn[j, 2] * along
-        square += turn[j, 1] ** 2
-    if square < 1e-6:
+def lamp_frames(places, lamp, level):
+    """Axes of the lamp's frames at places (o, 3) as columns, (o, 3, 3): the third towards the lamp, the second along
+    `level` (3,)."""
+    frames = np.empty((places.shape[0], 3, 3))
+    for k in range(places.shape[0]):
+        towards = lamp - places[k]
+        towards /= math.sqrt(np.sum(towards**2))
+        second = level - towards * np.sum(towards * level)
+        if np.sum(second**2) < 1e-6:
+            for j in range(3):
+                a, b = (j + 1) % 3, (j + 2) % 3
+                second[j] = towards[a] * ANY[b] - towards[b] * ANY[a]
+        second /= math.sqrt(np.sum(second**2))
         for j in range(3):
             a, b = (j + 1) % 3, (j + 2) % 3
-            turn[j, 1] = turn[a, 2] * ANY[b] - turn[b, 2] * ANY[a]
-        square = turn[0, 1] ** 2 + turn[1, 1] ** 2 + turn[2, 1] ** 2
-    for j in range(3):
-        turn[j, 1] /= math.sqrt(square)
-    for j in range(3):
-        a, b = (j + 1) % 3, (j + 2) % 3
-        turn[j, 0] = turn[a, 1] * turn[b, 2] - turn[b, 1] * turn[a, 2]
-    return distance
+            frames[k, j, 0] = second[a] * towards[b] - second[b] * towards[a]
+            frames[k, j, 1], frames[k, j, 2] = second[j], towards[j]
+    return frames
 
 
 @kernel
 def silhouette(vertices, planes, edges, lamp, turn):
-    """Edges between what is turned to the lamp and what is not, in its frame, and `Outline.plane`. lamp, turn: where it
-    is and its frame's axes, in the mesh's frame."""
+    """Edges between what is turned to the lamp and what is not, in its frame, and a row of `Outlines.planes`.
+
+    lamp, turn: where it is and its frame's axes, in the mesh's frame."""
     lit = np.empty(planes.shape[0], np.bool_)
     for f in range(planes.shape[0]):
         lit[f] = planes[f, 0] * lamp[0] + planes[f, 1] * lamp[1] + planes[f, 2] * lamp[2] > planes[f, 3]
@@ -185,8 +193,8 @@ def strip(x0, y0, slope, y1, low, high, half):
 def hide_behind(S, n, outline, edges, chosen, count, lamp_radius, layered):
     """HIDDEN = share of the lamp that an outline hides from the points U, V, W.
 
-    outline (18,): turn (9) and move (3) from their frame to the lamp's, the lamp's distance, `Outline.plane` (3), and
-    half widths of a pixel's blur along the lamp's first and second axis, times the point's ROOM. edges: the outline's;
+    outline (18,): turn (9) and move (3) from their frame to the lamp's, the lamp's distance, its plane (3), and half
+    widths of a pixel's blur along the lamp's first and second axis, times the point's ROOM. edges: the outline's;
     chosen, count: of `choose_edges`. With `layered`, points nearer to the lamp than the plane are not in the shadow.
     """
     m00, m01, m02, m10, m11, m12 = outline[0], outline[1], outline[2], outline[3], outline[4], outline[5]

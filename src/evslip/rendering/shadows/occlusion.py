@@ -9,9 +9,7 @@ import math
 import numpy as np
 
 from evslip.rendering.geometry.face_visibility import faces_seen, matters
-from evslip.rendering.geometry.simd_minmax import larger
 from evslip.rendering.scratch import HALF, ONE, ZERO, clamped, f32, formula, kernel, slot
-from evslip.rendering.shadows.box_shadow import BOX, describe_box
 from evslip.rendering.slots import MORE, NORMAL_X, NORMAL_Y, NORMAL_Z, OPEN, SLOT, U, V, W
 
 PITCH = 8
@@ -28,8 +26,6 @@ FLOW_X, FLOW_Y, FLOW_Z, PX, PY, PZ, NX, NY, NZ = (MORE + (24 + k) * SLOT for k i
 DARK = f32(0.7)
 """Share of surrounding light that a body keeps away. What it sends back instead is taken as 0.3 of it: about that of
 grey matt bodies, whose sides face half the sky."""
-FACE_NODES = 13
-"""Nodes along each side of a cuboid's face."""
 
 
 @formula
@@ -46,8 +42,8 @@ def arc(cosine, square):
 def block(S, n, box, above):
     """OPEN *= 1 - DARK * form factor of a box, seen from the points U, V, W with normals NORMAL.
 
-    box: of `box_shadow.describe_box`. above: the whole box lies above the points' horizon. Where it does not, the part
-    above is that of a sphere with the same flow of light (Snyder 1996, Hill 2016).
+    box: of `box_shadow.describe_boxes`. above: the whole box lies above the points' horizon. Where it does not, the
+    part above is that of a sphere with the same flow of light (Snyder 1996, Hill 2016).
     """
     n = clamped(n)
     _into_box(S, n, box)
@@ -149,56 +145,54 @@ def _add_edge(S, n, first, second, b, c, sign_b, sign_c, half_b, half_c):
 
 
 @kernel
-def describe_blockers(casters, axes, place):
-    """Rows of `box_shadow.describe_box` for the boxes that stand in for all bodies, (k, BOX)."""
-    boxes = np.zeros((casters.block_places.shape[0], BOX), np.float32)
+def openness(scratch, places, normals, parts, boxes, box_parts, above):
+    """Share of the light from all around that boxes leave to points, float32 (n,).
+
+    places, normals (3, n), parts (n,): of the points; boxes: of `box_shadow.describe_boxes`; box_parts: the body that
+    each belongs to, from which it keeps no light away; above: all boxes lie wholly above the points' horizons.
+    """
+    S, opened = scratch.slots, np.ones(parts.size, np.float32)
+    where = np.empty(parts.size, np.int64)
     for k in range(boxes.shape[0]):
-        turn, middle, half = casters.block_turns[k], casters.block_places[k], casters.block_halves[k]
-        describe_box(boxes[k], axes, place, turn, middle, half, casters.lamp)
-    return boxes
-
-
-@kernel
-def _block_all(S, n, boxes, above):
-    for i in range(n):
-        S[W + i], S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i], S[OPEN + i] = ZERO, ZERO, ZERO, ONE, ONE
-    for k in range(boxes.shape[0]):
-        block(S, n, boxes[k], above)
-
-
-@kernel
-def surface_nodes(S, width, height, view, radius, origin, casters):
-    """Openness of the surface where the rays through every PITCH-th corner of pixels meet it, with a margin; and the
-    same for the middle of every column."""
-    camera, turn, focal = view.camera, view.turn, view.focal
-    nodes = np.ones((height // PITCH + 2, width // PITCH + 2), np.float32)
-    boxes, flat = describe_blockers(casters, np.eye(3), origin), nodes.reshape(-1)
-    where, n, columns = np.empty(SLOT, np.int64), 0, nodes.shape[1]
-    for k in range(flat.size):
-        x, y = ((k % columns) * PITCH - width * 0.5) / focal, (height * 0.5 - (k // columns) * PITCH) / focal
-        drop = turn[2, 2] - turn[2, 0] * x - turn[2, 1] * y
-        if drop > camera[2] / radius:
-            away = camera[2] / drop
-            S[U + n] = f32(camera[0] - origin[0] + away * (turn[0, 0] * x + turn[0, 1] * y - turn[0, 2]))
-            S[V + n] = f32(camera[1] - origin[1] + away * (turn[1, 0] * x + turn[1, 1] * y - turn[1, 2]))
-            where[n] = k
-            n += 1
-        if n == SLOT or (k == flat.size - 1 and n > 0):
-            _block_all(S, n, boxes, True)
+        count = 0
+        for i in range(parts.size):
+            if parts[i] != box_parts[k] and (above or _rises(boxes[k], places, normals, i)):
+                where[count] = i
+                count += 1
+        for start in range(0, count, SLOT):
+            n = min(SLOT, count - start)
             for i in range(n):
-                flat[where[i]] = S[OPEN + i]
-            n = 0
-    rows = np.empty((nodes.shape[0], width), np.float32)
-    for j in range(nodes.shape[0]):
-        for x in range(width):
-            left, right = nodes[j, x // PITCH], nodes[j, x // PITCH + 1]
-            rows[j, x] = left + (right - left) * ((f32(x % PITCH) + HALF) / f32(PITCH))
-    return nodes, rows
+                at = where[start + i]
+                S[U + i], S[V + i], S[W + i] = places[0, at], places[1, at], places[2, at]
+                S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i] = normals[0, at], normals[1, at], normals[2, at]
+                S[OPEN + i] = ONE
+            block(S, n, boxes[k], above)
+            for i in range(n):
+                opened[where[start + i]] *= S[OPEN + i]
+    return opened
+
+
+@formula
+def _rises(box, places, normals, i):
+    """Whether a box's highest corner is above the horizon of a point."""
+    over = -(normals[0, i] * places[0, i] + normals[1, i] * places[1, i] + normals[2, i] * places[2, i])
+    for axis in range(3):
+        along = normals[0, i] * box[3 * axis] + normals[1, i] * box[3 * axis + 1] + normals[2, i] * box[3 * axis + 2]
+        over += abs(along) * box[15 + axis] - along * box[9 + axis]
+    return over > ZERO
+
+
+def between_columns(nodes: np.ndarray, width: int) -> np.ndarray:
+    """Values at the middle of every column, (rows, width), of nodes (rows, columns) that are PITCH apart."""
+    at = (np.arange(width) + 0.5) / PITCH
+    column = at.astype(int)
+    share = (at - column).astype(np.float32)
+    return nodes[:, column] + share * (nodes[:, column + 1] - nodes[:, column])
 
 
 @kernel
 def open_run(S, n, rows, column, row):
-    """OPEN of n pixels from `column` on in a row; rows: of `surface_nodes`."""
+    """OPEN of n pixels from `column` on in a row; rows: of `between_columns`."""
     place = (f32(row) + HALF) * f32(1 / PITCH)
     upper, lower = rows[int(place)], rows[int(place) + 1]
     share = place - f32(int(place))
@@ -215,43 +209,3 @@ def between(nodes, x, y):
     upper = nodes[row, column] + x * (nodes[row, column + 1] - nodes[row, column])
     lower = nodes[row + 1, column] + x * (nodes[row + 1, column + 1] - nodes[row + 1, column])
     return upper + y * (lower - upper)
-
-
-@kernel
-def face_nodes(S, half_u, half_v, boxes, nodes):
-    """Openness at FACE_NODES x FACE_NODES places of a rectangle |u| <= half_u, |v| <= half_v, whose normal is the third
-    axis."""
-    flat = nodes.reshape(-1)
-    for start in range(0, flat.size, SLOT):
-        n = min(SLOT, flat.size - start)
-        for i in range(n):
-            row, column = (start + i) // FACE_NODES, (start + i) % FACE_NODES
-            S[U + i] = f32((2.0 * column / (FACE_NODES - 1) - 1) * half_u)
-            S[V + i] = f32((2.0 * row / (FACE_NODES - 1) - 1) * half_v)
-        _block_all(S, n, boxes, False)
-        for i in range(n):
-            flat[start + i] = S[OPEN + i]
-
-
-@kernel
-def open_face(S, n, half_u, half_v, nodes):
-    """OPEN at the points U, V of a face with such nodes."""
-    scale_u, scale_v = HALF * f32(FACE_NODES - 1) / half_u, HALF * f32(FACE_NODES - 1) / half_v
-    for i in range(n):
-        S[OPEN + i] = between(nodes, (S[U + i] + half_u) * scale_u, (S[V + i] + half_v) * scale_v)
-
-
-@kernel
-def faces_any(S, n, box):
-    """Whether any point sees some of a box above its horizon."""
-    m00, m01, m02, m10, m11, m12, m20, m21, m22 = box[0], box[1], box[2], box[3], box[4], box[5], box[6], box[7], box[8]
-    highest = -ONE
-    for i in range(n):
-        u, v, w, p, q, r = S[U + i], S[V + i], S[W + i], S[NORMAL_X + i], S[NORMAL_Y + i], S[NORMAL_Z + i]
-        a, b, c = m00 * p + m01 * q + m02 * r, m10 * p + m11 * q + m12 * r, m20 * p + m21 * q + m22 * r
-        x = m00 * u + m01 * v + m02 * w + box[9]
-        y = m10 * u + m11 * v + m12 * w + box[10]
-        z = m20 * u + m21 * v + m22 * w + box[11]
-        top = abs(a) * box[15] + abs(b) * box[16] + abs(c) * box[17] - a * x - b * y - c * z
-        highest = larger(highest, top)
-    return highest > ZERO

@@ -11,10 +11,7 @@ from evslip.rendering.camera import Camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
 from evslip.rendering.timing.schedule import arm_motion, into, object_motion
-from evslip.rendering.timing.update_schedule import STEADY_PX
-
-SOFT = 0.2
-"""A shadow that moves by this share of its penumbra counts as a sharp edge that moves by a pixel."""
+from evslip.rendering.timing.update_schedule import SOFT, STEADY_PX
 
 
 def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:

@@ -1,8 +1,9 @@
 """Motion of each part of the backdrop in the image, and the frames in which it is drawn anew.
 
 Frames come as often as what moves fastest asks for: the table right before the camera. What is farther away moves a
-fraction of that. The image is divided into cells; each is drawn when it has moved about as far as a frame may, and is
-blended in between, over times in which the pixels would do the same.
+fraction of that, and the light on the table moves less than its texture. The image is divided into cells; each is drawn
+when it has moved about as far as a frame may, and is blended in between, over times in which the pixels would do the
+same; so is the light on it.
 """
 
 from collections.abc import Iterator
@@ -22,14 +23,20 @@ from evslip.scene.shapes import shape_of
 
 ROWS, COLUMNS = 17, 6
 """About so many cells; they are made of whole tiles."""
-LAG = 5
-"""A cell is drawn at least in every so-manieth frame."""
+LAG, LIGHT_LAG = 5, 16
+"""A cell is drawn at least in every so-manieth frame, and the light on it."""
+SOFT = 0.2
+"""A shadow that moves by this share of its penumbra's radius counts as a sharp edge that moves by a pixel."""
+HIGHLIGHT = 0.2
+"""A highlight on a glossy table that moves by a pixel counts as this much: it is broad."""
 STEADY_PX = 0.05
 """An edge that has moved so far is drawn anew: over less than that, what it covers of a pixel grows as time does. An
-object's edge has uncovered something, so the cells around it are drawn anew, too. So they are where the surface has
-moved so far below an object that is about to stand on it: the gap between them is dark."""
+object's edge has uncovered something, so the cells around it are drawn anew, too. So is the light on them where the
+surface has moved so far below an object that is about to stand on it: the gap between them is dark."""
 GAP_M = 0.01
-"""Height over the surface that counts as near."""
+"""Height over the surface that counts as near; an object higher than that uncovers light that was drawn before."""
+LIGHT_STEPS = 2
+"""Light may move so many times as far between two drawings as what it falls on: shadows have no fine texture."""
 ASIDE_PX = 2.0
 """Distance from an object's corners at which it may cover pixels."""
 LOWEST = 0.05
@@ -72,12 +79,21 @@ def divide(height: int, width: int) -> Cells:
     return Cells(-(-height // tall), -(-width // wide), tall, wide)
 
 
-def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: int = LAG) -> CellPlan:
+def plan_cells(
+    motion: np.ndarray,
+    changes: np.ndarray,
+    limit_px: float,
+    lag: int = LAG,
+    *,
+    together: bool = False,
+    ahead: int | None = None,
+) -> CellPlan:
     """Plan of when to draw the cells.
 
     motion (m - 1, rows, columns): from `cell_motion`. A cell is drawn in the frame that is nearest to `limit_px` of
     motion after the last one, in every `lag`-th, in the first and last, and on both sides of each of the `changes`,
-    bool (m - 1,).
+    bool (m - 1,). together: once one is drawn, so are those that have moved half as far. ahead: frames that
+    drawing is ahead of blending by, default `lag`.
     """
     count = len(motion) + 1
     drawn = np.zeros((count, *motion.shape[1:]), bool)
@@ -88,6 +104,8 @@ def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: in
         way += motion[k - 1]
         since += 1
         now = drawn[k] | (way + 0.5 * motion[k] > limit_px) | (since >= lag)
+        if together and now.any():
+            now |= way > 0.5 * limit_px
         drawn[k] = now
         way[now], since[now] = 0.0, 0
     order = np.cumsum(drawn, 0) - 1
@@ -95,7 +113,9 @@ def plan_cells(motion: np.ndarray, changes: np.ndarray, limit_px: float, lag: in
     # Where nothing moves, time stands for motion.
     place = np.concatenate([np.zeros((1, *motion.shape[1:])), np.cumsum(motion + 1e-6, 0)])
     shares = _parabola(place, *(_place_of(drawn, place, k) for k in (earlier, before, after)))
-    last, one_before, following = ((k % (lag + 2)).astype(np.int8) for k in (before, earlier, after))
+    latest = order[np.minimum(np.arange(count) + (lag if ahead is None else ahead), count - 1)]
+    kept = int((latest - earlier).max()) + 1
+    last, one_before, following = ((k % kept).astype(np.int8) for k in (before, earlier, after))
     return CellPlan(np.where(drawn, last, np.int8(-1)), last, one_before, following, shares.astype(np.float32))
 
 
@@ -125,19 +145,25 @@ def _parabola(at: np.ndarray, earlier: np.ndarray, before: np.ndarray, after: np
     return np.stack([np.where(ahead > 0, later, 0.0), np.where(bent & (ahead > 0), bend, 0.0)], -1)
 
 
-def cell_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
-    """Farthest movement in pixels of surface, background, shadows and lamp in each cell between consecutive poses, of
-    shape (m - 1, rows, columns); where an object uncovers something, as much as asks for a new drawing.
+def cell_motion(
+    poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp, is_glossy: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Farthest movement in pixels of surface, background, shadows and lamp in each cell between consecutive poses, and
+    that of the light on the surface alone, of shape (m - 1, rows, columns) each; where an object uncovers something, as
+    much as asks for a new drawing.
 
     camera: a pinhole. The movement is found over LAG poses at a time, and shared out among them.
     """
     sampled = np.append(np.arange(0, len(poses.travel_m) - 1, LAG), len(poses.travel_m) - 1)
     steps = np.diff(sampled)
-    motion = _motion_between(poses.some(sampled), camera, params, lamp)
-    return np.repeat(motion / steps[:, None, None], steps, 0)
+    found = _motion_between(poses.some(sampled), camera, params, lamp, is_glossy)
+    whole, light = (np.repeat(motion / steps[:, None, None], steps, 0) for motion in found)
+    return whole, light
 
 
-def _motion_between(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
+def _motion_between(
+    poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp, is_glossy: bool
+) -> tuple[np.ndarray, np.ndarray]:
     cells = divide(camera.height, camera.width)
     x = np.minimum(np.arange(cells.columns + 1) * cells.width, camera.width)
     y = np.minimum(np.arange(cells.rows + 1) * cells.height, camera.height)
@@ -146,23 +172,37 @@ def _motion_between(poses: ScenePoses, camera: Camera, params: Params, lamp: Lam
     landing = _project_next(poses, camera, hits)
     shape = (len(hits), cells.rows + 1, cells.columns + 1)
     motion = _largest(_length(landing - pixels).reshape(shape))
+    light = np.zeros_like(motion)
     if lamp.luminance > 0:
         steps = [(_project_next(poses, camera, hits + STEP_M * axis) - landing) / STEP_M for axis in np.eye(3)[:2]]
         ground = _Ground(hits[..., :2].reshape(*shape, 2), is_surface.reshape(shape), landing - pixels, *steps)
         for corners in _bodies(poses, params):
-            _follow_shadow(motion, corners, lamp, ground)
-        bulb = np.broadcast_to(lamp.position + lamp.radius_m * SIGNS, (len(poses.travel_m), 8, 3))
-        image = _project(poses, camera, bulb)
-        ahead = np.all(image[..., 2] > NEAR_M, 1)
-        shift = _length(np.diff(image[..., :2], axis=0)).max(1)
-        _at_least(motion, np.where(ahead[1:] & ahead[:-1], shift, 0.0), _touched(image, x, y, 0.0))
+            _follow_shadow(motion, light, corners, lamp, ground)
+        corners = lamp.position + lamp.radius_m * SIGNS
+        image, shift = _follow_points(poses, camera, corners)
+        _at_least(motion, shift, _touched(image, x, y, 0.0))
+        if is_glossy:
+            _, shift = _follow_points(poses, camera, corners * (1, 1, -1))
+            np.maximum(light, HIGHLIGHT * shift[:, None, None], out=light)
     corners = posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
     around = _touched(_project(poses, camera, corners), x, y, ASIDE_PX)
     often = params.render.max_motion_px / STEADY_PX
-    _at_least(motion, often * object_motion(poses, camera, params), around)
+    uncovered = often * object_motion(poses, camera, params)
     height = corners[..., 2].min(1)
-    near = np.minimum(height[1:], height[:-1]) < GAP_M
-    return np.where(around & near[:, None, None], often * motion, motion)
+    below = around & (np.minimum(height[1:], height[:-1]) < GAP_M)[:, None, None]
+    _at_least(light, uncovered, below)
+    light = np.where(below, often * np.maximum(motion, light), light)
+    _at_least(motion, uncovered, around)
+    return np.maximum(motion, light), light
+
+
+def _follow_points(poses: ScenePoses, camera: Camera, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Images (m, k, 3) of points (k, 3) that stand still in the world, and the farthest that any moves between
+    consecutive poses, (m - 1,); 0 where one is not before the camera."""
+    image = _project(poses, camera, np.broadcast_to(points, (len(poses.travel_m), *points.shape)))
+    ahead = np.all(image[..., 2] > NEAR_M, 1)
+    shift = _length(np.diff(image[..., :2], axis=0)).max(1)
+    return image, np.where(ahead[1:] & ahead[:-1], shift, 0.0)
 
 
 class _Ground(NamedTuple):
@@ -191,8 +231,9 @@ def _bodies(poses: ScenePoses, params: Params) -> Iterator[np.ndarray]:
             yield posed_corners(links.places[:, k], links.turns[:, k], link_corners(k))
 
 
-def _follow_shadow(motion: np.ndarray, corners: np.ndarray, lamp: Lamp, ground: _Ground) -> None:
-    """Raise the motion to that of a body's shadow on the surface; corners (m, k, 3): the body's.
+def _follow_shadow(motion: np.ndarray, light: np.ndarray, corners: np.ndarray, lamp: Lamp, ground: _Ground) -> None:
+    """Raise the motion to that of a body's shadow on the surface, and `light` to that of an edge which counts as much;
+    corners (m, k, 3): the body's.
 
     The shadow moves over the surface, which moves in the image itself: below what the hand carries, one undoes the
     other.
@@ -214,7 +255,12 @@ def _follow_shadow(motion: np.ndarray, corners: np.ndarray, lamp: Lamp, ground: 
     moved = ground.moved + ground.along_x * middle[:, None, :1] + ground.along_y * middle[:, None, 1:]
     steepness = np.hypot(_length(ground.along_x), _length(ground.along_y))
     way = np.where(ground.is_surface, (_length(moved) + steepness * spread[:, None]).reshape(seen.shape[:-1]), 0.0)
-    np.maximum(motion, np.where(where, _largest(way), 0.0), out=motion)
+    way = np.where(where, _largest(way), 0.0)
+    # Sharpest where the body is lowest; a wide penumbra may move farther.
+    penumbra = steepness * (lamp.radius_m * np.minimum(fall[1:], fall[:-1]).min((1, 2)))[:, None]
+    soft = np.maximum(1.0, SOFT * _least(penumbra.reshape(seen.shape[:-1])))
+    np.maximum(motion, way, out=motion)
+    np.maximum(light, way / soft, out=light)
 
 
 def _length(vectors: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What object and gripper hide of the lamp together, against many rays to it."""
+"""What object and gripper hide of the lamp, against many rays to it: of several bodies, the darkest counts."""
 
 from functools import partial
 
@@ -7,12 +7,11 @@ import pytest
 
 from brute_force import cuboid, seen_share
 from evslip.rendering.geometry.hand import shadow_boxes
-from evslip.rendering.raycast.renderer import NO_OUTLINE, PARTS
-from evslip.rendering.shadows.casters import cast, receive, shade, spread
-from evslip.rendering.slots import PART, ROOM, SCRATCH, SEEN, SLOT, U, V, W
+from evslip.rendering.raycast.renderer import PARTS
+from shadows import seen
 
 DOWN = np.diag([1.0, -1.0, -1.0])
-NOTHING = np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3))
+PARTS = PARTS[:9]
 
 
 def lamp_at(polar, azimuth):
@@ -30,62 +29,30 @@ def grasp(height=0.06):
     )
 
 
-FINE = np.array([1e-5, 0, 0]), np.array([0, 1e-5, 0])
-
-
-def seen(points, lamp, radius, boxes, parts=PARTS, own=255, steps=FINE, layered=False):
-    count = len(boxes[2])
-    along, numbers = DOWN @ (1e-3, 1.0, 0.0), np.full(count, -1)
-    casters = cast(lamp, radius, along, tuple(boxes), parts[:count], NOTHING, numbers, NO_OUTLINE)
-    reception = receive(casters, np.eye(3), np.zeros(3))
-    spread(reception, casters, *steps)
-    S, result = np.zeros(SCRATCH, np.float32), []
-    for start in range(0, len(points), SLOT):
-        chunk = points[start : start + SLOT]
-        n = len(chunk)
-        for slot, values in zip((U, V, W), chunk.T, strict=True):
-            S[slot : slot + n] = values
-        S[ROOM : ROOM + n], S[SEEN : SEEN + n], S[PART : PART + n] = 1, 1, own
-        shade(S, n, reception, layered, True)
-        result.append(S[SEEN : SEEN + n].copy())
-    return np.concatenate(result)
-
-
 def table_points(rng, lamp, count):
     over = rng.uniform(-0.2, 0.2, (count, 2)) + np.array([0.45, 0.0]) - 0.1 * lamp[:2] / lamp[2]
     return np.concatenate([over, np.zeros((count, 1))], 1)
 
 
 @pytest.mark.parametrize(("polar", "azimuth"), [(40.0, 60.0), (15.0, 200.0), (65.0, 100.0)])
-@pytest.mark.parametrize(("radius", "mean", "most"), [(1.0, 0.02, 0.2), (3.0, 0.008, 0.06), (6.0, 0.012, 0.08)])
-def test_the_shadow_of_object_and_gripper_is_one(polar, azimuth, radius, mean, most):
+@pytest.mark.parametrize(("radius", "mean", "most"), [(1.0, 0.02, 0.22), (3.0, 0.1, 0.35)])
+def test_the_shadow_of_object_and_gripper_is_about_that_of_rays(polar, azimuth, radius, mean, most):
     rng, lamp, boxes = np.random.default_rng(0), lamp_at(polar, azimuth), grasp()
     points = table_points(rng, lamp, 1000)
     casters = [(place, turn, partial(cuboid, half)) for turn, place, half in zip(*boxes, strict=True)]
     rays = seen_share(points, lamp, radius, casters, 300, rng)
-    error = np.abs(seen(points, lamp, radius, boxes) - rays)[rays < 0.98]
+    error = np.abs(seen(points, lamp, radius, boxes, PARTS) - rays)[rays < 0.98]
     assert len(error) > 50
     assert error.mean() < mean
     assert np.quantile(error, 0.99) < most
 
 
-def test_two_bodies_that_hide_one_half_each_hide_all():
-    """Side by side over the point, each hides half of the lamp; one behind the other, both hide the same half."""
-    lamp, point = np.array([0.0, 0.0, 30.0]), np.array([[0.45, 0.0, 0.0]])
-    turns, halves = np.stack([np.eye(3)] * 2), np.full((2, 3), 0.05)
-    apart = np.array([[0.45, 0.05, 0.1], [0.45, -0.05, 0.1]])
-    alike = np.array([[0.45, 0.05, 0.1], [0.45, 0.05, 0.3]])
-    for radius in (0.5, 3.0):
-        assert seen(point, lamp, radius, (turns, apart, halves))[0] == pytest.approx(0.0, abs=0.01)
-        assert seen(point, lamp, radius, (turns, alike, halves))[0] == pytest.approx(0.5, abs=0.01)
-
-
-@pytest.mark.parametrize(("radius", "most"), [(1.0, 0.006), (1.9, 0.006), (5.0, 0.03)])
+@pytest.mark.parametrize(("radius", "most"), [(1.0, 0.006), (1.9, 0.006), (5.0, 0.006)])
 def test_shares_of_the_lamp_pass_on_smoothly(radius, most):
     """Along a line through the common penumbra no step stands out from its neighbours."""
     lamp, boxes, across = lamp_at(40.0, 60.0), grasp(), np.zeros((2000, 3))
     across[:, 0], across[:, 1] = np.linspace(0.35, 0.5, 2000), np.linspace(-0.2, 0.05, 2000)
-    shares = seen(across, lamp, radius, boxes)
+    shares = seen(across, lamp, radius, boxes, PARTS)
     assert np.ptp(shares) > 0.8
     steps = np.abs(np.diff(shares))
     assert np.max(steps[1:-1] - np.maximum(steps[:-2], steps[2:])) < most
@@ -104,9 +71,9 @@ def test_what_lies_behind_a_point_hides_nothing_from_it():
     lamp, point = np.array([0.0, 0.0, 30.0]), np.array([[0.45, 0.0, 0.2]])
     places = np.array([[0.45, 0.1, 0.3], [0.45, 0.0, 0.17]])
     boxes = np.stack([np.eye(3)] * 2), places, np.array([[0.1, 0.1, 0.02], [0.015, 0.025, 0.03 - 1e-4]])
-    alone = seen(point, lamp, 3.0, tuple(values[:1] for values in boxes), layered=True)
+    alone = seen(point, lamp, 3.0, tuple(values[:1] for values in boxes), [0], layered=True)
     assert 0.2 < alone[0] < 0.8
-    assert seen(point, lamp, 3.0, boxes, layered=True)[0] == pytest.approx(alone[0], abs=1e-3)
+    assert seen(point, lamp, 3.0, boxes, [0, 1], layered=True)[0] == pytest.approx(alone[0], abs=1e-3)
 
 
 @pytest.mark.parametrize("radius", [0.3, 3.0])
@@ -114,8 +81,10 @@ def test_a_body_hides_alike_where_it_stands_and_a_little_above(radius):
     """Also from pixels that reach under it: far away, they are longer than the body."""
     turns, places, halves = grasp(height=0.05)
     lifted = places + np.array([0.0, 0.0, 1e-4])
-    lamp, steps = lamp_at(25.0, 150.0), (np.array([0.0017, 0, 0]), np.array([-0.003, -0.019, 0]))
+    lamp, steps = lamp_at(25.0, 150.0), [[0.0017, 0, 0], [-0.003, -0.019, 0]]
     points = np.array([[x, y, 0.0] for x in np.linspace(0.4, 0.5, 21) for y in (-0.03, -0.024, 0.024, 0.03)])
-    stands = seen(points, lamp, radius, (turns, places, halves), steps=steps)
+    stands = seen(points, lamp, radius, (turns, places, halves), PARTS, steps=steps)
     assert 0.1 < stands.mean() < 0.9
-    np.testing.assert_allclose(seen(points, lamp, radius, (turns, lifted, halves), steps=steps), stands, atol=0.02)
+    np.testing.assert_allclose(
+        seen(points, lamp, radius, (turns, lifted, halves), PARTS, steps=steps), stands, atol=0.02
+    )
