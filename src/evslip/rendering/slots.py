@@ -7,16 +7,15 @@ SLOT = 64
     U, V, W,  # receiver point, in the frame of its pass
     MAJOR_U, MAJOR_V, MINOR_U, MINOR_V,  # footprint of the pixel: both sides of a parallelogram
     TEXELS, HELD,  # variance in squares of the finest texels: what is wanted, what the levels have
-    LIT, GLOSS, SEEN, SEEN_NOW,  # lamp's diffuse and specular part; share of the lamp seen, so far and past one group
+    LIT, GLOSS, SEEN,  # lamp's diffuse and specular part; share of the lamp seen
     TEX, WHERE, FRAC_X, FRAC_Y, WEIGHT, FADED,  # texture value; cell, place in it, weights of one level and one probe
     GROUND,  # share of the pixel below the horizon
     RESULT,
-    NORMAL_X, NORMAL_Y, NORMAL_Z, AMBIENT,  # where they differ from pixel to pixel
+    NORMAL_X, NORMAL_Y, NORMAL_Z,  # where they differ from pixel to pixel
     LAMP_X, LAMP_Y, LAMP_Z, HIDDEN,  # receiver point in the lamp's frame; what an outline hides
     ROOM,  # share of the pixel that the point stands for, over which shadows are blurred
     PER_DEPTH, BLUR, STRETCH,  # 1 / way to the lamp; a pixel's blur across and how much longer shadows' blur is along
-    SUM_HIDDEN, SUM_OUTLINED,  # what all casters of a group hide, each alone, and of it what outlines do
     PART, OPEN,  # number of the body that the point belongs to; share of the light from all around that reaches it
-    MORE,  # the first of many that `union` and `occlusion` share
-) = (slot * SLOT for slot in range(40))  # fmt: skip
-SCRATCH = 142 * SLOT
+    MORE,  # the first of many that `occlusion` takes
+) = (slot * SLOT for slot in range(36))  # fmt: skip
+SCRATCH = 69 * SLOT

@@ -21,8 +21,6 @@ NEAR_M, LEANING = f32(0.008), f32(0.8)
 counts as partly standing."""
 FACING, LEVEL = f32(0.7), f32(1e-6)
 FLOW_X, FLOW_Y, FLOW_Z, PX, PY, PZ, NX, NY, NZ = (MORE + (24 + k) * SLOT for k in range(9))
-
-
 DARK = f32(0.7)
 """Share of surrounding light that a body keeps away. What it sends back instead is taken as 0.3 of it: about that of
 grey matt bodies, whose sides face half the sky."""
