@@ -1,17 +1,23 @@
-"""Speed of the event camera, one thread: benchmarks/events.py [--frames N] [--repeat N] [--clip KIND]
-[--cameras NAME ...] [--v2e FOLDER] [--eventcv]
+"""Speed of the event camera, one thread: benchmarks/events.py [--clip KIND ...] [--cameras NAME ...] [--repeat N]
+[--v2e FOLDER] [--eventcv] [--every N ...] [--frames N]
+
+--clip rendered, the default, takes what `evslip generate` feeds it with: 120 frames in a row from the middle of the
+transport of samples 0 of `simple` and 2 of `complex`, rendered here, where nearly every pixel changes in every frame.
+"ns an event" is the time for floats shared among the events, looking at the pixels without one included. --every 1 2 4
+takes only each of these frames, so that each moves further.
+
+--clip square busy are kinder: a textured square turns at 2 revolutions a second before a gradient, filmed at 2000
+frames a second. In "square" the texture goes from bytes of 20 to 255, in "busy" from 2 to 255 and through steeper
+edges, which makes twice the events, or half as many again where there is a low-pass. --frames says how many of these.
+
+Every figure is the best of some runs, and for all but the first frame, on which a camera settles. On one thread the
+processor's time is taken, so that other programs disturb less. "bytes" and "floats" are Mpixel/s for frames in uint8
+and linear float32, "step" milliseconds for a frame of bytes; "events" counts them per pixel and frame.
 
 --v2e FOLDER times v2e too, on the same frames as bytes, and prints ratios: FOLDER is a copy of
 https://github.com/SensorsINI/v2e, which needs torch and opencv-python; what else it imports but does not use here is
 replaced by empty modules. --eventcv times that package (pip install eventcv) on the same bytes, on one thread
 too, without its upsampling, which costs a pass over all pixels for each finer step. It decodes sRGB: its events differ.
-
-A textured square turns at 2 revolutions a second before a gradient, filmed at 2000 frames a second, in two clips: in
-"square" the texture goes from bytes of 20 to 255, in "busy" from 2 to 255 and through steeper edges, which makes twice
-the events, or half as many again where there is a low-pass. Every figure is the best of some runs, and for all but the
-first frame, on which a camera settles. On one thread the processor's time is taken, so that other programs disturb
-less. "bytes" and "floats" are Mpixel/s for frames in uint8 and linear float32, "step" milliseconds for a frame of
-bytes; "events" counts them per pixel and frame.
 """
 
 import argparse
@@ -22,22 +28,61 @@ import os
 import resource
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from unittest.mock import MagicMock
 
 import numpy as np
 
+from evslip.config.loading import load_config
+from evslip.draws.draw import draw
 from evslip.events import PRESETS, EventCamera
+from evslip.physics.motion.phases import phase_times
+from evslip.physics.simulation import simulate
+from evslip.physics.truth import measure
+from evslip.rendering import render
 
+SAMPLES = (("simple", 0), ("complex", 2))
+RENDERED_FRAMES = 120
 SIZES = ((346, 260), (640, 480), (1280, 720))
 FRAME_US = 500.0
 LEAST_S = 0.3
 PASSES = 4
 CLIPS = {"square": (20, 1.0), "busy": (2, 1.3)}
 """Darkest byte of the texture, and how much its contrast is raised."""
+
+
+class Film(NamedTuple):
+    """Frames to turn into events."""
+
+    name: str
+    times_us: np.ndarray
+    floats: np.ndarray
+    """Linear luminance, float32 of shape (frames, height, width)."""
+
+    @property
+    def in_bytes(self) -> np.ndarray:
+        return (255 * np.clip(self.floats, 0, 1)).astype(np.uint8)
+
+
+def rendered_films(every: list[int]) -> Iterator[Film]:
+    """Frames of SAMPLES from the middle of their transport, at the times that `evslip generate` draws."""
+    for preset, index in SAMPLES:
+        traj = simulate(draw(load_config(preset), index))
+        middle_us = sum(phase_times(traj.params).get("move", measure(traj).span_us)) // 2
+        frames = list(itertools.islice(render(traj, start_us=middle_us), RENDERED_FRAMES))
+        times_us = np.array([frame.t_us for frame in frames], float)
+        floats = np.stack([frame.luminance for frame in frames])
+        for step in every:
+            name = f"{preset} {index}" + (f", 1 frame of {step}" if step > 1 else "")
+            yield Film(name, times_us[::step], np.ascontiguousarray(floats[::step]))
+
+
+def kind_films(kind: str, frames: int) -> Iterator[Film]:
+    for size in SIZES:
+        yield Film(f"{kind} {size[0]}x{size[1]}", FRAME_US * np.arange(frames), make_clip(size, frames, kind))
 
 
 def make_clip(size: tuple[int, int], frames: int, kind: str = "square") -> np.ndarray:
@@ -88,7 +133,9 @@ def best(
     return min(times)
 
 
-def measure(name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int, **arguments) -> tuple[float, float, float]:
+def measure_camera(
+    name: str, clip: np.ndarray, times_us: np.ndarray, repeat: int, **arguments
+) -> tuple[float, float, float]:
     """Mpixel/s of `run`, milliseconds a `step`, events per pixel and frame."""
     size = (clip.shape[2], clip.shape[1])
     intensity = "uint8" if clip.dtype == np.uint8 else "linear"
@@ -225,27 +272,31 @@ def measure_eventcv(eventcv, name: str, clip: np.ndarray, repeat: int) -> tuple[
     return clip[1:].size / best(run, repeat) / 1e6, events / clip[1:].size
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", type=int, default=65)
-    parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--clip", choices=CLIPS, help="only this one")
-    parser.add_argument("--cameras", choices=PRESETS, nargs="+", default=list(PRESETS))
-    parser.add_argument("--v2e", type=Path)
-    parser.add_argument("--eventcv", action="store_true")
-    options = parser.parse_args()
-    emulator = load_v2e(options.v2e) if options.v2e else None
-    eventcv = load_eventcv() if options.eventcv else None
-    print("| clip | size | camera | bytes | floats | step, ms | events | v2e | v2e's events | times v2e |")
+def print_rendered(options: argparse.Namespace, emulator: Any) -> None:
+    print(
+        "| frames | camera | bytes | floats | events | ns an event | v2e | v2e's events | times v2e: bytes | floats |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|")
-    for kind, size in itertools.product([options.clip] if options.clip else CLIPS, SIZES):
-        clip = make_clip(size, options.frames, kind)
-        times_us = FRAME_US * np.arange(len(clip))
-        in_bytes = (255 * np.clip(clip, 0, 1)).astype(np.uint8)
-        row = f"| {kind} | {size[0]}x{size[1]} |"
+    for film in rendered_films(options.every):
         for name in options.cameras:
-            speed, step, events = measure(name, in_bytes, times_us, options.repeat)
-            floats, _, _ = measure(name, clip, times_us, options.repeat)
+            speed, _, _ = measure_camera(name, film.in_bytes, film.times_us, options.repeat)
+            floats, _, events = measure_camera(name, film.floats, film.times_us, options.repeat)
+            theirs = " | | | "
+            if emulator:
+                slow, count = measure_v2e(emulator, name, film.in_bytes, film.times_us, min(3, options.repeat))
+                theirs = f"{slow:.1f} | {count:.4f} | {speed / slow:.1f} | {floats / slow:.1f}"
+            own = f"{speed:.0f} | {floats:.0f} | {events:.4f} | {1e3 / floats / events:.0f}"
+            print(f"| {film.name} | {name} | {own} | {theirs} |", flush=True)
+
+
+def print_kind(kind: str, options: argparse.Namespace, emulator: Any, eventcv: Any) -> None:
+    print("| clip | camera | bytes | floats | step, ms | events | v2e | v2e's events | times v2e |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for film in kind_films(kind, options.frames):
+        row, times_us, clip, in_bytes = f"| {film.name} |", film.times_us, film.floats, film.in_bytes
+        for name in options.cameras:
+            speed, step, events = measure_camera(name, in_bytes, times_us, options.repeat)
+            floats, _, _ = measure_camera(name, clip, times_us, options.repeat)
             theirs = " | | "
             if emulator:
                 slow, count = measure_v2e(emulator, name, in_bytes, times_us, min(3, options.repeat))
@@ -255,14 +306,34 @@ def main() -> None:
                 slow, count = measure_eventcv(eventcv, name, in_bytes, min(3, options.repeat))
                 ratio = f"{name} is {speed / slow:.1f} times as fast"
                 print(f"{row} eventcv, {name} | {slow:.1f} | | | {count:.4f} | | | {ratio} |", flush=True)
-        speed, _, events = measure("davis346", in_bytes, times_us, options.repeat, mode="v2e")
+        speed, _, events = measure_camera("davis346", in_bytes, times_us, options.repeat, mode="v2e")
         print(f"{row} davis346, v2e rules | {speed:.0f} | | | {events:.4f} | | | |", flush=True)
         logarithm = clip.size / best(lambda clip=clip: [np.log(image) for image in clip], options.repeat) / 1e6
         print(f"{row} numpy.log alone | | {logarithm:.0f} | | | | | |", flush=True)
         one, two, both = measure_wall(in_bytes, options.repeat)
         ratio = f"{two / one:.2f} times one; two cameras {both / one:.2f} |"
         print(f"{row} davis346, 2 threads by the clock | {two:.0f} of {one:.0f} | | | | | | {ratio}", flush=True)
-    print(f"\nPeak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB, clips included")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--clip", choices=["rendered", *CLIPS], nargs="+", default=["rendered"])
+    parser.add_argument("--every", type=int, nargs="+", default=[1])
+    parser.add_argument("--frames", type=int, default=65)
+    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--cameras", choices=PRESETS, nargs="+", default=["davis346", "clean", "noisy"])
+    parser.add_argument("--v2e", type=Path)
+    parser.add_argument("--eventcv", action="store_true")
+    options = parser.parse_args()
+    emulator = load_v2e(options.v2e) if options.v2e else None
+    eventcv = load_eventcv() if options.eventcv else None
+    for kind in options.clip:
+        if kind == "rendered":
+            print_rendered(options, emulator)
+        else:
+            print_kind(kind, options, emulator, eventcv)
+        print()
+    print(f"Peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB, frames included")
 
 
 if __name__ == "__main__":
