@@ -8,6 +8,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from h5py import h5l, h5o  # pyright: ignore[reportAttributeAccessIssue]
 
 from evslip.utils.errors import DataError
 from evslip.utils.files import MOST_COMPRESSED, require_file
@@ -56,10 +57,12 @@ def put_scalar(group: h5py.Group, name: str, value: np.generic) -> None:
 
 @contextlib.contextmanager
 def opened(path: str | Path) -> Iterator[h5py.File]:
-    """Open a file of unknown origin for reading. Whatever is wrong with it becomes a DataError of one line."""
+    """Open a file of unknown origin for reading, if all of its data lie in it. Whatever is wrong with it becomes a
+    DataError of one line."""
     path = require_file(path)
     try:
         with h5py.File(path, "r", locking=False) as file:
+            _require_own_data(file)
             yield file
     except DataError as error:
         if str(path) in str(error):
@@ -72,6 +75,34 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
         if "truncated" in reason:
             raise DataError(f"{path}: the file is truncated") from None
         raise DataError(f"{path}: damaged or of another layout: {reason[:160]}") from None
+
+
+def _require_own_data(file: h5py.File) -> None:
+    """Raise DataError for a file that names others: reading it would carry their bytes into what is published."""
+    links: list[tuple[bytes, int]] = []
+    # Only noted: an error inside of the visit would not come through HDF5.
+    file.id.links.visit(lambda name, link: links.append((name, link.type)), info=True)
+    for name, link in links:
+        kind = _foreign(file, name, link)
+        if kind is not None:
+            shown = name.decode("utf-8", "replace")[:60]
+            raise DataError(f"{file.filename}: /{shown} is {kind}; expected a file that holds all of its data itself")
+
+
+def _foreign(file: h5py.File, name: bytes, link: int) -> str | None:
+    """Description of what a link finds in other files; None if nothing. A soft link leaves a file by way of an external
+    one alone."""
+    if link == h5l.TYPE_SOFT:
+        return None
+    if link != h5l.TYPE_HARD:
+        return "a link to another file"
+    node = h5o.open(file.id, name)
+    if not isinstance(node, h5py.h5d.DatasetID):
+        return None
+    stored = node.get_create_plist()
+    if stored.get_layout() == h5py.h5d.VIRTUAL:
+        return "a virtual data set, made of others"
+    return "stored in another file" if stored.get_external_count() else None
 
 
 def get(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]) -> np.ndarray:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from evslip.data.dataset import Dataset, open_dataset
@@ -13,6 +12,7 @@ from evslip.data.layout import CONFIG
 from evslip.data.record import Record
 from evslip.data.recordings import open_samples
 from evslip.data.samples import Samples
+from evslip.utils import hdf5
 from evslip.utils.errors import DataError
 from evslip.windows.cutting import windows_of
 from evslip.windows.window_set import FORMAT, WindowEvents, Windows, WindowSettings, load_windows
@@ -97,10 +97,5 @@ def _of_dataset(dataset: Dataset, split: str | None) -> EvaluationData:
 def _is_windows(path: Path) -> bool:
     if not path.is_file():
         raise DataError(f"{path}: no such file; expected a data set, a record or a file of `evslip windows`")
-    try:
-        with h5py.File(path) as file:
-            return file.attrs.get("format") == FORMAT
-    except OSError:
-        raise DataError(
-            f"{path}: not an HDF5 file; expected a data set, a record or a file of `evslip windows`"
-        ) from None
+    with hdf5.opened(path) as file:
+        return file.attrs.get("format") == FORMAT

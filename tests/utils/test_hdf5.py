@@ -1,0 +1,85 @@
+"""HDF5 files from outside: what leads out of the file is refused by every reader, before anything is read."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from evslip.codecs import open_events, read_events
+from evslip.codecs.facts import facts_of
+from evslip.codecs.settings import read_settings
+from evslip.data import record_file
+from evslip.exchange.format_to_format import convert_format
+from evslip.utils import hdf5
+from evslip.utils.errors import DataError
+from evslip.windows.window_set import load_windows
+from sample_records import simulated
+
+SECRET = b"root:x:0:0:secret"
+
+
+def linked(file: h5py.File, name: str, secret: Path) -> None:
+    file[name] = h5py.ExternalLink(str(secret), "/x")
+
+
+def by_way_of(file: h5py.File, name: str, secret: Path) -> None:
+    file["way"] = h5py.ExternalLink(str(secret), "/")
+    file[name] = h5py.SoftLink("/way/x")
+
+
+def virtual(file: h5py.File, name: str, secret: Path) -> None:
+    layout = h5py.VirtualLayout((len(SECRET),), np.uint8)
+    layout[:] = h5py.VirtualSource(secret, "x", (len(SECRET),))
+    file.create_virtual_dataset(name, layout)
+
+
+def raw(file: h5py.File, name: str, secret: Path) -> None:
+    file.create_dataset(name, (len(SECRET),), np.uint8, external=[(str(secret), 0, len(SECRET))])
+
+
+WAYS = (linked, by_way_of, virtual, raw)
+READERS = (
+    read_events,
+    lambda path: list(open_events(path).parts),
+    record_file.read,
+    record_file.read_recording,
+    facts_of,
+    read_settings,
+    load_windows,
+    lambda path: convert_format(path, path.with_name("out.csv")),
+)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("reader", range(len(READERS)))
+def test_no_reader_follows_what_leads_out_of_a_file(
+    tmp_path: Path, way: Callable[..., None], reader: int, monkeypatch: pytest.MonkeyPatch
+):
+    secret = tmp_path / "secret.h5"
+    with h5py.File(secret, "w") as file:
+        file["x"] = np.frombuffer(SECRET, np.uint8)
+    record_file.write(tmp_path / "a.h5", simulated())
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        del file["events/x"]
+        way(file, "events/x", secret)
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", lambda *_: pytest.fail("data were read"))
+    reading: Any = READERS[reader]
+    with pytest.raises(DataError, match=r"a\.h5: /(events/x|way) is .*expected a file that holds all of its data"):
+        reading(tmp_path / "a.h5")
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_links_inside_a_file_are_followed(tmp_path: Path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"] = np.arange(3)
+        file["group/hard"], file["group/up"] = file["x"], file["/"]
+        file["soft"], file["nowhere"], file["itself"] = map(h5py.SoftLink, ("/x", "/y", "/itself"))
+    with hdf5.opened(tmp_path / "a.h5") as file:
+        assert hdf5.get(file, "soft", "i", (3,)).tolist() == hdf5.get(file, "group/hard", "i", (3,)).tolist()
+        with pytest.raises(DataError, match="nowhere is missing"):
+            hdf5.get(file, "nowhere", "i", (3,))
+    with pytest.raises(DataError, match="too many links"), hdf5.opened(tmp_path / "a.h5") as file:
+        hdf5.get(file, "itself", "i", (3,))
