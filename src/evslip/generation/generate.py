@@ -187,7 +187,7 @@ def generate(
         raise ConfigError(f"limit_s: {limit_s:g} is out of range, expected more than 0")
     run = runner(runner_name)
     _check(config, count, split)
-    root, text, told = Path(out).absolute(), dump_config(config), progress or Progress()
+    root, text, progress = Path(out).absolute(), dump_config(config), progress or Progress()
     indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
     building.create(root, text)
     finished = dataset.finished(root, split, indices)
@@ -196,13 +196,13 @@ def generate(
     if jobs and finished:
         _check_version(sample_path(root, *min(finished)))
     requested.request(root, split, count)
-    told.begin(len(indices), len(indices) - len(jobs))
     if jobs and runner_name == "local":
-        warm_up(config, report=told.compiling)
+        warm_up(config, report=progress.compiling)
+    progress.begin(len(indices), len(indices) - len(jobs))
     made = []
-    for result in run(make_sample, jobs, workers, told.notice, limit_s) if jobs else ():
+    for result in run(make_sample, jobs, workers, progress.notice, limit_s) if jobs else ():
         made.append(result)
-        told.made(result)
+        progress.made(result)
     return Summary(made, len(indices) - len(jobs), time.perf_counter() - start)
 
 

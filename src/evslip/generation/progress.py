@@ -1,4 +1,4 @@
-"""Progress of a run of `generate`: what it tells, and how a person sees that."""
+"""Progress of a run of `generate`, and how a person sees it."""
 
 import time
 from collections.abc import Iterator
@@ -30,10 +30,10 @@ class Progress:
     """Override what you want to hear."""
 
     def begin(self, count: int, skipped: int) -> None:
-        """Once, at first: `count` samples are wanted, of which an earlier run had finished `skipped`."""
+        """Once, before the first sample: `count` are wanted, of which an earlier run had finished `skipped`."""
 
     def compiling(self, done: int, about: int) -> None:
-        """Before the first sample, after each function that is compiled, of about so many."""
+        """Before that, after each function that is compiled, of about so many."""
 
     def made(self, made: Made) -> None:
         """After every sample."""
@@ -44,7 +44,7 @@ class Progress:
 
 @contextmanager
 def samples_bar(title: str) -> Iterator[Progress]:
-    """What `generate` tells, as a bar; without a terminal as a line every 30 s."""
+    """Progress of `generate` as a bar; without a terminal as a line every 30 s."""
     if not console.is_terminal:
         yield _Lines(title)
         return
@@ -58,6 +58,8 @@ class _Bar(Progress):
         self._compiling: rich.TaskID | None = None
 
     def begin(self, count: int, skipped: int) -> None:
+        if self._compiling is not None:
+            self._bar.remove_task(self._compiling)
         self._task = self._bar.add_task(self._title, total=count, completed=skipped, rejected="")
 
     def compiling(self, done: int, about: int) -> None:
@@ -66,9 +68,6 @@ class _Bar(Progress):
         self._bar.update(self._compiling, completed=done, total=about)
 
     def made(self, made: Made) -> None:
-        if self._compiling is not None:
-            self._bar.remove_task(self._compiling)
-            self._compiling = None
         self._rejected += made.entry["kind"] == "rejected"
         self._bar.update(self._task, advance=1, rejected=f"{self._rejected} rejected" if self._rejected else "")
 
@@ -79,7 +78,7 @@ class _Bar(Progress):
 class _Lines(Progress):
     def __init__(self, title: str):
         self._title, self._rejected, self._made = title, 0, 0
-        self._told_of_compiling = float("-inf")
+        self._said_compiling = float("-inf")
 
     def begin(self, count: int, skipped: int) -> None:
         self._count, self._skipped = count, skipped
@@ -87,8 +86,8 @@ class _Lines(Progress):
 
     def compiling(self, done: int, about: int) -> None:
         now = time.monotonic()
-        if now - self._told_of_compiling >= COMPILING_EVERY_S:
-            self._told_of_compiling = now
+        if now - self._said_compiling >= COMPILING_EVERY_S:
+            self._said_compiling = now
             self._say(f"{COMPILING}: {done} of {about}")
 
     def made(self, made: Made) -> None:

@@ -18,6 +18,10 @@ from evslip.draws.draw import draw
 from evslip.events.frame import Frame
 from evslip.generation.runners.local import ONE_THREAD, environment
 from evslip.generation.sensor import camera_for
+from evslip.physics.simulation import simulate
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import measure
+from evslip.rendering import render_span
 from evslip.utils import jit
 from evslip.utils.errors import EvslipError, GraspFailed, PlanRejected
 
@@ -25,14 +29,13 @@ SIZE = (64, 48)
 """Pixels of the frames that are drawn to compile what draws them."""
 SPAN_US = 40_000
 TRIED = 8
-"""Samples that are tried until one's grasp holds."""
+"""Samples that are tried until the robot can do one's motion and its grasp holds."""
 Report = Callable[[int, int], None]
 
 
 def warm_up(config: Config | str | Path = "simple", *, report: Report = lambda done, total: None) -> int:
-    """Compile what samples of a configuration need, into the cache on disk, in a process for each of the two halves:
-    what draws frames and what makes events of them. Returns how many functions were compiled: none, at once, if the
-    cache holds them, or if no cache can be written.
+    """Compile what samples of a configuration need, into the cache on disk, in two processes. Returns how many
+    functions were compiled: none, at once, if the cache holds them, or if no cache can be written.
 
     report: called with the functions compiled so far and about how many there are. Raises EvslipError.
     """
@@ -41,38 +44,53 @@ def warm_up(config: Config | str | Path = "simple", *, report: Report = lambda d
     mark = _mark(config)
     if mark is None or mark.exists():
         return 0
-    done: dict[Any, tuple[int, int]] = {}
+    compiled: set[str] = set()
+    finished, known = 0, 0
     with _started(dump_config(config)) as pipes:
         waiting: list[Any] = list(pipes)
         while waiting:
             for pipe in wait(waiting):
-                message = _heard(pipe)
-                if isinstance(message, EvslipError):
-                    raise message
-                if isinstance(message, tuple):
-                    done[pipe] = message
-                    compiled, known = np.sum(list(done.values()), 0).tolist()
-                    report(compiled, max(compiled, known))
-                else:
-                    waiting.remove(pipe)
-    with contextlib.suppress(OSError):
-        mark.touch()
-    return sum(compiled for compiled, _ in done.values())
+                match _received(pipe):
+                    case EvslipError() as error:
+                        raise error
+                    case (name, about):
+                        compiled.add(name)
+                        known = max(known, about, len(compiled))
+                        report(len(compiled), known)
+                    case bool(whole):
+                        finished += whole
+                        waiting.remove(pipe)
+    if finished == len(PARTS):
+        with contextlib.suppress(OSError):
+            mark.touch()
+    return len(compiled)
 
 
-def _heard(pipe: Any) -> Any:
-    """A message; None from a process that died: the samples will find out why."""
+def _received(pipe: Any) -> Any:
+    """A message; False, not finished, from a process that died: the samples will find out why."""
     try:
         return pipe.recv()
     except (EOFError, OSError):
-        return None
+        return False
 
 
 def _mark(config: Config) -> Path | None:
     """The file of `jit.warm_mark` for what decides which functions a sample needs."""
     import_module("evslip.events.pixels.kernel")  # a function is compiled next to its file
     used = {"object": {"shape"}, "sensor": True, "render": {"renderer"}, "robot": {"kind"}}
-    return jit.warm_mark(repr(config.model_dump(mode="json", include=used)))
+    return jit.warm_mark(repr(_features(config.model_dump(mode="json", include=used))))
+
+
+def _features(value: Any) -> Any:
+    """What of a configuration decides which functions run: of a number whether it is 0, of a list its kinds."""
+    match value:
+        case bool() | int() | float():
+            return bool(value)
+        case dict():
+            return {key: _features(one) for key, one in value.items()}
+        case list():
+            return sorted({repr(_features(one)) for one in value})
+    return value
 
 
 @contextlib.contextmanager
@@ -96,44 +114,55 @@ def _started(text: str) -> Iterator[list[Connection]]:
 
 
 def _compile(pipe: Connection, part: str, text: str) -> None:
-    """All that a process does: tell of every function that was compiled, then None, or an EvslipError."""
+    """All that a process does: send the name of every function that it compiled and how many it knows, and at last
+    whether its part is finished, or an EvslipError."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    compiled: set[str] = set()
 
-    def tell(function: Any) -> None:
-        compiled.add(f"{function.__module__}.{function.__qualname__}")
+    def send(function: Any) -> None:
         with contextlib.suppress(OSError):  # the parent is gone
-            pipe.send((len(compiled), len(jit.COMPILED)))
+            pipe.send((f"{function.__module__}.{function.__qualname__}", len(jit.COMPILED)))
 
-    jit.Listener(after=tell)
+    jit.Listener(after=send)
     try:
-        PARTS[part](_params(config_from_text(text)))
-        pipe.send(None)
+        pipe.send(PARTS[part](config_from_text(text)))
     except EvslipError as error:
         pipe.send(error)
 
 
-def _params(config: Config) -> Params:
-    """Parameters of a sample."""
+def _held(config: Config) -> Trajectory | None:
+    """Motion of the first sample that the robot can do and whose grasp holds, if there is one."""
     for index in range(TRIED):
-        with contextlib.suppress(PlanRejected):
-            return draw(config, index)
-    return draw(config, TRIED)
+        with contextlib.suppress(PlanRejected, GraspFailed):
+            trajectory = simulate(draw(config, index))
+            measure(trajectory)
+            return trajectory
+    return None
 
 
-def _draw_frames(params: Params) -> None:
-    from evslip.physics.simulation import simulate
-    from evslip.physics.truth import measure
-    from evslip.rendering import render_span
-
-    try:
-        traj = simulate(params)
-        first, last = measure(traj).span_us
-    except GraspFailed:
-        return  # the first sample that holds compiles it
+def _draw_sequence(config: Config) -> bool:
+    """Draw frames in sequence: first light and foreground, then the backdrop."""
+    absolute = config.camera.model_copy(update={"exposure": "absolute"})  # the other needs a frame before the first
+    trajectory = _held(config.model_copy(update={"camera": absolute}))
+    if trajectory is None:
+        return False
+    first, last = measure(trajectory).span_us
     middle = (first + last) // 2
-    for _ in render_span(traj, (first, last), (middle, min(middle + SPAN_US, last)), size=SIZE):
+    for _ in render_span(trajectory, (first, last), (middle, min(middle + SPAN_US, last)), size=SIZE):
         pass
+    return True
+
+
+def _fire_and_draw(config: Config) -> bool:
+    """Make events, then draw a single frame: the backdrop before the foreground, so that the two processes meet in the
+    middle; what one has compiled by then the other loads."""
+    trajectory = _held(config)
+    _fire_events(draw(config, 0) if trajectory is None else trajectory.params)
+    if trajectory is None:
+        return False
+    span = measure(trajectory).span_us
+    for _ in render_span(trajectory, span, size=SIZE, times_us=np.array(span[:1])):
+        pass
+    return True
 
 
 def _fire_events(params: Params) -> None:
@@ -146,4 +175,5 @@ def _fire_events(params: Params) -> None:
     camera.run(frames)
 
 
-PARTS: dict[str, Callable[[Params], None]] = {"frames": _draw_frames, "events": _fire_events}
+PARTS: dict[str, Callable[[Config], bool]] = {"frames": _draw_sequence, "events": _fire_and_draw}
+"""What each process does; whether it could do all of it."""

@@ -1,5 +1,7 @@
 """Machine code that is compiled on first call, kept on disk, and never out of date."""
 
+import contextlib
+import fcntl
 import hashlib
 import inspect
 import multiprocessing
@@ -40,9 +42,22 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         index = dispatcher._cache._cache_file
         # Compared before the rest of the index is unpickled, which may name classes that are gone.
         index._version = f"{index._version} {_digest(Path(inspect.getfile(function)))}"
+        index.save = _one_at_a_time(index.save, Path(f"{index._index_path}.lock"))
         return dispatcher
 
     return decorate
+
+
+def _one_at_a_time(save: Callable[[Any, Any], None], lock: Path) -> Callable[[Any, Any], None]:
+    """Keep processes from saving two specialisations of a function at once: numba would give both the same file."""
+
+    def save_alone(key: Any, data: Any) -> None:
+        with lock.open("wb") as file:
+            with contextlib.suppress(OSError):  # a file system without locks
+                fcntl.flock(file, fcntl.LOCK_EX)
+            save(key, data)
+
+    return save_alone
 
 
 class Listener(event.Listener):

@@ -25,8 +25,8 @@ class Runner(Protocol):
 
         `workers` of them at the same time; None: as many as there are cores. A task that loses its worker is tried
         again; one that fails for good, or takes longer than `limit_s`, does not keep the others from being done.
-        `notice` is told of both. Raises what EvslipError a task raises, and at the end EvslipError that lists the tasks
-        that were not done.
+        `notice` gets a line for both. Raises what EvslipError a task raises, and at the end EvslipError that lists the
+        tasks that were not done.
         """
         ...
 

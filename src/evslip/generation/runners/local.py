@@ -46,7 +46,7 @@ def run_local(
                 if idle is None:
                     crew.append(idle := _Worker(context, work))
                 idle.begin(waiting.popleft(), limit_s)
-            for worker in _heard_of([worker for worker in crew if worker.is_busy]):
+            for worker in _with_news([worker for worker in crew if worker.is_busy]):
                 task, answer = worker.task, worker.answer()
                 if answer is None or worker.tasks_done == TASKS_PER_WORKER:
                     crew.remove(worker)
@@ -120,7 +120,7 @@ def environment(values: dict[str, str]) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _heard_of(busy: list[_Worker]) -> list[_Worker]:
+def _with_news(busy: list[_Worker]) -> list[_Worker]:
     """Waits until some of the workers have answered, died or run out of time."""
     left = min(worker.deadline for worker in busy) - time.monotonic()
     ready = wait([worker.pipe for worker in busy], min(max(0.0, left), 3600.0))
