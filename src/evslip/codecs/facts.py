@@ -96,14 +96,14 @@ def facts_of(path: str | Path, gap_us: int = PEAK_US, progress: Callable[[int], 
     DataError.
     """
     source = raw_source(path)
-    tally = _Tally(source.size, gap_us)
+    counts = _Counts(source.size, gap_us)
     for events in source.parts:
-        tally.add(events)
+        counts.add(events)
         progress(events.count)
-    return tally.facts(format_of(path).name)
+    return counts.facts(format_of(path).name)
 
 
-class _Tally:
+class _Counts:
     """Facts so far, in attributes of their names, and what they are counted from."""
 
     def __init__(self, size: tuple[int, int] | None, gap_us: int):

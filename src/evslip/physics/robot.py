@@ -105,7 +105,7 @@ def _link(joint: ET.Element, end: str) -> str:
 def panda(grip_force_n: float) -> Any:
     """A mujoco.MjSpec of the arm and hand without any geometry, weightless, with servos on every joint.
 
-    Each finger pushes with at most `grip_force_n`, so a finger told to close into an object presses with exactly that.
+    Each finger pushes with at most `grip_force_n`, so a finger that closes into an object presses with exactly that.
     """
     spec = _weightless("panda_link0")
     for name, servo in zip(ARM_JOINTS, ARM_SERVOS, strict=True):

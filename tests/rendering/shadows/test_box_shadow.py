@@ -105,7 +105,7 @@ def test_what_is_around_points_holds_them(seed):
     )
     for slot, values in zip((U, V, W), points, strict=True):
         S[slot : slot + 20] = values
-    *middle, reach, du, dv, dw = around(S, 20)
+    *middle, reach, du, dv, dw = around(S[U : U + 20], S[V : V + 20], S[W : W + 20])
     offsets = points - np.array(middle)[:, None]
     assert np.linalg.norm(offsets, axis=0).max() < reach
     assert np.all(np.abs(offsets).max(1) < (du, dv, dw))

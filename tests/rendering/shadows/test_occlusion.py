@@ -11,8 +11,8 @@ from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.hand import Boxes
 from evslip.rendering.poses import ScenePoses
-from evslip.rendering.raycast.backdrop import table_plane
 from evslip.rendering.raycast.renderer import Raycaster
+from evslip.rendering.raycast.setting import table_plane
 from evslip.rendering.raycast.table_light import open_nodes
 from evslip.rendering.scratch import make_scratch
 from evslip.rendering.shadows.box_shadow import describe_boxes

@@ -35,7 +35,7 @@ def stream(path: Path) -> Source:
 
 
 def _header(path: Path) -> tuple[str, int]:
-    """The chip's name, "" if it is not told, and where the events begin."""
+    """The chip's name, "" if the file does not say, and where the events begin."""
     with require_file(path).open("rb") as file:
         data = file.read(_LONGEST_HEADER)
     if not data.startswith(_MAGIC):

@@ -30,8 +30,8 @@ def stream(path: Path) -> Source:
 
 def _parts(path: Path) -> Iterator[Events]:
     seen = 0
-    told = ([line for line in block if line.strip() and not line.startswith("#")] for block in lines(path))
-    for rows in tables(told, path, np.float64):
+    kept = ([line for line in block if line.strip() and not line.startswith("#")] for block in lines(path))
+    for rows in tables(kept, path, np.float64):
         if rows.shape[1] != 4:
             raise DataError(f"{path}: {rows.shape[1]} columns, expected four: t (in seconds) x y p")
         yield _events(rows, seen, path)

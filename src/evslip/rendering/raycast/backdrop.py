@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.rendering.geometry.plane import describe, meet_plane
+from evslip.rendering.geometry.plane import meet_plane
 from evslip.rendering.geometry.simd_minmax import larger, smaller
 from evslip.rendering.materials.texels import TRIANGLE, sample_along, sample_around, unfold
-from evslip.rendering.raycast.setting import Setting, table_origin
+from evslip.rendering.raycast.setting import Setting, table_plane
 from evslip.rendering.raycast.uncovered import Uncovered, aim_rays, look_below_horizon
 from evslip.rendering.scratch import HALF, ONE, ZERO, Scratch, blocks, clamped, f32, formula, kernel
 from evslip.rendering.shading.sphere import draw_lamp, glow, meet_sphere, unroll
@@ -63,19 +63,14 @@ class TableLight(NamedTuple):
     shares: np.ndarray
 
 
-def table_plane(view: View, setting: Setting) -> np.ndarray:
-    """The surface, of `plane.describe`."""
-    return describe(table_origin(view, setting.table.tile_m), np.eye(3), view.turn, view.camera)
-
-
 def draw_backdrop(
-    scratch: Scratch, runs: np.ndarray, out: tuple[np.ndarray, np.ndarray], light: TableLight, cells: Cells, view: View,
-    setting: Setting, plane: np.ndarray, uncovered: Uncovered,
+    scratch: Scratch, runs: np.ndarray, view: View, setting: Setting, light: TableLight, cells: Cells,
+    uncovered: Uncovered, out: tuple[np.ndarray, np.ndarray],
 ) -> None:  # fmt: skip
     """Draw `uncovered.due_runs` into `out`: luminance, and whether it is the surface, 1, or the background, 0; both
     (slots, height, width)."""
     lamp, table, sky = setting.lamp, setting.table, setting.sky
-    surface = Surface(table.cells, table.levels, np.float32(1.0 / table.tile_m), plane)
+    surface = Surface(table.cells, table.levels, np.float32(1.0 / table.tile_m), table_plane(view, setting))
     camera, turn = view.camera.astype(np.float32), view.turn.astype(np.float32)
     way = view.turn.T @ (lamp.position - view.camera)
     away = float(np.linalg.norm(way))

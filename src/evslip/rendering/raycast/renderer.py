@@ -13,7 +13,7 @@ from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.materials.paint import GRIPPER_GLOSS
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.arm import Arm
-from evslip.rendering.raycast.backdrop import TableLight, draw_backdrop, table_plane
+from evslip.rendering.raycast.backdrop import TableLight, draw_backdrop
 from evslip.rendering.raycast.body import make_body
 from evslip.rendering.raycast.foreground_layer import ForegroundLayer, LayerBuffer, spans_of
 from evslip.rendering.raycast.gripper import add_front, dim_behind, merge_gripper, shade_gripper
@@ -145,8 +145,7 @@ class Raycaster:
         if view.place[2] - np.abs(view.axes[2]) @ self._body.half > GAP_M:
             uncovered = self._without_object._replace(seen=uncovered.seen)
         runs = due_runs(slots, self._cells, self.camera.width, uncovered)
-        plane = table_plane(view, self.setting)
-        light_table(self._scratch, runs, view, self.setting, plane, light.casters, light.blockers, uncovered, lights)
+        light_table(self._scratch, runs, view, self.setting, light, uncovered, lights)
 
     def _draw_backdrop(
         self, buffer: LayerBuffer, slots: np.ndarray, lights: tuple[np.ndarray, np.ndarray], shine: CellPlan, index: int
@@ -154,9 +153,8 @@ class Raycaster:
         """Draw the cells that are due into their slots, in the light of the frame's number in the plan `shine`."""
         runs = due_runs(slots, self._cells, self.camera.width, self._uncovered)
         light = TableLight(*lights, *(part[index] for part in shine[1:]))
-        plane = table_plane(self._view, self.setting)
-        out = buffer.backdrops, buffer.grounds
-        draw_backdrop(self._scratch, runs, out, light, self._cells, self._view, self.setting, plane, self._uncovered)
+        own, out = (self._view, self.setting, light, self._cells), (buffer.backdrops, buffer.grounds)
+        draw_backdrop(self._scratch, runs, *own, self._uncovered, out)
 
     def _draw_foreground(self, layer: ForegroundLayer, light: Illumination) -> None:
         """Draw what stands before the backdrop."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.rendering.geometry.plane import describe
 from evslip.rendering.materials.paint import REFLECTANCE, WIDTH, shines
 from evslip.rendering.materials.texels import bake, halve
 from evslip.rendering.raycast.layers import LUMA_WEIGHTS
@@ -96,6 +97,11 @@ def table_origin(view: View, tile_m: float) -> np.ndarray:
     """Point of the surface below the camera, on a whole repetition of the texture, so that single precision suffices
     for places relative to it."""
     return np.append(np.floor(view.camera[:2] / tile_m) * tile_m, 0.0)
+
+
+def table_plane(view: View, setting: Setting) -> np.ndarray:
+    """The surface, of `plane.describe`."""
+    return describe(table_origin(view, setting.table.tile_m), np.eye(3), view.turn, view.camera)
 
 
 def make_lamp(params: Params) -> Lamp:

@@ -11,13 +11,14 @@ import numpy as np
 
 from evslip.rendering.geometry.plane import meet_plane
 from evslip.rendering.materials.paint import WIDTH
-from evslip.rendering.raycast.setting import Setting, table_origin
+from evslip.rendering.raycast.setting import Setting, table_origin, table_plane
 from evslip.rendering.raycast.uncovered import Uncovered, aim_rays, look_below_horizon
 from evslip.rendering.scratch import ONE, ZERO, Scratch, blocks, f32, kernel
 from evslip.rendering.shading.environment_reflection import glint, mirror
+from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.shading.sphere import meet_sphere
 from evslip.rendering.shading.surface_light import light_plane, received_light
-from evslip.rendering.shadows.casters import NO_PART, Casters, Patches, lamp_share
+from evslip.rendering.shadows.casters import NO_PART, Patches, lamp_share
 from evslip.rendering.shadows.occlusion import PITCH, between, between_columns, open_run, openness
 from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, ROOM
 from evslip.rendering.viewpoint import View
@@ -43,18 +44,18 @@ class TablePoints(NamedTuple):
 
 
 def light_table(
-    scratch: Scratch, runs: np.ndarray, view: View, setting: Setting, plane: np.ndarray, casters: Casters,
-    blockers: np.ndarray, uncovered: Uncovered, out: tuple[np.ndarray, np.ndarray],
+    scratch: Scratch, runs: np.ndarray, view: View, setting: Setting, light: Illumination, uncovered: Uncovered,
+    out: tuple[np.ndarray, np.ndarray],
 ) -> None:  # fmt: skip
     """Draw the light of `uncovered.due_runs` into `out`: what the texture is multiplied with, and what is mirrored,
-    (slots, height, width) each; the latter only where the table shines. plane: of `plane.describe`; blockers: boxes
-    that keep light from all around away, of `describe_boxes`."""
+    (slots, height, width) each; the latter only where the table shines."""
     height, width = out[0].shape[1:]
     count, glossy = int((runs[:, 2] - runs[:, 1]).sum()), setting.table.reflectance > 0
     arrays = [np.empty((3, count), np.float32)] + [np.empty(count, np.float32) for _ in range(5)]
     points = TablePoints(np.empty(count, np.int64), *arrays)
     patches = Patches(np.zeros(len(runs) + 1, np.int64), np.zeros((len(runs), 2, 3)), np.zeros((len(runs), 4)))
-    nodes = open_nodes(scratch, height, width, view, setting.sky.radius_m, plane, blockers)
+    plane = table_plane(view, setting)
+    nodes = open_nodes(scratch, height, width, view, setting.sky.radius_m, plane, light.blockers)
     lamp, sky, table = setting.lamp, setting.sky, setting.table
     origin = table_origin(view, table.tile_m)
     centre = (lamp.position - origin).astype(np.float32)
@@ -64,9 +65,9 @@ def light_table(
     shine = np.float32(table.reflectance), table.reflection
     _gather(scratch, runs, camera, plane, strength, shine, openings, uncovered, points, patches)
     parts = np.full(count, NO_PART, np.float32)
-    seen = lamp_share(scratch, casters, points.places, points.rooms, parts, points.lit, patches, False)
-    light = received_light(table.ambient, points.opened, points.lit, seen, points.glossy, points.mirrored)
-    for image, values in zip(out if glossy else out[:1], light, strict=False):
+    seen = lamp_share(scratch, light.casters, points.places, points.rooms, parts, points.lit, patches, False)
+    received = received_light(table.ambient, points.opened, points.lit, seen, points.glossy, points.mirrored)
+    for image, values in zip(out if glossy else out[:1], received, strict=False):
         image.reshape(-1)[points.where] = values
 
 
@@ -90,7 +91,7 @@ def _node_rays(height: int, width: int, focal: float) -> np.ndarray:
     """Rays through the nodes, (3, rows x columns)."""
     x = (np.arange(width // PITCH + 2) * PITCH - width * 0.5) / focal
     y = (height * 0.5 - np.arange(height // PITCH + 2) * PITCH) / focal
-    return np.stack([*np.meshgrid(x, y), np.full((len(y), len(x)), -1.0)]).reshape(3, -1)
+    return np.stack((*np.meshgrid(x, y), np.full((len(y), len(x)), -1.0))).reshape(3, -1)
 
 
 @kernel

@@ -22,7 +22,7 @@ from evslip.rendering.viewpoint import View
 
 NODES = 13
 """Places along each side of a face at which its openness is found; between them it is interpolated."""
-_NODES = np.stack([*np.meshgrid(np.linspace(-1, 1, NODES), np.linspace(-1, 1, NODES))]).reshape(2, -1)
+_NODES = np.stack(np.meshgrid(np.linspace(-1, 1, NODES), np.linspace(-1, 1, NODES))).reshape(2, -1)
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 

@@ -56,10 +56,10 @@ def illuminate(view: View, setting: Setting, casters: Casters, blockers: Boxes, 
     )
 
 
-def one_patch(count: int, step_m: float, plane: tuple[float, ...] = (0.0, 0.0, 0.0, -1.0)) -> Patches:
-    """All points of a body that is so far away that a pixel is `step_m` wide; plane: as in `Patches`."""
+def one_patch(count: int, step_m: float) -> Patches:
+    """All points of a body, in no plane, that is so far away that a pixel is `step_m` wide."""
     steps = np.array([[[step_m, 0.0, 0.0], [0.0, step_m, 0.0]]])
-    return Patches(np.array([0, count]), steps, np.array([plane]))
+    return Patches(np.array([0, count]), steps, np.array([[0.0, 0.0, 0.0, -1.0]]))
 
 
 def light_body(

@@ -10,7 +10,7 @@ import numpy as np
 
 from evslip.rendering.geometry.hand import Boxes
 from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import HALF, ONE, ZERO, blocks, f32, formula, kernel, repeat_last
+from evslip.rendering.scratch import HALF, ONE, ZERO, blocks, f32, kernel, repeat_last
 from evslip.rendering.shadows.box_shadow import box_may_shadow, describe_boxes, hide, pixel_steps
 from evslip.rendering.shadows.mesh_shadow import PIXEL_BLUR, Outlines, shade_behind
 from evslip.rendering.slots import HIDDEN, PART, ROOM, SEEN, U, V, W
@@ -91,7 +91,7 @@ def lamp_share(scratch, casters, places, rooms, parts, lit, patches, layered):
         begun = at == end
         if begun:
             end = min(at + GROUP, seen.size)
-            few = _find_near(near, casters, _around(places, at, end))
+            few = _find_near(near, casters, around(places[0, at:end], places[1, at:end], places[2, at:end]))
         if begun or at == patches.starts[patch + 1]:
             while at >= patches.starts[patch + 1]:
                 patch += 1
@@ -173,7 +173,7 @@ def _shade_few(S, n, casters, asked, chosen, layered):
     Where two bodies hide part of the lamp, they are taken to hide the same part: with the exact union of their outlines
     (eight strips of the lamp's disc), 0.4 % of all events were others.
     """
-    near, radius = around(S, n), casters.lamp_radius
+    near, radius = around(S[U : U + n], S[V : V + n], S[W : W + n]), casters.lamp_radius
     least, most = S[PART], S[PART]
     for i in range(n):
         least, most = smaller(least, S[PART + i]), larger(most, S[PART + i])
@@ -192,33 +192,15 @@ def _shade_few(S, n, casters, asked, chosen, layered):
 
 
 @kernel
-def _around(places, start, end):
-    """As `around`, of the points from `start` to before `end`."""
-    low, high = np.empty(3, np.float32), np.empty(3, np.float32)
-    for j in range(3):
-        row = places[j, start:end]
-        least, most = row[0], row[0]
-        for i in range(row.size):
-            least, most = smaller(least, row[i]), larger(most, row[i])
-        low[j], high[j] = least, most
-    return _room(low[0], high[0], low[1], high[1], low[2], high[2])
-
-
-@kernel
-def around(S, n):
-    """A box around the points U, V, W with room for the blur of shadows at its rim: its middle (u, v, w), the radius of
-    a sphere that holds it, and its half sides."""
-    low_u, high_u, low_v, high_v, low_w, high_w = S[U], S[U], S[V], S[V], S[W], S[W]
-    for i in range(n):
-        low_u, high_u = smaller(low_u, S[U + i]), larger(high_u, S[U + i])
-        low_v, high_v = smaller(low_v, S[V + i]), larger(high_v, S[V + i])
-        low_w, high_w = smaller(low_w, S[W + i]), larger(high_w, S[W + i])
-    return _room(low_u, high_u, low_v, high_v, low_w, high_w)
-
-
-@formula
-def _room(low_u, high_u, low_v, high_v, low_w, high_w):
-    du, dv, dw = high_u - low_u, high_v - low_v, high_w - low_w
-    reach = PAST * math.sqrt(du * du + dv * dv + dw * dw) + RIM_M
-    middle = HALF * (low_u + high_u), HALF * (low_v + high_v), HALF * (low_w + high_w)
-    return (*middle, reach, PAST * du + RIM_M, PAST * dv + RIM_M, PAST * dw + RIM_M)
+def around(x, y, z):
+    """A box around points (n,) with room for the blur of shadows at its rim: its middle, the radius of a sphere that
+    holds it, and its half sides."""
+    low_x, high_x, low_y, high_y, low_z, high_z = x[0], x[0], y[0], y[0], z[0], z[0]
+    for i in range(x.size):
+        low_x, high_x = smaller(low_x, x[i]), larger(high_x, x[i])
+        low_y, high_y = smaller(low_y, y[i]), larger(high_y, y[i])
+        low_z, high_z = smaller(low_z, z[i]), larger(high_z, z[i])
+    dx, dy, dz = high_x - low_x, high_y - low_y, high_z - low_z
+    reach = PAST * math.sqrt(dx * dx + dy * dy + dz * dz) + RIM_M
+    middle = HALF * (low_x + high_x), HALF * (low_y + high_y), HALF * (low_z + high_z)
+    return (*middle, reach, PAST * dx + RIM_M, PAST * dy + RIM_M, PAST * dz + RIM_M)
