@@ -1,6 +1,7 @@
 import dataclasses
 import time
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -9,6 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip.data import record_file
+from evslip.data.footage import Footage
+from evslip.data.intervals import Interval
 from evslip.data.record import Record, provenance
 from evslip.draws.draw import draw
 from evslip.events.stream import Events, empty_events
@@ -133,6 +136,17 @@ def test_an_event_costs_at_most_three_and_a_half_bytes(tmp_path: Path):
         (lambda s: {"trajectory": s.trajectory._replace(floor_force_n=np.full(5, np.nan))}, "not finite"),
         (lambda s: {"truth": s.truth._replace(t_us=s.truth.t_us + 1)}, "not the trajectory's"),
         (lambda s: {"truth": s.truth._replace(held=s.truth.theta_deg)}, "held"),
+        (
+            lambda s: {"truth": s.truth._replace(rotation=0 * s.truth.rotation)},
+            "rotation.*quaternion of length 0",
+        ),
+        (lambda s: {"truth": s.truth._replace(position_m=s.truth.position_m + 1e30)}, "truth/position_m.*beyond 1e"),
+        (lambda s: {"truth": s.truth._replace(span_us=(5, 4))}, "span_us 5 to 4"),
+        (lambda s: {"truth": s.truth._replace(onset_us=2**62)}, "onset_us"),
+        (lambda s: {"intervals": (Interval(0, 2**62, "slip"),)}, "labels: slip from 0 to 4.* no interval"),
+        (lambda s: {"intervals": (Interval(0, 2**40, "slip"),)}, "labels: 305 h in all"),
+        (lambda s: {"intervals": (Interval(5, 5, "slip"),)}, "labels"),
+        (lambda s: {"intervals": (Interval(5, 9, "slip"), Interval(0, 2, "hold"))}, "labels.*overlaps"),
     ],
 )
 def test_parts_that_contradict_one_another_are_refused(change, message: str):
@@ -155,9 +169,21 @@ def test_parts_that_contradict_one_another_are_refused(change, message: str):
         (lambda f: f.__delitem__("events"), "no group events"),
         (lambda f: f.__delitem__("events/y"), "y is missing"),
         (lambda f: f.__delitem__("truth"), "needs its parameters"),
-        (lambda f: f["truth"].attrs.__delitem__("span_us"), "damaged"),
+        (lambda f: f["truth"].attrs.__delitem__("span_us"), "span_us.*expected 2 whole numbers"),
+        (lambda f: f["truth"].attrs.__setitem__("span_us", [0.5, 1]), "span_us.*expected 2 whole numbers"),
+        (lambda f: (f.__delitem__("truth"), f.__setitem__("truth", [1])), "truth is no group"),
+        (lambda f: f.attrs.__setitem__("kind", "dreamt"), "kind 'dreamt' is unknown"),
+        (lambda f: f["ms_to_idx"].__setitem__(3, 7_000), "ms_to_idx: 7000 at 3 ms"),
+        (lambda f: f["ms_to_idx"].__setitem__(slice(None), 0), "ms_to_idx: 0 at 1 ms"),
         (lambda f: f["truth/phase"].__setitem__(0, 99), "truth/phase: 99"),
-        (lambda f: f["truth/episodes"].__setitem__((0, 2), 99), "damaged"),
+        *[
+            (
+                lambda f, column=column, value=value: f["truth/episodes"].__setitem__((0, column), value),
+                "truth/episodes",
+            )
+            for column in range(6)
+            for value in ((99, -1, 0.5, np.nan) if column in (2, 3) else (np.inf, np.nan))
+        ],
     ],
 )
 def test_files_that_were_tampered_with_are_refused(tmp_path: Path, edit, message: str):
@@ -169,6 +195,26 @@ def test_files_that_were_tampered_with_are_refused(tmp_path: Path, edit, message
         record_file.read(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def labelled(*intervals: Interval, **parts: Any) -> Record:
+    events = random_events(np.random.default_rng(0), 300, labelled=False)
+    return Record(kind="recording", name="a", size=(40, 30), events=events, intervals=intervals, **parts)
+
+
+def test_labels_lie_where_something_was_recorded(tmp_path: Path):
+    path = tmp_path / "a.h5"
+    late = Interval(60_000, 70_000, "slip")  # the last event is before 50 ms
+    record_file.write(path, labelled(late))
+    for verb in (record_file.read, record_file.read_recording):
+        with pytest.raises(DataError, match=r"labels: slip from 0\.06 to 0\.07 s, but the recording ends at 0\.04"):
+            verb(path)
+    record_file.write(path, labelled(Interval(0, 20_000_000, "hold")))
+    with pytest.raises(DataError, match=r"labels: hold from 0 to 20 s, but"):
+        record_file.read(path)
+    frames = Footage(np.array([0, 80_000]), np.zeros((2, 30, 40), np.uint8))
+    record_file.write(path, labelled(late, footage=frames))
+    assert record_file.read(path).intervals == (late,)
 
 
 def test_records_from_before_episodes_and_pad_friction_are_read(tmp_path: Path):

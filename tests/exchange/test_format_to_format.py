@@ -1,6 +1,7 @@
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,9 +9,11 @@ from hypothesis import strategies as st
 
 from evslip import codecs
 from evslip.codecs import read_events, write_events
+from evslip.codecs.facts import facts_of
 from evslip.data import record_file
 from evslip.data.record_file import read_recording
 from evslip.exchange.format_to_format import convert_format
+from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.selection import Selection
 from evslip.exchange.selector import Selector
 from evslip.utils.errors import ConfigError, DataError
@@ -94,3 +97,22 @@ def test_a_file_is_not_converted_onto_itself(tmp_path: Path):
     write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 5), (40, 30))
     with pytest.raises(DataError, match="another name"):
         convert_format(tmp_path / "a.npz", tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize(("name", "value"), [("version", 2), ("kind", "dreamt")])
+def test_records_of_another_version_or_kind_are_refused_by_all_who_read_events(tmp_path: Path, name: str, value: Any):
+    record_file.write(tmp_path / "a.h5", simulated())
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        file.attrs[name] = value
+    readers = (
+        read_events,
+        codecs.open_events,
+        read_recording,
+        facts_of,
+        lambda path: convert_format(path, path.with_name("b.csv")),
+        lambda path: import_recording(path, path.with_name("c.h5")),
+    )
+    for reader in readers:
+        with pytest.raises(DataError, match=rf"a\.h5: {name} .*{value}"):
+            reader(tmp_path / "a.h5")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.h5"]

@@ -1,6 +1,7 @@
 """A model's files: equal outputs after loading, and one clear line for whatever is wrong with them."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -41,10 +42,15 @@ def test_a_loaded_model_answers_as_the_saved_one(name: str, tmp_path: Path) -> N
         ({"format": "other"}, "not the description of a model"),
         ({"version": 2}, "version 2 of the format; this evslip reads version 1"),
         ({"model": "resnet"}, "'resnet' is unknown"),
-        ({"threshold": "much"}, "damaged"),
-        ({"windows": {}}, "damaged"),
-        ({"windows": None}, "damaged"),
-        ({"training": 3}, "damaged"),
+        ({"threshold": "much"}, "threshold: 'much' is wrong; expected a number"),
+        ({"threshold": 10**400}, "threshold: 1000.* is wrong; expected 0 to 1"),
+        ({"threshold": float("nan")}, "threshold: nan is wrong; expected 0 to 1"),
+        ({"windows": {}}, "windows: length_s is missing"),
+        ({"windows": None}, "windows: 'None' is wrong; expected an object"),
+        ({"windows": asdict(WindowSettings()) | {"left": -50}}, "windows: crop of .* reaches beyond the sensor"),
+        ({"windows": asdict(WindowSettings()) | {"width": "200"}}, "windows: width: '200' is wrong"),
+        ({"windows": asdict(WindowSettings()) | {"seed": 10**400}}, "windows: seed: '1000.*' is wrong"),
+        ({"training": 3}, "training: '3' is wrong; expected an object"),
     ],
 )
 def test_a_wrong_description(folder: Path, change: dict[str, Any], message: str) -> None:

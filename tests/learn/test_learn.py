@@ -167,7 +167,7 @@ def test_a_loss_that_is_not_finite_stops_with_a_clear_line(windows, tmp_path):
 
 
 def test_one_label_alone_cannot_be_trained_on(tmp_path):
-    holds = windows_of([slip_record(f"a{i}", np.zeros(2400)) for i in range(4)], WindowSettings(balance=False))
+    holds = windows_of([slip_record(f"a{i}", np.zeros(2400), seed=i) for i in range(4)], WindowSettings(balance=False))
     with pytest.raises(DataError, match="are of the label hold"):
         train(holds, tmp_path, QUICK, quiet=True)
     assert not list(tmp_path.iterdir())

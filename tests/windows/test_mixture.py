@@ -1,5 +1,6 @@
 """Windows of several data sets in one file."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,12 +19,13 @@ from slip_records import slip_records
 
 @pytest.fixture(scope="module")
 def sets(tmp_path_factory: pytest.TempPathFactory) -> list[Samples]:
-    """Two folders of records of the same names."""
+    """Two folders of records of the same names, with other events."""
     home = tmp_path_factory.mktemp("sets")
     for folder in ("near", "far"):
         (home / folder).mkdir()
         for number, record in enumerate(slip_records(4)):
-            write(home / folder / f"{number}.h5", replace(record, kind="recording", split=None))
+            events = record.events if folder == "near" else record.events._replace(p=~record.events.p)
+            write(home / folder / f"{number}.h5", replace(record, kind="recording", split=None, events=events))
     return [open_samples(home / folder) for folder in ("near", "far")]
 
 
@@ -35,6 +37,12 @@ def test_trajectories_of_different_sets_stay_apart(sets: list[Samples], tmp_path
     both.save(tmp_path / "both.h5")
     parts = load_windows(tmp_path / "both.h5").split_by_trajectory(0.5)
     assert not set(parts[0].name) & set(parts[1].name)
+
+
+def test_a_copy_of_a_set_is_refused(sets: list[Samples], tmp_path: Path):
+    shutil.copytree(sets[0].root, tmp_path / "copy")
+    with pytest.raises(DataError, match=r"copy:train/0000000: is near:train/0000000 once more"):
+        windows_of(mixture([sets[0], open_samples(tmp_path / "copy")]))
 
 
 def test_one_set_keeps_its_names_and_bytes(sets: list[Samples], tmp_path: Path):

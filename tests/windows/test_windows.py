@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from evslip.data.intervals import Interval
 from evslip.data.record import Record
 from evslip.events.frame import BACKGROUND, OBJECT
 from evslip.events.stream import empty_events
@@ -19,7 +20,7 @@ from evslip.windows.cutting import Movement, label_of, movements, windows_of
 from evslip.windows.label import Label
 from evslip.windows.settings import LabelMode
 from evslip.windows.window_set import Windows, WindowSettings, load_windows
-from slip_records import HELD, STEPS, slip_record, slip_windows, truth_of, turning
+from slip_records import HELD, STEPS, slip_record, slip_records, slip_windows, truth_of, turning
 
 ALL = WindowSettings(balance=False)
 PER_RECORD = (HELD.stop - HELD.start) // 160
@@ -256,6 +257,73 @@ def test_arrays_that_contradict_one_another(saved, name: str, value: int) -> Non
         file[name][3] = value  # pyright: ignore[reportIndexIssue]
     with pytest.raises(DataError, match="contradict"):
         load_windows(saved)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        *((name, np.nan, f"{name}: .*nan") for name in ("length_s", "hop_s", "slip_deg", "hold_mm")),
+        ("slip_deg", np.inf, "slip_deg"),
+        ("length_s", "long", "length_s: 'long' is wrong; expected a finite number"),
+        ("left", 1.5, "left: '1.5' is wrong; expected a whole number"),
+        ("width", [200, 200], "width"),
+        ("balance", 1, "balance: '1' is wrong; expected true or false"),
+        ("labels", 3, "labels: '3' is wrong; expected a word"),
+        ("labels", "best", "labels 'best': expected one of"),
+        ("seed", -1, "seed -1"),
+        ("left", -50, "reaches beyond the sensor of 346x260"),
+        ("top", 200, "reaches beyond"),
+        ("sensor_width", 100, "reaches beyond the sensor of 100x260"),
+        ("sensor_height", 0, "sensor of 346x0"),
+        ("version", "2", "attribute version"),
+        ("dropped", np.nan, "attribute dropped"),
+    ],
+)
+def test_settings_of_a_file_are_checked(saved, name: str, value: object, message: str) -> None:
+    with h5py.File(saved, "r+") as file:
+        file.attrs[name] = value
+    with pytest.raises(DataError, match=message) as caught:
+        load_windows(saved)
+    assert str(saved) in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["rotation_deg", "translation_mm"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1.0])
+def test_movement_that_is_no_number(saved, name: str, value: float) -> None:
+    with h5py.File(saved, "r+") as file:
+        file[name][3] = value  # pyright: ignore[reportIndexIssue]
+    with pytest.raises(DataError, match=f"{name}: .* of window 3"):
+        load_windows(saved)
+
+
+def test_a_missing_setting_is_named(saved) -> None:
+    with h5py.File(saved, "r+") as file:
+        del file.attrs["hop_s"]
+    with pytest.raises(DataError, match="hop_s is missing; expected all settings"):
+        load_windows(saved)
+
+
+def test_a_record_comes_but_once() -> None:
+    one, two = slip_records(2)
+    with pytest.raises(DataError, match=rf"{one.name}: two records have this name"):
+        windows_of([one, two, one])
+    with pytest.raises(DataError, match=rf"copy: is {one.name} once more"):
+        windows_of([one, two, replace(one, name="copy")])
+
+
+def test_no_window_begins_after_the_recording() -> None:
+    record = slip_records(1)[0]
+    said = (Interval(2_000_000, 9_000_000, "hold"),)
+    record = replace(record, kind="recording", truth=None, intervals=said)
+    assert windows_of([record], ALL).start_us.max() <= record.last_us < 2_400_000
+
+
+def test_a_truth_of_one_moment_has_no_window() -> None:
+    record = slip_records(1)[0]
+    assert record.truth is not None
+    names = ("t_us", "theta_deg", "rotation", "position_m", "held")
+    truth = record.truth._replace(**{name: getattr(record.truth, name)[200:201] for name in names})
+    assert truth.held.all() and movements(truth, ALL) == []
 
 
 def test_flipped_bits_are_found(saved, windows: Windows) -> None:

@@ -12,7 +12,10 @@ from evslip.utils.files import require_file
 LabelName = Literal["slip", "hold"]
 LABELS: tuple[LabelName, ...] = get_args(LabelName)
 COLUMNS = ("start_s", "end_s", "label")
-_LATEST_S = 2**40 / 1e6
+LATEST_US = 2**40
+"""Latest time of a label: 12 days."""
+MOST_LABELLED_US = 24 * 3600 * 10**6
+"""Labelled time of a record, which is cut into windows: half a million of them."""
 
 
 class Interval(NamedTuple):
@@ -22,6 +25,10 @@ class Interval(NamedTuple):
     """Microseconds of the record's time, whose 0 is the first event of the recording."""
     end_us: int
     label: LabelName
+
+    def described(self) -> str:
+        """One line for a person."""
+        return f"{self.label} from {self.start_us / 1e6:g} to {self.end_us / 1e6:g} s"
 
 
 def read_intervals(path: str | Path) -> tuple[Interval, ...]:
@@ -56,10 +63,10 @@ def check_intervals(intervals: Iterable[Interval], where: object) -> None:
     """Raise DataError unless each interval ends after its start and no later than the next one starts."""
     last: Interval | None = None
     for interval in intervals:
-        if interval.label not in LABELS or interval.start_us >= interval.end_us:
-            raise DataError(f"{where}: {_described(interval)} is no interval of slip or hold")
+        if interval.label not in LABELS or not -LATEST_US < interval.start_us < interval.end_us <= LATEST_US:
+            raise DataError(f"{where}: {interval.described()} is no interval of slip or hold")
         if last is not None and interval.start_us < last.end_us:
-            raise DataError(f"{where}: {_described(interval)} overlaps {_described(last)}")
+            raise DataError(f"{where}: {interval.described()} overlaps {last.described()}")
         last = interval
 
 
@@ -71,7 +78,7 @@ def interval_of(row: object) -> Interval | None:
         start_s, end_s = float(row[0]), float(row[1])
     except (TypeError, ValueError):
         return None
-    if not 0 <= start_s < end_s < _LATEST_S:
+    if not 0 <= start_s < end_s < LATEST_US / 1e6:
         return None
     return Interval(round(start_s * 1e6), round(end_s * 1e6), cast(LabelName, row[2]))
 
@@ -80,7 +87,3 @@ def write_intervals(path: str | Path, intervals: Iterable[Interval]) -> None:
     """Write what `read_intervals` reads. Raises StorageError."""
     rows = [f"{start / 1e6:.6f},{end / 1e6:.6f},{label}" for start, end, label in intervals]
     atomic.write_text(Path(path), "\n".join([",".join(COLUMNS), *rows]) + "\n")
-
-
-def _described(interval: Interval) -> str:
-    return f"{interval.label} from {interval.start_us / 1e6:g} to {interval.end_us / 1e6:g} s"

@@ -2,11 +2,12 @@
 
 import importlib.metadata
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import h5py
 import numpy as np
 
+from evslip.codecs.arrays.record_head import Kind
 from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, Interval
@@ -14,8 +15,6 @@ from evslip.events.stream import Events
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth
 from evslip.utils.version import __version__
-
-Kind = Literal["simulated", "rejected", "recording"]
 
 
 class Poses(NamedTuple):
@@ -59,6 +58,12 @@ class Record:
     """Poses of a recording that another simulator made."""
     notes: dict[str, str] = field(default_factory=dict)
     """Facts of a recording: its file, the sensor, the mount, and more by name."""
+
+    @property
+    def last_us(self) -> int:
+        """Time at which everything that was recorded ends; 0 if nothing was."""
+        timed = (self.events, self.footage, self.poses, self.truth)
+        return max((int(part.t_us[-1]) for part in timed if part is not None and len(part.t_us)), default=0)
 
     @property
     def onset_us(self) -> int | None:

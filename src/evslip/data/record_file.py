@@ -9,13 +9,15 @@ import h5py
 import numpy as np
 
 from evslip.codecs import read_whole
-from evslip.codecs.arrays.dsec import get_events, put_events
+from evslip.codecs.arrays import record_head
+from evslip.codecs.arrays.dsec import check_index, get_events, put_events
+from evslip.codecs.arrays.record_head import FORMAT, VERSION
 from evslip.codecs.formats import HDF5, format_of
 from evslip.config.params import Params
 from evslip.data.footage import Footage
-from evslip.data.intervals import LABELS, Interval
+from evslip.data.intervals import LABELS, LATEST_US, Interval
 from evslip.data.record import Poses, Record, provenance
-from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, check_record
+from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, check_labels, check_record
 from evslip.events.stream import empty_events
 from evslip.physics.episodes import KINDS, Episode
 from evslip.physics.motion.phases import PHASE_NAMES
@@ -24,7 +26,6 @@ from evslip.physics.truth import Truth
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
 
-FORMAT, VERSION = "evslip", 1
 _EPISODE = "start_us, end_us, kind (of rotation, translation, mixed, drop), phase, rotation_deg, translation_mm"
 
 
@@ -46,7 +47,10 @@ def read(path: str | Path, events: bool = True) -> Record:
     """
     with hdf5.opened(path) as file:
         record = _record(file, events)
-    check_record(record, path)
+        check_record(record, path)
+        if events:
+            check_labels(record, path)
+            check_index(file, record.events)
     return record
 
 
@@ -60,11 +64,12 @@ def read_recording(path: str | Path) -> Record:
 
 
 def is_record(path: str | Path) -> bool:
-    """Whether a file is a record of evslip. Raises DataError for what cannot be opened, or by a suffix of no format."""
+    """Whether a file is a record of evslip. Raises DataError for what cannot be opened, a suffix of no format, and a
+    record of another version or kind."""
     if format_of(path) != HDF5:
         return False
     with hdf5.opened(path) as file:
-        return file.attrs.get("format") == FORMAT
+        return record_head.is_record(file)
 
 
 def _fill(file: h5py.File, record: Record) -> None:
@@ -121,16 +126,13 @@ def _episode_rows(episodes: tuple[Episode, ...]) -> np.ndarray:
 
 
 def _record(file: h5py.File, events: bool) -> Record:
-    if file.attrs.get("format") != FORMAT:
+    if not record_head.is_record(file):
         raise DataError(f"{file.filename}: an HDF5 file, but not a record of evslip (no attribute format = {FORMAT!r})")
-    version = hdf5.attribute(file, "version", int)
-    if version != VERSION:
-        raise DataError(f"{file.filename}: version {version} of the format; this evslip reads version {VERSION}")
     params = Params.from_json(hdf5.attribute(file, "params", str)) if "params" in file.attrs else None
     rejection = None
     if "rejection_kind" in file.attrs:
         rejection = hdf5.attribute(file, "rejection_kind", str), hdf5.attribute(file, "rejection", str)
-    trajectory = _trajectory(file["trajectory"], params) if "trajectory" in file else None
+    trajectory = _trajectory(hdf5.group(file, "trajectory"), params) if "trajectory" in file else None
     return Record(
         kind=hdf5.attribute(file, "kind", str),
         name=hdf5.attribute(file, "name", str),
@@ -140,13 +142,13 @@ def _record(file: h5py.File, events: bool) -> Record:
         index=hdf5.attribute(file, "index", int) if "index" in file.attrs else None,
         params=params,
         trajectory=trajectory,
-        truth=_truth(file["truth"], trajectory) if "truth" in file else None,
+        truth=_truth(hdf5.group(file, "truth"), trajectory) if "truth" in file else None,
         rejection=rejection,
         stats=_table(file, "stats"),
         provenance=_table(file, "provenance"),
         intervals=_intervals(file) if "labels" in file else (),
-        footage=_footage(file["footage"]) if events and "footage" in file else None,
-        poses=Poses(*_columns(file["poses"], POSES).values()) if "poses" in file else None,
+        footage=_footage(hdf5.group(file, "footage")) if events and "footage" in file else None,
+        poses=Poses(*_columns(hdf5.group(file, "poses"), POSES).values()) if "poses" in file else None,
         notes=_table(file, "notes") if "notes" in file.attrs else {},
     )
 
@@ -158,21 +160,20 @@ def _intervals(file: h5py.File) -> tuple[Interval, ...]:
     return tuple(Interval(start, end, LABELS[label]) for start, end, label in rows)
 
 
-def _footage(group: Any) -> Footage:
-    shape = (None,) * len(group["images"].shape)
-    return Footage(hdf5.get(group, "t_us", "i", (None,)), hdf5.get(group, "images", "u", shape))
+def _footage(group: h5py.Group) -> Footage:
+    return Footage(hdf5.get(group, "t_us", "i", (None,)), hdf5.get(group, "images", "u", None))
 
 
-def _trajectory(group: Any, params: Params | None) -> Trajectory:
+def _trajectory(group: h5py.Group, params: Params | None) -> Trajectory:
     if params is None:
         raise DataError(f"{group.file.filename}: has a trajectory but no parameters")
     pads = {name: shape for name, shape in PADS.items() if name in group}
     return Trajectory(params, **_columns(group, TRAJECTORY | pads))
 
 
-def _truth(group: Any, trajectory: Trajectory | None) -> Truth:
+def _truth(group: h5py.Group, trajectory: Trajectory | None) -> Truth:
     columns = _columns(group, TRUTH)
-    start, end = (int(t) for t in group.attrs["span_us"])
+    start, end = hdf5.integers(group, "span_us", 2)
     onset = hdf5.attribute(group, "onset_us", int) if "onset_us" in group.attrs else None
     truth = Truth(**columns | {"held": columns["held"] > 0}, span_us=(start, end), onset_us=onset)
     if trajectory is not None:
@@ -185,15 +186,18 @@ def _truth(group: Any, trajectory: Trajectory | None) -> Truth:
     return truth._replace(phase=phase, episodes=_episodes(group))
 
 
-def _columns(group: Any, shapes: dict[str, tuple[int, ...]]) -> dict[str, Any]:
+def _columns(group: h5py.Group, shapes: dict[str, tuple[int, ...]]) -> dict[str, Any]:
     """The times of a group, and its arrays of a row a time, by name."""
     t_us = hdf5.get(group, "t_us", "i", (None,))
     kinds = {name: "u" if name == "held" else "f" for name in shapes}
     return {"t_us": t_us} | {name: hdf5.get(group, name, kinds[name], (len(t_us), *shapes[name])) for name in shapes}
 
 
-def _episodes(group: Any) -> tuple[Episode, ...]:
+def _episodes(group: h5py.Group) -> tuple[Episode, ...]:
     rows = hdf5.get(group, "episodes", "f", (None, len(Episode._fields)))
+    names = np.isin(rows[:, 2], range(len(KINDS))) & np.isin(rows[:, 3], range(len(PHASE_NAMES)))
+    if not (names.all() and np.isfinite(rows).all() and (np.abs(rows[:, :2]) <= LATEST_US).all()):
+        raise DataError(f"{group.file.filename}: truth/episodes: expected rows of {_EPISODE}, all finite")
     return tuple(
         Episode(int(start), int(end), KINDS[int(kind)], PHASE_NAMES[int(phase)], turned, slid)
         for start, end, kind, phase, turned, slid in rows.tolist()

@@ -9,16 +9,18 @@ import torch
 from safetensors import SafetensorError
 from safetensors.torch import load, save
 
-from evslip.learn.documents import Format, read_document
+from evslip.learn.documents import Format, entry, read_document
 from evslip.learn.networks import stored_class
 from evslip.learn.networks.network import Geometry, Network
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, EvslipError
 from evslip.utils.version import __version__
-from evslip.windows.window_set import WindowSettings, stored_settings
+from evslip.windows.settings import WindowSettings, stored_settings
 
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
 FORMAT = Format("evslip model", 1, "the description of a model that `evslip train` wrote")
+
+_ENTRIES: dict[str, type] = {"model": str, "windows": dict, "training": dict}
 
 FOLDER = Path(__file__).with_name("models")
 NAMES = ("default",)
@@ -70,20 +72,21 @@ def read_description(folder: Path) -> Description:
     """Description of the detector in a folder. Raises DataError."""
     path = folder / DESCRIPTION
     plain = read_document(path, FORMAT)
+    model, windows, training = (entry(plain, name, kind, path) for name, kind in _ENTRIES.items())
+    threshold = entry(plain, "threshold", float, path)
+    if not 0 <= threshold <= 1:
+        raise DataError(f"{path}: threshold: {str(threshold)[:60]} is wrong; expected 0 to 1")
+    settings = stored_settings(windows, f"{path}: windows")
     try:
-        network = stored_class(str(plain.get("model")))
+        network = stored_class(model)
     except ConfigError as error:
         raise DataError(f"{path}: {error}") from None
     try:
-        windows = plain["windows"]
-        known = stored_settings(windows)
-        model, threshold = str(plain["model"]), float(plain["threshold"])
-        if not 0 <= threshold <= 1:
-            raise ValueError(f"threshold {threshold:g}, expected 0 to 1")
-        network(Geometry.of(WindowSettings(**known)))
-        return Description(model, threshold, WindowSettings(**known), dict(plain["training"]))
+        network(Geometry.of(settings))
     except (KeyError, TypeError, ValueError, RuntimeError, EvslipError) as error:
-        raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:160]}") from None
+        reason = " ".join(str(error).split())[:160]
+        raise DataError(f"{path}: windows: no {model} can be built for them: {reason}") from None
+    return Description(model, threshold, settings, training)
 
 
 def is_shipped(model: str | Path) -> bool:

@@ -37,3 +37,15 @@ def read_document(path: Path, known: Format) -> dict[str, Any]:
             f"{path}: version {content.get('version')} of the format; this evslip reads version {known.version}"
         )
     return content
+
+
+def entry(content: dict[str, Any], name: str, kind: type, path: Path) -> Any:
+    """An entry of a document, of a kind; a float may be written as a whole number. Raises DataError naming the key."""
+    value = content.get(name)
+    if isinstance(value, kind | (int if kind is float else kind)) and not isinstance(value, bool):
+        return value
+    found = "is missing" if name not in content else f"{str(value)[:60]!r} is wrong"
+    raise DataError(f"{path}: {name}: {found}; expected {_KINDS.get(kind, kind.__name__)}")
+
+
+_KINDS = {str: "a word", dict: "an object", float: "a number", int: "a whole number", list: "a list"}

@@ -105,20 +105,20 @@ def _foreign(file: h5py.File, name: bytes, link: int) -> str | None:
     return "stored in another file" if stored.get_external_count() else None
 
 
-def get(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]) -> np.ndarray:
+def get(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...] | None) -> np.ndarray:
     """Read an array after checking it as `checked` does. Raises DataError naming the file and the key."""
     return checked(parent, name, kinds, shape)[()]
 
 
-def checked(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...]) -> h5py.Dataset:
-    """A dataset that is one of the dtype kinds (numpy's letters) and of the shape (None: any), and no larger than what
-    is stored can make it.
+def checked(parent: h5py.Group, name: str, kinds: str, shape: tuple[int | None, ...] | None) -> h5py.Dataset:
+    """A dataset that is one of the dtype kinds (numpy's letters) and of the shape, of whose sides None is any, and no
+    larger than what is stored can make it.
 
     Raises DataError naming the file and the key.
     """
     dataset = _dataset(parent, name)
     if dataset.dtype.kind not in kinds or not _fits(dataset, shape):
-        wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
+        wanted = "any" if shape is None else "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
         raise DataError(
             f"{parent.file.filename}: {dataset.name}: {dataset.dtype} of shape {dataset.shape}, "
             f"expected shape {wanted} of {'/'.join(_KINDS[k] for k in kinds)}"
@@ -161,12 +161,30 @@ def attribute(node: h5py.Group, name: str, of: type) -> Any:
     return plain
 
 
+def integers(node: h5py.Group, name: str, count: int) -> list[int]:
+    """An attribute of so many whole numbers. Raises DataError naming the file and the key."""
+    value = np.asarray(node.attrs[name]) if name in node.attrs else np.empty(0)
+    if value.dtype.kind not in "iu" or value.shape != (count,):
+        where = f"{node.file.filename}: {node.name}: attribute {name}"
+        raise DataError(f"{where}: {str(value.tolist())[:60]}; expected {count} whole numbers")
+    return [int(number) for number in value]
+
+
+def group(parent: h5py.Group, name: str) -> h5py.Group:
+    """A group of a group. Raises DataError naming the file and the key."""
+    found = parent.get(name)
+    if not isinstance(found, h5py.Group):
+        raise DataError(f"{parent.file.filename}: {name} is no group of {parent.name}")
+    return found
+
+
 _KINDS = {"b": "bool", "i": "int", "u": "uint", "f": "float", "S": "bytes"}
 
 
-def _fits(dataset: h5py.Dataset, shape: tuple[int | None, ...]) -> bool:
-    return len(dataset.shape) == len(shape) and all(
-        want in (None, have) for want, have in zip(shape, dataset.shape, strict=True)
+def _fits(dataset: h5py.Dataset, shape: tuple[int | None, ...] | None) -> bool:
+    return shape is None or (
+        len(dataset.shape) == len(shape)
+        and all(want in (None, have) for want, have in zip(shape, dataset.shape, strict=True))
     )
 
 

@@ -14,8 +14,9 @@ from evslip.data.record import Record
 from evslip.events.frame import BODIES, OBJECT
 from evslip.events.stream import Events
 from evslip.physics.truth import Truth
-from evslip.utils.errors import DataError
+from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import laid_on
+from evslip.windows.distinct import Distinct
 from evslip.windows.label import Label
 from evslip.windows.window_events import WindowEvents, pack
 from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, map_shape
@@ -26,24 +27,29 @@ RECENT_S = 0.2
 
 def windows_of(records: Iterable[Record], settings: WindowSettings | None = None) -> Windows:
     """Cut records into labelled windows that lie wholly in the held time, or in one of a person's intervals, which go
-    before. A window without events is one, too.
+    before. A window without events is one, too, but none begins after the recording's end.
 
     On records of another sensor than that of the settings the crop lies as far from the centre. Raises DataError if
-    there is not one window, and for records of different sensors.
+    there is not one window, and for records of different sensors, a crop beyond them, and a record that comes twice.
     """
     settings = settings or WindowSettings()
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
-    dropped, first = 0, ""
+    dropped, first, seen = 0, "", Distinct()
     for record in records:
         if not first:
             settings, first = laid_on(settings, record.size), record.name
+            if not settings.sees_the_sensor:
+                raise ConfigError(settings.beyond())
         elif record.size != settings.sensor:
             sizes = [f"{width}x{height}" for width, height in (record.size, settings.sensor)]
             raise DataError(
                 f"{record.name}: from a sensor of {sizes[0]} pixels, and {first} from one of {sizes[1]}; expected "
                 "windows of one sensor"
             )
-        for movement, label in labelled(record, settings):
+        cut = labelled(record, settings)
+        if cut:
+            seen.add(record)
+        for movement, label in cut:
             if label == Label.UNCERTAIN:
                 dropped += 1
             else:
@@ -68,10 +74,12 @@ def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, 
     """Windows of a record with their labels: by a person's intervals if there are any, else by the ground truth; none
     without either."""
     if record.intervals:
+        last_us = record.last_us
         return [
             (Movement(start_us, math.nan, math.nan, math.nan), Label[interval.label.upper()])
             for interval in record.intervals
             for start_us in starts_within(interval, settings)
+            if start_us <= last_us
         ]
     moved = [] if record.truth is None else movements(record.truth, settings)
     return [(movement, label_of(movement, settings)) for movement in moved]
@@ -93,7 +101,7 @@ def movements(truth: Truth, settings: WindowSettings, entering: bool = False) ->
     """The movement in every window of the held time; or, `entering`, in those that end in it but begin before, from
     when on the object is held."""
     held = np.flatnonzero(truth.held)
-    if not len(held):
+    if len(held) < 2:
         return []
     step_us = int(truth.t_us[1] - truth.t_us[0])
     length, hop = (max(1, round(seconds * 1e6 / step_us)) for seconds in (settings.length_s, settings.hop_s))

@@ -1,13 +1,16 @@
 """How windows are cut and labelled. Light to import, for the command line."""
 
-from dataclasses import dataclass
-from typing import Literal, get_args
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args
 
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, DataError
 
 LabelMode = Literal["motion", "angular", "paper"]
 Align = Literal["centre", "corner"]
 """How the crop lies on a sensor of another size: as far from its centre, or from its first pixel, as it did."""
+OFF_CENTRE_PX = 5
+"""The usual crop lies so many rows below the centre, and reaches beyond a sensor that is hardly higher than it."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +57,15 @@ class WindowSettings:
             raise ConfigError(
                 f"length_s {self.length_s:g}, hop_s {self.hop_s:g}: expected 0.001 to 10 and 0.001 to 1000"
             )
-        if self.hold_deg > self.slip_deg or self.hold_mm > self.slip_mm or min(self.hold_deg, self.hold_mm) < 0:
+        if not (0 <= self.hold_deg <= self.slip_deg <= 360 and 0 <= self.hold_mm <= self.slip_mm <= 1e6):
             raise ConfigError(
                 f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}, hold_mm {self.hold_mm:g}, slip_mm "
-                f"{self.slip_mm:g}: expected 0 <= hold <= slip"
+                f"{self.slip_mm:g}: expected 0 <= hold <= slip, at most 360 deg and 1e6 mm"
             )
+        if self.seed < 0:
+            raise ConfigError(f"seed {self.seed}: expected 0 or more")
+        if not (1 <= self.sensor_width <= 65536 and 1 <= self.sensor_height <= 65536):
+            raise ConfigError(f"sensor of {self.sensor_width}x{self.sensor_height}: expected 1 to 65536 a side")
         across = -self.width < self.left < self.sensor_width and -self.height < self.top < self.sensor_height
         if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and across):
             raise ConfigError(
@@ -70,3 +77,50 @@ class WindowSettings:
     def sensor(self) -> tuple[int, int]:
         """Width and height of the sensor."""
         return self.sensor_width, self.sensor_height
+
+    @property
+    def sees_the_sensor(self) -> bool:
+        """Whether the crop lies on the sensor, along a side that is shorter than the crop's around it."""
+        axes = (self.left, self.sensor_width - self.width), (self.top, self.sensor_height - self.height)
+        return all(min(0, room) - OFF_CENTRE_PX <= at <= max(0, room) + OFF_CENTRE_PX for at, room in axes)
+
+    def beyond(self) -> str:
+        """Message where it does not."""
+        return (
+            f"crop of {self.width}x{self.height} from ({self.left}, {self.top}): reaches beyond the sensor of "
+            f"{self.sensor_width}x{self.sensor_height}; expected left, top, width and height on it"
+        )
+
+
+def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
+    """Settings of windows, or of a detector, that a file holds. Files without the mode of the labels are older than it:
+    theirs is the default. Raises DataError naming the key."""
+    values = {}
+    for field in fields(WindowSettings):
+        if field.name in stored:
+            given = stored[field.name]
+            value = given.item() if getattr(given, "shape", None) == () else given
+            if not _suits(value, field.type):
+                wanted = _KINDS.get(field.type, "a word")
+                raise DataError(f"{where}: {field.name}: {str(value)[:60]!r} is wrong; expected {wanted}")
+            values[field.name] = value
+        elif field.name != "labels":
+            raise DataError(f"{where}: {field.name} is missing; expected all settings of `evslip windows`")
+    try:
+        settings = WindowSettings(**values)
+    except ConfigError as error:
+        raise DataError(f"{where}: {error}") from None
+    if not settings.sees_the_sensor:
+        raise DataError(f"{where}: {settings.beyond()}")
+    return settings
+
+
+_KINDS: dict[Any, str] = {int: "a whole number", float: "a finite number", bool: "true or false"}
+
+
+def _suits(value: Any, kind: Any) -> bool:
+    if kind is bool or isinstance(value, bool):
+        return kind is bool and isinstance(value, bool)
+    if kind not in (int, float):
+        return isinstance(value, str)
+    return isinstance(value, kind | int) and -(2**63) <= value < 2**63

@@ -1,10 +1,8 @@
 """Many labelled windows, in memory and as one file."""
 
 import zlib
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -13,7 +11,7 @@ from evslip.events.frame import BODIES
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
 from evslip.windows.label import Label
-from evslip.windows.settings import WindowSettings
+from evslip.windows.settings import WindowSettings, stored_settings
 from evslip.windows.window_events import WindowEvents, unpack
 
 __all__ = ["WindowEvents", "WindowSettings", "Windows", "load_windows"]
@@ -176,13 +174,6 @@ _ARRAYS = {
 _PER_WINDOW = tuple(_ARRAYS)
 
 
-def stored_settings(stored: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of WindowSettings among stored values. Files without the mode of the labels are older than it: theirs
-    is the default. Raises KeyError."""
-    names = (field.name for field in fields(WindowSettings))
-    return {name: stored[name] for name in names if name != "labels" or name in stored}
-
-
 def load_windows(path: str | Path) -> Windows:
     """Read a file that Windows.save wrote; events stay in it until they are asked for. Raises DataError."""
     with hdf5.opened(path) as file:
@@ -193,12 +184,11 @@ def load_windows(path: str | Path) -> Windows:
             raise DataError(
                 f"{path}: version {version} of the format; this evslip reads version {VERSION}: make the windows again"
             )
-        values = stored_settings(file.attrs)
-        plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in values.items()}
+        settings = stored_settings(file.attrs, path)
         kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
         arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, (_, tail) in _ARRAYS.items()}
         packed = hdf5.mapped(file, "packed", np.dtype(np.uint8), (None, 3))
-        windows = Windows(WindowSettings(**plain), packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
+        windows = Windows(settings, packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
     return _checked(windows, path)
 
 
@@ -216,8 +206,23 @@ def _checked(windows: Windows, path: str | Path) -> Windows:
     )
     if not right:
         raise DataError(f"{path}: its arrays contradict one another; make the windows again")
+    _check_movement(windows, path)
     names = np.char.decode(windows.name, "utf-8", "replace")
     return replace(windows, name=names, recent=windows.recent > 0)
+
+
+def _check_movement(windows: Windows, path: str | Path) -> None:
+    """Raise DataError unless the movement of each window is known, or left to a person's label."""
+    turned, slid = windows.rotation_deg, windows.translation_mm
+    for name, values, other in (("rotation_deg", turned, slid), ("translation_mm", slid, turned)):
+        wrong = np.flatnonzero((np.isnan(values) & ~np.isnan(other)) | np.isinf(values) | (values < 0))
+        if len(wrong):
+            raise DataError(
+                f"{path}: {name}: {values[wrong[0]]} of window {wrong[0]}; expected 0 or more, or nan in it and "
+                "the other for a window that a person labelled"
+            )
+    if (windows.by_body < 0).any() or (np.abs(windows.start_us) > 2**62).any():
+        raise DataError(f"{path}: by_body or start_us: out of range; make the windows again")
 
 
 def map_shape(settings: WindowSettings) -> tuple[int, int]:

@@ -40,6 +40,22 @@ def get_events(file: h5py.File) -> Events:
     return Columns(file).events(slice(None))
 
 
+def check_index(file: h5py.File, events: Events) -> None:
+    """Raise DataError unless the milliseconds' index of a file that evslip wrote, if it has one, is that of its sorted
+    events."""
+    if "ms_to_idx" not in file:
+        return
+    offset = int(hdf5.get(file, "t_offset", "i", ()))
+    last_ms = (int(events.t_us[-1]) - offset) // 1000 if events.count else -1
+    index = hdf5.get(file, "ms_to_idx", "u", (last_ms + 2,))
+    wrong = np.flatnonzero(index != np.searchsorted(events.t_us, np.arange(last_ms + 2) * 1000 + offset))
+    if len(wrong):
+        raise DataError(
+            f"{file.filename}: ms_to_idx: {index[wrong[0]]} at {wrong[0]} ms; expected the number of the first event "
+            "at or after each millisecond"
+        )
+
+
 class Columns:
     """The datasets of a file's events. Raises DataError unless they are there and of the right kind."""
 

@@ -7,6 +7,7 @@ import h5py
 
 from evslip.codecs.arrays.dsec import Columns, put_events
 from evslip.codecs.arrays.hdf5_sink import Sink
+from evslip.codecs.arrays.record_head import is_record
 from evslip.codecs.prophesee import metavision
 from evslip.codecs.source import BLOCK_EVENTS, Source
 from evslip.events.checks import check_events, check_size
@@ -19,6 +20,7 @@ __all__ = ["Sink", "stream", "write"]
 def stream(path: Path) -> Source:
     """The events and the sensor's (width, height), if the file states it. Raises DataError."""
     with hdf5.opened(path) as file:
+        is_record(file)
         size = None
         if "width" in file.attrs and "height" in file.attrs:
             size = check_size(hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int), path)

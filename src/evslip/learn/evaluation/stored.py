@@ -38,7 +38,9 @@ def read_evaluation(path: str | Path) -> list[Evaluation]:
         if any(np.shape(one.scores.confusion) != (2, 2) for one in found):
             raise ValueError("confusion: expected 2 rows of 2 counts")
         return found
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except KeyError as error:
+        raise DataError(f"{path}: {str(error)[:60]} is missing; evaluate again") from None
+    except (TypeError, ValueError, ArithmeticError, AttributeError, RecursionError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:100]}; evaluate again") from None
 
 
