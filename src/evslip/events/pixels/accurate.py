@@ -12,6 +12,7 @@ from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import Epoch, Pixels, Response
 from evslip.events.presets import PixelModel
 from evslip.events.sensor.frame_buffer import GROUP, FrameBuffer, Frames
+from evslip.events.sensor.logarithm import logarithms
 from evslip.events.sensor.mismatch import draw_pixels, shared_parameters
 from evslip.events.sensor.optics import WHITE, Intensity, photocurrent
 from evslip.events.sensor.threads import Task
@@ -50,7 +51,7 @@ class AccuratePixels:
         cuts = TILE * np.linspace(0, tiles, min(BANDS * threads if threads > 1 else 1, tiles) + 1).astype(int)
         self._bands = list(pairwise(np.minimum(cuts, count).tolist()))
         table = photocurrent(np.arange(256), intensity, model.dark)
-        self._bytes = Response(table, table.astype(np.float32), state.logarithms(table), 0.0, 0.0)
+        self._bytes = Response(table, table.astype(np.float32), logarithms(table), 0.0, 0.0)
         self._by_log = ideal.bytes_by_log(self._bytes.logs)
         self._ideal = ideal.is_ideal(self.params, self.pixels)
         self._ranges: Ranges | None = None

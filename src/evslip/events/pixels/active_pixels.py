@@ -6,7 +6,7 @@ import numpy as np
 from numba.cpython.unsafe.numbers import trailing_zeros
 
 from evslip.events.pixels import screen
-from evslip.events.pixels.state import DUE, SCREEN, Pixels, Response, current_and_log, due_at_rest, group_due
+from evslip.events.pixels.state import DUE, SCREEN, Pixels, Response, current_of, due_at_rest, group_due
 from evslip.events.sensor.frame_buffer import GROUP
 from evslip.utils.jit import compiled
 
@@ -37,6 +37,8 @@ class Scratch(NamedTuple):
     """Marks of the active pixels, see `screen.marked`; uint8 of shape (TILE,)."""
     noise: np.ndarray
     """Photoreceptor noise of the active pixels at both ends of an interval, float64 of shape (2, TILE)."""
+    items: np.ndarray
+    """Numbers of the marked pixels, float64 of shape (firing.ITEMS,)."""
 
 
 @compiled(error_model="numpy")
@@ -115,12 +117,12 @@ def settle(image: np.ndarray, response: Response, count: int, scratch: Scratch, 
 
     To be called before `store`, and followed by `note_group_due`.
     """
-    table, logs, factor, offset = response.table, response.logs, response.factor, response.offset
+    table, factor, offset = response.table, response.factor, response.offset
     numbers, values, marks = scratch.numbers, scratch.values, scratch.marks
     current, active = pixels.current, pixels.active
     for k in range(count):
         p = numbers[k]
-        current[p], _ = current_and_log(image[p], table, logs, factor, offset)
+        current[p] = current_of(image[p], table, factor, offset)
         rests = (values[screen.LAG + k] == 0.0) & (values[screen.RESIDUE + k] == 0.0) & (marks[k] == 0)
         if rests:
             log, high, slope = values[screen.LOG + k], values[screen.HIGH + k], values[screen.SLOPE + k]

@@ -1,40 +1,73 @@
-"""Places where a cubic first leaves a band."""
-
-import math
+"""Places where lp first leaves a band: roots of polynomials, in steps without branches, which become vector code."""
 
 from evslip.utils.jit import compiled
 
+Septic = tuple[float, float, float, float, float, float, float, float]
+"""Coefficients of a polynomial of degree 7, of the constant first."""
+CLOSE = 1e-7
+"""Newton's steps square their error: after one as short as this, the next would be below 1e-14."""
+MOST_STEPS = 60
 
-@compiled(error_model="numpy")
-def _root(c0: float, c1: float, c2: float, c3: float, low: float, high: float) -> float:
-    """Zero of the cubic between two points where its signs differ: Newton's method, kept in the bracket."""
-    at_low = c0 + low * (c1 + low * (c2 + low * c3))
-    at_high = c0 + high * (c1 + high * (c2 + high * c3))
-    if at_low * at_high >= 0.0:
-        return low if abs(at_low) < abs(at_high) else high
-    w = low + (high - low) * at_low / (at_low - at_high)
-    if c2 == 0.0 and c3 == 0.0:
-        return w
-    for _ in range(60):
-        value = c0 + w * (c1 + w * (c2 + w * c3))
-        if (value > 0.0) == (at_high > 0.0):
-            high = w
-        else:
-            low = w
-        slope = c1 + w * (2.0 * c2 + w * 3.0 * c3)
-        following = w - value / slope if slope != 0.0 else low
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        # Newton's steps square their error: the next one would be below 1e-14.
-        if abs(following - w) < 1e-7:
-            return following
-        w = following
-    return w
+
+@compiled(error_model="numpy", forceinline=True)
+def value(c: Septic, w: float) -> float:
+    """Polynomial at w."""
+    return c[0] + w * (c[1] + w * (c[2] + w * (c[3] + w * (c[4] + w * (c[5] + w * (c[6] + w * c[7]))))))
+
+
+@compiled(error_model="numpy", forceinline=True)
+def slope(c: Septic, w: float) -> float:
+    """Its derivative."""
+    return c[1] + w * (
+        2.0 * c[2] + w * (3.0 * c[3] + w * (4.0 * c[4] + w * (5.0 * c[5] + w * (6.0 * c[6] + w * 7.0 * c[7]))))
+    )
+
+
+@compiled(error_model="numpy", forceinline=True)
+def _bend(c: Septic, w: float) -> float:
+    return 2.0 * c[2] + w * (6.0 * c[3] + w * (12.0 * c[4] + w * (20.0 * c[5] + w * (30.0 * c[6] + w * 42.0 * c[7]))))
+
+
+@compiled(error_model="numpy", forceinline=True)
+def bracket(c: Septic, low: float, high: float, on: float, off: float) -> tuple[float, float, float, float]:
+    """Stretch of [low, high] in which the polynomial, which turns there once at most, first reaches `on` or -`off`.
+
+    Returns the stretch, a place in it to begin the search with, and the sign of the threshold; 0: it reaches none, and
+    the place is `high`.
+    """
+    slope_low, slope_high = slope(c, low), slope(c, high)
+    turn = low + (high - low) * (slope_low / (slope_low - slope_high))
+    for _ in range(2):
+        turn = min(max(turn - slope(c, turn) / _bend(c, turn), low), high)
+    turn = turn if slope_low * slope_high < 0.0 else high
+    at_turn, at_high = value(c, turn), value(c, high)
+    by_turn = (at_turn >= on) | (at_turn <= -off)
+    start, end, at_end = (low if by_turn else turn), (turn if by_turn else high), (at_turn if by_turn else at_high)
+    start = low if start == high else start
+    sign = 1.0 if at_end >= on else (-1.0 if at_end <= -off else 0.0)
+    at_start = value(c, start)
+    share = ((on if sign > 0.0 else -off) - at_start) / (at_end - at_start)
+    place = start + (end - start) * (share if (share > 0.0) & (share < 1.0) else (0.0 if share <= 0.0 else 1.0))
+    return start, end, place if sign != 0.0 else high, sign
+
+
+@compiled(error_model="numpy", forceinline=True)
+def refine(c: Septic, start: float, end: float, place: float, sign: float) -> tuple[float, float, float]:
+    """Stretch and place after a step towards the polynomial's zero: Newton's method, or halving where that leads out.
+
+    sign: of the polynomial at the end; 0: there is nothing to search for.
+    """
+    at = value(c, place)
+    beyond = at * sign >= 0.0
+    start, end = (start if beyond else place), (place if beyond else end)
+    following = place - at / slope(c, place)
+    following = following if (following >= start) & (following <= end) else 0.5 * (start + end)
+    return start, end, following if sign != 0.0 else place
 
 
 @compiled(error_model="numpy", inline="always")
 def straight_crossing(c0: float, c1: float, low: float, high: float, on: float, off: float) -> tuple[float, int]:
-    """`crossing` of the line c0 + c1 w."""
+    """First place in [low, high] where c0 + c1 w is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
     at_low, at_high = c0 + low * c1, c0 + high * c1
     if at_low >= on or at_low <= -off:
         return low, 1 if at_low >= on else -1
@@ -42,34 +75,4 @@ def straight_crossing(c0: float, c1: float, low: float, high: float, on: float, 
         sign = 1 if at_high >= on else -1
         place = ((on if sign > 0 else -off) - c0) / c1
         return min(max(place, low), high), sign
-    return high, 0
-
-
-@compiled(error_model="numpy")
-def crossing(
-    c0: float, c1: float, c2: float, c3: float, low: float, high: float, on: float, off: float
-) -> tuple[float, int]:
-    """First place in [low, high] where the cubic is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
-    if c2 == 0.0 and c3 == 0.0:
-        return straight_crossing(c0, c1, low, high, on, off)
-    turn_1 = turn_2 = high
-    # Where the cubic turns; the form of the quadratic's roots that loses no digits when c3 is small.
-    discriminant = c2 * c2 - 3.0 * c3 * c1
-    if discriminant > 0.0:
-        q = -(c2 + math.copysign(math.sqrt(discriminant), c2))
-        a = c1 / q if q != 0.0 else high
-        b = q / (3.0 * c3) if c3 != 0.0 else high
-        turn_1, turn_2 = min(a, b), max(a, b)
-    start = low
-    for part in range(3):
-        end = turn_1 if part == 0 else (turn_2 if part == 1 else high)
-        end = min(max(end, start), high)
-        value = c0 + end * (c1 + end * (c2 + end * c3))
-        if value >= on:
-            return _root(c0 - on, c1, c2, c3, start, end), 1
-        if value <= -off:
-            return _root(c0 + off, c1, c2, c3, start, end), -1
-        if end == high:
-            break
-        start = end
     return high, 0

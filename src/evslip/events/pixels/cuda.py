@@ -2,20 +2,43 @@
 
 import math
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import cuda as numba_cuda
 
 from evslip.events.pixels import pixel, screen
 from evslip.events.pixels.accurate import AccuratePixels
+from evslip.events.pixels.crossing import CLOSE, MOST_STEPS, bracket, refine, slope, value
 from evslip.events.pixels.lowpass import advance_far
-from evslip.events.pixels.pixel import Interval, next_noise
+from evslip.events.pixels.pixel import (
+    CANDIDATE_US,
+    CANDIDATES,
+    HOT_SHARE,
+    LEAK_SLOPE,
+    MEAN_LEAK,
+    OFF,
+    ON,
+    ON_SHARE,
+    RATE,
+    REFERENCE,
+    RESET_US,
+    RESETS,
+    cause_of,
+    next_candidate,
+    next_leak,
+    next_noise,
+    pieces,
+    septic,
+    word_of,
+)
 from evslip.events.pixels.state import CURRENT, LAG, RESIDUE
 from evslip.events.presets import PixelModel
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.optics import Intensity
+from evslip.events.sensor.random_numbers import CANDIDATE, uniforms
 from evslip.events.sensor.threads import Task
+from evslip.events.stream import HOT, SHOT
 from evslip.utils.gpu import require_cuda
 
 cuda: Any = numba_cuda
@@ -24,7 +47,123 @@ THREADS = 128
 """Threads a block."""
 
 
-_fire = cuda.jit(device=True)(pixel.fire.py_func)
+class Interval(NamedTuple):
+    """One pixel between two frames, or a part of that."""
+
+    start_us: float
+    end_us: float
+    middle_us: float
+    """Middle between the two frames."""
+    log: float
+    """L at the start."""
+    change: float
+    current_0: float
+    current_1: float
+    lag_0: float
+    lag_1: float
+    noise_0: float
+    noise_1: float
+
+
+@cuda.jit(device=True)
+def _first_crossing(d, low, high, on, off):
+    """Place and sign of the first crossing, see `crossing.bracket`."""
+    start, end, place, sign = bracket(d, low, high, on, off)
+    level = 0.0
+    if sign != 0.0:
+        level = on if sign > 0.0 else -off
+    f = (d[0] - level, d[1], d[2], d[3], d[4], d[5], d[6], d[7])
+    for _ in range(MOST_STEPS):
+        before = place
+        start, end, place = refine(f, start, end, before, sign)
+        if abs(place - before) < CLOSE:
+            break
+    return place, sign
+
+
+@cuda.jit(device=True)
+def _fire(interval, state, noise_process, params, p, address, body_0, body_1, events, capacity, count):
+    """Write one pixel's events of an interval, in order, and update its state; see `firing` for the same rules side by
+    side. Returns the new count of events; those beyond the capacity are not written."""
+    on, off = state[0, ON], state[0, OFF]
+    reference, reset_us = state[0, REFERENCE], state[0, RESET_US]
+    leak, candidate_us = state[0, LEAK_SLOPE], state[0, CANDIDATE_US]
+    length_us = interval.end_us - interval.start_us
+    number = 1
+    if params.lowpass:
+        steepest = (params.base + params.gain * max(interval.current_0, interval.current_1)) * length_us
+        moved = interval.change + interval.lag_1 - interval.lag_0
+        number = pieces(interval.change, steepest, interval.lag_0, interval.lag_1, moved, length_us)
+    change, noise_rise = interval.change / number, (interval.noise_1 - interval.noise_0) / number
+    log_0, current_0, lag_0, noise_0 = interval.log, interval.current_0, interval.lag_0, interval.noise_0
+    start_us = interval.start_us
+    for left in range(number, 0, -1):
+        end_us, current_1, lag_1 = interval.end_us, interval.current_1, interval.lag_1
+        if left > 1:
+            end_us = start_us + (interval.end_us - start_us) / left
+            current_1 = current_0 * math.exp(change)
+        span_us = end_us - start_us
+        base, gain = params.base * span_us, params.gain * span_us
+        c = (log_0 + noise_0, change + noise_rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        if params.lowpass:
+            if left > 1:
+                log_1 = log_0 + change
+                lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
+            s = septic(log_0, change, current_0, current_1, lag_0, lag_1, base, gain)
+            c = (s[0] + noise_0, s[1] + noise_rise, s[2], s[3], s[4], s[5], s[6], s[7])
+        w = 0.0
+        while True:
+            if math.isnan(reference):
+                while candidate_us < reset_us and candidate_us <= end_us:
+                    noise_process[0, CANDIDATES] += 1.0
+                    candidate_us = next_candidate(
+                        params, noise_process[0, RATE], p, int(noise_process[0, CANDIDATES]), candidate_us
+                    )
+                if reset_us > end_us:
+                    break
+                w = min(max(w, (reset_us - start_us) / span_us), 1.0)
+                reference = value(c, w)
+            noisy = candidate_us <= end_us
+            until = min(max((candidate_us - start_us) / span_us, w), 1.0) if noisy else 1.0
+            d0, d1 = c[0] - reference + leak * (start_us - reset_us), c[1] + leak * span_us
+            d = (d0, d1, c[2], c[3], c[4], c[5], c[6], c[7])
+            place, sign = _first_crossing(d, w, until, on, off)
+            time_us = start_us + place * span_us
+            cause = 0
+            fired = sign != 0.0
+            if fired:
+                push = slope(c, place) - noise_rise
+                cause = cause_of(sign * push, sign * noise_rise, sign * leak * span_us)
+                level = reference + (on if sign > 0.0 else -off) - leak * (time_us - reset_us)
+            elif noisy:
+                time_us, place = candidate_us, until
+                level = value(c, until)
+                number_of = int(noise_process[0, CANDIDATES])
+                _, pick, chance, side = uniforms(params.seed, p, CANDIDATE, number_of)
+                hot = pick < noise_process[0, HOT_SHARE]
+                current = current_0 * math.exp(change * until)
+                fired = hot or chance < max(params.shot_dark - params.shot_slope * current, params.shot_least)
+                sign = 1.0 if hot or side < noise_process[0, ON_SHARE] else -1.0
+                cause = HOT if hot else SHOT
+                noise_process[0, CANDIDATES] = number_of + 1
+                candidate_us = next_candidate(params, noise_process[0, RATE], p, number_of + 1, candidate_us)
+            else:
+                break
+            w = place
+            if fired:
+                body = body_0 if time_us < interval.middle_us else body_1
+                if count < capacity:
+                    events[count, 0] = np.int64(math.floor(time_us + 0.5))
+                    events[count, 1] = word_of(address, sign, cause, body)
+                count += 1
+                reset_us = time_us + params.refractory_us
+                reference = level if params.refractory_us == 0.0 else np.nan
+                state[0, RESETS] += 1.0
+                leak = next_leak(params, state[0, MEAN_LEAK], p, int(state[0, RESETS]))
+        log_0, current_0, lag_0, noise_0, start_us = log_0 + change, current_1, lag_1, noise_0 + noise_rise, end_us
+    state[0, REFERENCE], state[0, RESET_US] = reference, reset_us
+    state[0, LEAK_SLOPE], state[0, CANDIDATE_US] = leak, candidate_us
+    return count
 
 
 class CudaPixels:
@@ -142,25 +281,24 @@ def _process_pixels(frames, response, pixels, params, counts, events, filling):
                 share_1 = (end_us - times_us[frame]) / frame_us
                 log_0, log_1 = log_0 + (log_1 - log_0) * share_0, log_0 + (log_1 - log_0) * share_1
                 current_0, current_1 = math.exp(log_0), math.exp(log_1)
-            filtered_0, filtered_1 = log_0, log_1
+            lag_0, lag_1 = 0.0, 0.0
             if params.lowpass:
                 base, gain = params.base * length_us, params.gain * length_us
-                filtered_0 = log_0 + float(lag)
+                lag_0 = float(lag)
                 change, exponent, step = screen.whole_step(seen, seen_1, np.float32(base), np.float32(gain), lag)
                 lag, residue = screen.added(lag, residue, step)
-                filtered_1 = log_1 + float(lag)
+                lag_1 = float(lag)
                 if screen.is_wide(change, exponent):
-                    filtered_1 = advance_far(log_0, log_1, current_0, current_1, filtered_0, base, gain)
-                    lag = np.float32(filtered_1 - log_1)
-                    residue = np.float32(filtered_1 - log_1 - lag)
+                    lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
+                    lag = np.float32(lag_1)
+                    residue = np.float32(lag_1 - lag)
             middle_us = 0.5 * (times_us[frame] + times_us[frame + 1])
+            rise = log_1 - log_0
             interval = Interval(
-                start_us, end_us, middle_us, log_0, log_1, current_0, current_1, filtered_0, filtered_1, at_0, at_1
+                start_us, end_us, middle_us, log_0, rise, current_0, current_1, lag_0, lag_1, at_0, at_1
             )
             address = ((p % columns) << 16) | ((p // columns) << 32) | (frame << 48)
-            count = _fire(
-                interval, state, noise_process, params, 0, p, address, body_0, body_1, events, capacity, count
-            )
+            count = _fire(interval, state, noise_process, params, p, address, body_0, body_1, events, capacity, count)
             seen = seen_1
             start_us = end_us
         before = after

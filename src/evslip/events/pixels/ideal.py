@@ -14,8 +14,9 @@ from evslip.events.pixels.crossing import straight_crossing
 from evslip.events.pixels.kernel import CAPACITY, doubled
 from evslip.events.pixels.pixel import MEAN_LEAK, OFF, ON, RATE, REFERENCE, Parameters, word_of
 from evslip.events.pixels.screen import MARGIN, TILE
-from evslip.events.pixels.state import Pixels, Response, current_and_log
+from evslip.events.pixels.state import Pixels, Response, current_of
 from evslip.events.sensor.frame_buffer import GROUP, Frames, note_changes
+from evslip.events.sensor.logarithm import ln
 from evslip.events.stream import SIGNAL
 from evslip.utils.jit import compiled
 from evslip.utils.refcount import without_refcount
@@ -125,7 +126,7 @@ def _process_band(frames, first_pixel, last_pixel, response, known, ranges, pixe
     frames, response, known = without_refcount((frames, response, known))
     ranges, pixels, changed, groups, marks = without_refcount((ranges, pixels, changed, groups, marks))
     images, words, times_us, bodies, columns = frames
-    table, logs, factor, offset = response.table, response.logs, response.factor, response.offset
+    table, factor, offset = response.table, response.factor, response.offset
     current, state = pixels.current, pixels.state
     mark_words = marks.view(np.uint64)
     events, count = np.empty((CAPACITY, 2), np.int64), 0
@@ -155,11 +156,9 @@ def _process_band(frames, first_pixel, last_pixel, response, known, ranges, pixe
                     pixel = at + (lowest_bit(word) >> 3)
                     word &= word - np.uint64(1)
                     reference, on, off = state[pixel, REFERENCE], state[pixel, ON], state[pixel, OFF]
-                    _, log_1 = current_and_log(images[frame, pixel], table, logs, factor, offset)
-                    if frame == 0:
-                        log_0 = math.log(current[pixel])
-                    else:
-                        _, log_0 = current_and_log(images[frame - 1, pixel], table, logs, factor, offset)
+                    log_1 = ln(current_of(images[frame, pixel], table, factor, offset))
+                    before = images[frame - 1, pixel] if frame > 0 else images[0, pixel]
+                    log_0 = ln(current_of(before, table, factor, offset) if frame > 0 else current[pixel])
                     row = pixel // columns
                     address = ((pixel - row * columns) << 16) | (row << 32) | (frame << 48)
                     body_0, body_1 = 255, 255
@@ -182,7 +181,7 @@ def _process_band(frames, first_pixel, last_pixel, response, known, ranges, pixe
                     _set_range(pixel, reference, on, off, known, response, ranges)
         for k in range(found):
             for pixel in range(groups[k] * GROUP, min((groups[k] + 1) * GROUP, len(current))):
-                current[pixel], _ = current_and_log(images[-1, pixel], table, logs, factor, offset)
+                current[pixel] = current_of(images[-1, pixel], table, factor, offset)
     # Used, so that the compiler cannot leave the touching out.
     marks[0] = np.uint8(touched > 0.0)
     return events[:count]

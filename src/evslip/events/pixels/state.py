@@ -1,6 +1,5 @@
 """State of a sensor's pixels, how it begins, and the bounds within which a pixel may be left alone."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +23,7 @@ from evslip.events.pixels.pixel import (
 )
 from evslip.events.pixels.screen import MARGIN
 from evslip.events.sensor.frame_buffer import GROUP
+from evslip.events.sensor.logarithm import ln
 from evslip.events.sensor.random_numbers import PHOTO, normals, uniforms
 from evslip.utils.jit import compiled
 
@@ -79,40 +79,25 @@ class Epoch(NamedTuple):
     end_us: float
 
 
-@compiled(error_model="numpy")
-def logarithms(values: np.ndarray) -> np.ndarray:
-    """ln as the pixels compute it: numpy's may differ in the last bit."""
-    out = np.empty_like(values)
-    for i in range(len(values)):
-        out[i] = math.log(values[i])
-    return out
-
-
 @compiled(error_model="numpy", inline="always")
-def current_and_log(
-    value: float, table: np.ndarray, logs: np.ndarray, factor: float, offset: float
-) -> tuple[float, float]:
-    """Photocurrent of one value of an image, and its logarithm; see `Response`."""
-    if factor == 0.0:
-        byte = np.uint8(value)
-        return float(table[byte]), float(logs[byte])
-    current = float(value * factor + offset)
-    return current, math.log(current)
+def current_of(value: float, table: np.ndarray, factor: float, offset: float) -> float:
+    """Photocurrent of one value of an image; see `Response`."""
+    return float(table[np.uint8(value)]) if factor == 0.0 else float(value * factor + offset)
 
 
 @compiled(error_model="numpy")
 def begin(image: np.ndarray, response: Response, time_us: float, pixels: Pixels, params: Parameters) -> None:
     """Take the first frame, of shape (pixels,), as the settled state. Leaking pixels start anywhere in their cycle."""
-    table, logs, factor, offset = response.table, response.logs, response.factor, response.offset
+    table, factor, offset = response.table, response.factor, response.offset
     pixels.screen[:] = np.float32(0)
     pixels.noise_process[:, CANDIDATES] = 0.0
     for p in range(len(image)):
         state, process = pixels.state[p], pixels.noise_process[p]
-        current, _ = current_and_log(image[p], table, logs, factor, offset)
+        current = current_of(image[p], table, factor, offset)
         pixels.current[p] = current
         single = image[p] * np.float32(factor) + np.float32(offset)
         pixels.screen[CURRENT, p] = np.float32(current) if factor == 0.0 else single
-        state[REFERENCE], state[RESETS] = math.log(current), 0.0
+        state[REFERENCE], state[RESETS] = ln(current), 0.0
         leak = next_leak(params, state[MEAN_LEAK], p, 0)
         state[LEAK_SLOPE] = leak
         state[RESET_US] = time_us - (process[PHASE] * state[ON] / leak if leak > 0.0 else 0.0)
@@ -161,7 +146,7 @@ def set_bounds(first: int, last: int, pixels: Pixels, epoch_us: float) -> None:
     screen, current, active, state = pixels.screen, pixels.current, pixels.active, pixels.state
     for pixel in range(first, last):
         high, low, slope, due_us = bounds(pixel, state, epoch_us)
-        log = math.log(current[pixel])
+        log = ln(current[pixel])
         rests = (low < log) & (log < high) & (screen[LAG, pixel] == 0.0)
         screen[HIGH, pixel], screen[LOW, pixel], screen[SLOPE, pixel] = high, low, slope
         screen[DUE, pixel] = due_at_rest(log, high, slope, due_us) if rests else due_us
