@@ -1,3 +1,5 @@
+import os
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -75,6 +77,50 @@ def test_a_wrong_file_gives_one_line_that_names_it(text, words, tmp_path):
     with pytest.raises(ConfigError, match=words) as caught:
         load_config(path)
     assert str(caught.value).startswith(str(path))
+
+
+MANY = 100_000
+HUGE = {
+    "number": ("seed = " + "9" * 400, "seed: a number of over 300 digits is out of range"),
+    "thousands of digits": ("seed = " + "9" * 5000, "a number of too many digits"),
+    "huge mass": ("[object]\nmass_kg = " + "9" * 400, "object.mass_kg: .*expected a finite number"),
+    "huge range": ("[object]\nmass_kg = { min = 1, max = " + "9" * 400 + " }", "object.mass_kg: .*finite number"),
+    "huge count": ("[motion]\ncycles = " + "9" * 400, "motion.cycles: a number of over 300 digits"),
+    "brackets": ("seed = " + "[" * 50_000, "nested too deep"),
+    "tables": ("seed = " + "{a=" * 50_000, "nested too deep"),
+    "dots": (".".join("a" * 50_000) + " = 1", "a key of more than 50 parts"),
+    "numbers": (f"[object]\nmass_kg = {[0.1] * MANY}", "object.mass_kg: .*a list of 100,000 choices; expected at most"),
+    "ranges": ("[object]\nmass_kg = [" + "{min=.1,max=.2}," * MANY + "]", "a list of 100,000 choices|not valid TOML"),
+    "names": (f"[object]\nshape = {['cuboid'] * MANY}", "object.shape: .*a list of 100,000 choices"),
+    "size": ("# " + "x" * 5_000_000, "larger than 4 MB"),
+}
+
+
+@pytest.mark.parametrize("name", HUGE)
+def test_whatever_its_size_one_line_says_what_is_wrong(name: str, tmp_path):
+    text, words = HUGE[name]
+    (tmp_path / "huge.toml").write_text(text)
+    with pytest.raises(ConfigError, match=words) as caught:
+        load_config(tmp_path / "huge.toml")
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("value", ["9" * 5000, "[" * 50_000, "{a=" * 50_000])
+def test_an_override_of_any_size_is_no_more_than_wrong(value: str):
+    with pytest.raises(ConfigError, match="seed: "):
+        load_config("demo", dict([parse_override(f"seed={value}")]))
+
+
+def test_devices_and_pipes_are_no_configurations(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    for path in ("/dev/zero", tmp_path / "pipe.toml"):
+        with pytest.raises(ConfigError, match=r"cannot be read as a TOML file: .* is a device, a pipe or a socket"):
+            load_config(path)
+
+
+def test_an_empty_file_changes_nothing(tmp_path):
+    (tmp_path / "empty.toml").touch()
+    assert load_config(tmp_path / "empty.toml") == load_config("simple")
 
 
 def test_files_that_are_none(tmp_path):

@@ -1,11 +1,13 @@
+import glob
 import io
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from evslip.scene.textures import library, patterns
+from evslip.scene.textures import library, matching, patterns
 from evslip.scene.textures.canvas import SIZE
 from evslip.scene.textures.panoramas.panorama import COLUMNS, ROWS
 from evslip.utils.errors import ConfigError
@@ -122,6 +124,22 @@ def test_a_folder_of_images(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(ConfigError, match=r"empty.*matches no image file"):
         library.expand(str(tmp_path / "empty"))
+
+
+def test_patterns_find_what_glob_finds_among_so_many_files(tmp_path, monkeypatch):
+    for name in ("a/b/c.png", "a/.h/x.png", "a/d.png", ".hid.png", "e.jpg", "a/b/e/f.png", "x[1]/y.png", "a/n.txt"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    monkeypatch.chdir(tmp_path)
+    for pattern in ("*", "**", "**/*.png", "a/**/*.png", "*/*", "**/b/*", ".*", "a/.h/*", "x[[]1]/*", "[ae]*", "b/*"):
+        for start in ("", f"{tmp_path}/"):
+            found = glob.glob(start + pattern, recursive=True)  # noqa: PTH207
+            expected = {str(Path(path)) for path in found if path != start}
+            assert set(matching.matching_files(start + pattern)) == expected, pattern
+    monkeypatch.setattr(matching, "MOST_ENTRIES", 5)
+    for pattern in ("**/**", "**/*.png", f"{tmp_path}/**"):
+        with pytest.raises(ConfigError, match="more than 5 files and folders to look through"):
+            library.expand(pattern)
 
 
 def test_an_image_is_scaled_in_linear_light(tmp_path):

@@ -7,8 +7,11 @@ A new verb is a function whose docstring is its help, and one line in VERBS.
 import ast
 import importlib
 import os
+import signal
 import sys
+import threading
 from pathlib import Path
+from typing import Any
 
 from evslip.utils.errors import ConfigError, EvslipError
 from evslip.utils.version import __version__
@@ -46,8 +49,9 @@ VERBS = {
 
 
 def main() -> None:
-    """Entry point. Errors of use: one line on stderr, exit code 2. Ctrl-C: exit code 130."""
-    words = sys.argv[1:]
+    """Entry point. Errors of use: one line on stderr, exit code 2. Ctrl-C and SIGTERM: the same, exit codes 130 and
+    143. Errors of evslip's own: one line that names a file with the details, exit code 1."""
+    words, before = sys.argv[1:], _on_sigterm(_terminate)
     try:
         if words[:1] in (["--version"], ["-V"]):
             print(f"evslip {__version__}")
@@ -57,10 +61,32 @@ def main() -> None:
             run(words)
     except EvslipError as error:
         sys.exit(_fail(str(error), 2))
-    except KeyboardInterrupt:
-        sys.exit(_fail("stopped; what was finished is kept", 130))
+    except KeyboardInterrupt as stop:
+        sys.exit(_fail("stopped; what was finished is kept", 143 if isinstance(stop, _Terminated) else 130))
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except MemoryError:
+        sys.exit(_fail("the memory of this machine is too small for this", 2))
+    except Exception as error:
+        from evslip.cli.last_resort import line_of
+
+        sys.exit(_fail(line_of(error, words), 1))
+    finally:
+        _on_sigterm(before)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, with which batch systems end what runs too long: all that ends well at Ctrl-C does so at this, too."""
+
+
+def _terminate(*_: object) -> None:
+    raise _Terminated
+
+
+def _on_sigterm(handler: Any) -> Any:
+    """Set what SIGTERM does, and return what it did before; not in a thread, where nothing can be set."""
+    is_main = threading.current_thread() is threading.main_thread()
+    return signal.signal(signal.SIGTERM, handler) if is_main else None
 
 
 def run(words: list[str]) -> None:

@@ -80,8 +80,8 @@ def average(made: Sequence["Made"]) -> str:
 
 def _part(text: str) -> tuple[int, int]:
     number, _, parts = text.partition("/")
-    if not (number.isdecimal() and parts.isdecimal()):
-        raise ConfigError(f"part: {text!r} is wrong, expected I/N such as 3/100")
+    if not (number.isdecimal() and parts.isdecimal() and len(text) < 20):
+        raise ConfigError(f"part: {text[:60]!r} is wrong, expected I/N such as 3/100")
     return int(number), int(parts)
 
 

@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,6 +12,12 @@ from evslip.utils.errors import ConfigError
 
 STEPS = 2**32
 """A range is drawn on this many points."""
+
+
+MOST_CHOICES = 10_000
+"""Entries of a list of choices."""
+LARGEST = 1e300
+"""Numbers beyond are as good as infinite."""
 
 
 class Uniform(BaseModel):
@@ -58,9 +64,9 @@ Distribution = float | Uniform | tuple[Atom, ...]
 
 
 def _number(raw: Any) -> float:
-    if isinstance(raw, bool) or not isinstance(raw, int | float) or not math.isfinite(raw):
-        raise ValueError("expected a finite number")
-    return float(raw)
+    if isinstance(raw, int | float) and not isinstance(raw, bool) and abs(raw) < LARGEST:
+        return float(raw)
+    raise ValueError("expected a finite number")
 
 
 def _atom(raw: Any) -> Atom:
@@ -86,6 +92,7 @@ def parse(raw: Any) -> Distribution:
     if isinstance(raw, list | tuple):
         if not raw:
             raise ValueError("a list of choices needs at least one entry")
+        _require_few(raw)
         return tuple(_atom(entry) for entry in raw)
     try:
         return _atom(raw)
@@ -100,8 +107,14 @@ def parse_names(raw: Any) -> str | tuple[str, ...]:
     if isinstance(raw, str):
         return raw
     if isinstance(raw, list | tuple) and raw and all(isinstance(entry, str) for entry in raw):
+        _require_few(raw)
         return tuple(raw)
     raise ValueError("expected a name or a list of names")
+
+
+def _require_few(raw: Sequence[Any]) -> None:
+    if len(raw) > MOST_CHOICES:
+        raise ValueError(f"a list of {len(raw):,} choices; expected at most {MOST_CHOICES:,}, or a range")
 
 
 def choices(value: Any) -> tuple[Any, ...]:

@@ -1,7 +1,6 @@
 """Configurations: presets, TOML files, overrides, and errors that name the key."""
 
 import json
-import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -11,7 +10,9 @@ from pydantic import ValidationError
 
 from evslip.config.config import Config
 from evslip.config.explanation import explain
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.files import read_text
+from evslip.utils.toml import MOST_BYTES, parse_toml
 
 PRESETS = ("demo", "simple", "complex")
 
@@ -39,8 +40,8 @@ def parse_override(text: str) -> tuple[str, Any]:
     if not equals or not key.strip():
         raise ConfigError(f"override {text!r}: expected KEY=VALUE, such as object.mass_kg=0.05")
     try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+        return key.strip(), parse_toml(f"value = {value}")["value"]
+    except ValueError:
         return key.strip(), value.strip()
 
 
@@ -66,19 +67,19 @@ def _read(source: str | Path) -> dict[str, Any]:
         return _load(resources.files("evslip.config").joinpath("presets", f"{source}.toml").read_text(), str(source))
     path = Path(source)
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        names = ", ".join(PRESETS)
-        raise ConfigError(f"{source}: neither a preset ({names}) nor a TOML file that exists") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{source}: cannot be read as a TOML file: {error}") from None
+        if not path.exists():
+            names = ", ".join(PRESETS)
+            raise ConfigError(f"{source}: neither a preset ({names}) nor a TOML file that exists")
+        text = read_text(path, MOST_BYTES)
+    except (OSError, ValueError, DataError) as error:
+        raise ConfigError(f"{str(source)[:200]}: cannot be read as a TOML file: {error}") from None
     return _load(text, str(source))
 
 
 def _load(text: str, source: str) -> dict[str, Any]:
     try:
-        tree = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        tree = parse_toml(text)
+    except ValueError as error:
         raise ConfigError(f"{source}: not valid TOML: {error}") from None
     base = tree.pop("preset", None if source == "simple" else "simple")
     if base is None:

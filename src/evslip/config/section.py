@@ -36,8 +36,9 @@ class Within:
         low, high = extremes(value)
         if low < self.low or high > self.high:
             bad = low if low < self.low else high
+            shown = f"{bad:g}" if abs(bad) < 1e300 else "a number of over 300 digits"
             reason = f"; {self.reason}" if self.reason else ""
-            raise wrong(name, f"{bad:g} is out of range, expected {self.low:g} to {self.high:g}{reason}")
+            raise wrong(name, f"{shown} is out of range, expected {self.low:g} to {self.high:g}{reason}")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ import functools
 import hashlib
 import os
 import platform
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from evslip.data.layout import CONFIG, JOURNAL, SAMPLES, is_temporary, sample_pa
 from evslip.data.record import Record
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, StorageError
+from evslip.utils.toml import parse_toml
 
 
 def create(root: Path, config_toml: str) -> None:
@@ -51,10 +51,10 @@ def require_config(root: Path, config_toml: str) -> None:
     if text == config_toml:
         return
     try:
-        there = tomllib.loads(text)
+        there = parse_toml(text)
     except ValueError as error:
         raise DataError(f"{path}: cannot be read: {error}") from None
-    differences = list(_differences(_leaves(there), _leaves(tomllib.loads(config_toml))))
+    differences = list(_differences(_leaves(there), _leaves(parse_toml(config_toml))))
     if differences:
         shown = "; ".join(differences[:3]) + (f"; and {len(differences) - 3} more" if len(differences) > 3 else "")
         raise ConfigError(f"{root}: holds a data set of another configuration: {shown}; expected a new folder")

@@ -32,6 +32,10 @@ from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
 from evslip.utils.version import __version__
 
 STAGES = ("physics", "frames", "events", "file")
+MOST_SAMPLES = 10_000_000
+"""Samples of a split: seven digits name their files."""
+MOST_AT_ONCE, MOST_WORKERS = 1_000_000, 1024
+"""Samples, and processes, of one run."""
 TRIED = 8
 """Samples whose plans are tried before a folder is made."""
 LIMIT_S = 3600.0
@@ -177,18 +181,22 @@ def generate(
     start = time.perf_counter()
     if not isinstance(config, Config):
         config = load_config(config)
-    if count < 1:
-        raise ConfigError(f"count: {count} is out of range, expected 1 or more")
+    if not 1 <= count <= MOST_SAMPLES:
+        raise ConfigError(f"count: {count} is out of range, expected 1 to {MOST_SAMPLES:,}")
     if not 1 <= part[0] <= part[1]:
         raise ConfigError(f"part: {part[0]}/{part[1]} is wrong, expected I/N with I from 1 to N")
-    if workers is not None and workers < 1:
-        raise ConfigError(f"workers: {workers} is out of range, expected 1 or more")
-    if limit_s <= 0:
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise ConfigError(f"workers: {workers} is out of range, expected 1 to {MOST_WORKERS:,}")
+    if not limit_s > 0:
         raise ConfigError(f"limit_s: {limit_s:g} is out of range, expected more than 0")
     run = runner(runner_name)
+    indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
+    if len(indices) > MOST_AT_ONCE:
+        raise ConfigError(
+            f"count: {len(indices):,} samples in one run, expected at most {MOST_AT_ONCE:,}; divide them by parts, I/N"
+        )
     _check(config, count, split)
     root, text, progress = Path(out).absolute(), dump_config(config), progress or Progress()
-    indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
     building.create(root, text)
     finished = dataset.finished(root, split, indices)
     versions = json.dumps(_versions())

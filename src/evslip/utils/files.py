@@ -1,6 +1,7 @@
 """Files that are read: whether they are there, and what may be read of them."""
 
 import os
+import stat
 from pathlib import Path
 
 from evslip.utils.errors import DataError
@@ -9,19 +10,32 @@ MOST_COMPRESSED = 1040
 """Deflate shrinks by at most 1032: a larger claim is a lie, found before memory is allocated for it."""
 
 
-def require_file(path: str | Path) -> Path:
-    """The path, if it is a non-empty file that may be read. Raises DataError."""
+def require_file(path: str | Path, may_be_empty: bool = False) -> Path:
+    """The path, if it is a file that may be read, and not empty. Raises DataError."""
     path = Path(path)
     try:
-        size = path.stat().st_size
+        status = path.stat()
     except FileNotFoundError:
         raise DataError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be opened: {getattr(error, 'strerror', None) or error}") from None
-    if path.is_dir():
+    if stat.S_ISDIR(status.st_mode):
         raise DataError(f"{path}: is a folder, a file was expected")
+    if not stat.S_ISREG(status.st_mode):
+        raise DataError(f"{path}: is a device, a pipe or a socket, a file was expected")
     if not os.access(path, os.R_OK):
         raise DataError(f"{path}: permission denied")
-    if size == 0:
+    if status.st_size == 0 and not may_be_empty:
         raise DataError(f"{path}: the file is empty")
     return path
+
+
+def read_text(path: str | Path, most_bytes: int) -> str:
+    """The text of a file in UTF-8, a byte order mark left out. Raises DataError, for a larger one before it is read."""
+    path = require_file(path, may_be_empty=True)
+    if path.stat().st_size > most_bytes:
+        raise DataError(f"{path}: larger than {most_bytes >> 20} MB, too large to be what was expected")
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be read as a text: {error}") from None

@@ -1,6 +1,5 @@
 """Spaces of training settings to search: the paper's grids, and files."""
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -9,8 +8,11 @@ from typing import Any
 from evslip.learn.networks import network_class
 from evslip.learn.training.settings import TrainSettings
 from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.toml import read_toml
 
 Value = bool | int | float | str
+MOST_VALUES = 1000
+"""Values of a list to choose from."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,8 @@ class Space:
             for value in ends:
                 try:
                     TrainSettings.of(model, **{**self.fixed, name: value})
-                except TypeError:
-                    raise ConfigError(f"{name}: {value!r} is of a wrong type") from None
+                except (TypeError, OverflowError):
+                    raise ConfigError(f"{name}: {str(value)[:60]!r} is of a wrong type, or too large") from None
 
 
 def _paper_simple(model: str) -> Space:
@@ -117,10 +119,8 @@ def space_of(name: str, model: str) -> Space:
 
 def _from_file(path: Path) -> Space:
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
+        content = read_toml(path)
+    except ValueError as error:
         raise DataError(f"{path}: cannot be read as TOML: {' '.join(str(error).split())[:100]}") from None
     searched: dict[str, Range | tuple[Value, ...]] = {}
     fixed: dict[str, Value] = {}
@@ -128,8 +128,8 @@ def _from_file(path: Path) -> Space:
         if isinstance(value, dict):
             searched[name] = _range(path, name, value)
         elif isinstance(value, list):
-            if not value:
-                raise ConfigError(f"{path}: {name}: an empty list")
+            if not 0 < len(value) <= MOST_VALUES:
+                raise ConfigError(f"{path}: {name}: a list of {len(value):,} values; expected 1 to {MOST_VALUES:,}")
             searched[name] = tuple(value)
         else:
             fixed[name] = value
@@ -138,7 +138,9 @@ def _from_file(path: Path) -> Space:
 
 def _range(path: Path, name: str, value: dict[str, Any]) -> Range:
     low, high, log = value.get("min"), value.get("max"), value.get("log", False)
-    numbers = all(isinstance(end, int | float) and not isinstance(end, bool) for end in (low, high))
+    numbers = all(
+        isinstance(end, int | float) and not isinstance(end, bool) and abs(end) < 1e300 for end in (low, high)
+    )
     if not numbers or set(value) - {"min", "max", "log"} or not isinstance(log, bool):
         raise ConfigError(f"{path}: {name}: expected {{ min = NUMBER, max = NUMBER, log = true or false }}")
     assert low is not None and high is not None  # they are numbers

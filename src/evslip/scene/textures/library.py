@@ -1,6 +1,5 @@
 """Textures by name: a seeded procedural pool, and the user's own images."""
 
-import glob
 import warnings
 from fnmatch import fnmatchcase
 from functools import lru_cache
@@ -11,6 +10,7 @@ from PIL import Image, ImageOps
 
 from evslip.scene.textures import patterns
 from evslip.scene.textures.canvas import SIZE
+from evslip.scene.textures.matching import files_in, matching_files
 from evslip.scene.textures.panoramas.panorama import COLUMNS, ROWS
 from evslip.utils.errors import ConfigError
 
@@ -47,9 +47,9 @@ def expand(value: object, is_background: bool = False) -> object:
     known = ", ".join(f"{family}-0 to -{len(recipes) - 1}" for family, recipes in families)
     if "*" in value:
         names = tuple(name for name in pool(is_background) if fnmatchcase(name, value))
-        found = glob.glob(str(path), recursive=True) if not names else []  # noqa: PTH207 (Path.glob takes no absolute pattern)
+        found = matching_files(str(path)) if not names else []
     elif path.is_dir():
-        names, found = (), [str(entry) for entry in path.iterdir()]
+        names, found = (), files_in(path)
     elif path.is_file():
         return value
     else:

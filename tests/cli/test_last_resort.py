@@ -1,0 +1,83 @@
+"""How commands end that nobody lets end well: errors nobody foresaw, signals, sizes beyond all bounds."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evslip import cli
+from evslip.codecs import write_events
+from evslip.events.stream import Events
+
+
+def test_an_error_of_our_own_takes_one_line_and_a_file_to_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    def broken(words: list[str]) -> None:
+        raise ZeroDivisionError("of all things:\nthis")
+
+    monkeypatch.setattr(cli, "run", broken)
+    monkeypatch.setattr(sys, "argv", ["evslip", "info", "my file.h5"])
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    line = capsys.readouterr().err
+    (file,) = tmp_path.iterdir()
+    assert stopped.value.code == 1
+    assert line.count("\n") == 1 and str(file) in line and "ZeroDivisionError: of all things: this" in line
+    report = file.read_text()
+    for words in ("command: evslip info 'my file.h5'", "numpy ", "Python 3", "Traceback", "in broken", "/issues"):
+        assert words in report
+
+
+def test_too_little_memory_is_no_error_of_our_own(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.setattr(cli, "run", lambda words: np.empty(2**62, np.uint8))
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert stopped.value.code == 2 and "memory" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("sign", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_end_a_command_with_one_line_and_leave_nothing(tmp_path: Path, sign: signal.Signals, code: int):
+    n = 3_000_000
+    t_us = np.arange(n, dtype=np.int64)
+    events = Events(t_us, (t_us % 100).astype(np.uint16), (t_us % 50).astype(np.uint16), t_us % 2 > 0)
+    write_events(tmp_path / "long.raw", events, (100, 50))
+    words = [sys.executable, "-m", "evslip", "convert", str(tmp_path / "long.raw"), str(tmp_path / "out" / "long.csv")]
+    command = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    while command.poll() is None and not (tmp_path / "out").exists():
+        time.sleep(0.01)
+    command.send_signal(sign)
+    _, said = command.communicate(timeout=60)
+    assert command.returncode == code, said
+    assert said == "evslip: stopped; what was finished is kept\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["long.raw"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--count", "1000000000"), "count: 1000000000 is out of range, expected 1 to 10,000,000"),
+        (("--count", "1" + "0" * 30), "count: 1000.* is out of range"),
+        (("--count", "1" + "0" * 5000), "--count"),
+        (("--count", "5000000"), "5,000,000 samples in one run, expected at most 1,000,000; divide them by parts"),
+        (("--count", "1", "--part", "1/" + "9" * 5000), "part: '1/999.* is wrong"),
+        (("--count", "1", "--workers", "1000000000"), "workers: 1000000000 is out of range"),
+        (("--count", "1", "--limit-s", "nan"), "limit_s: nan is out of range"),
+        (("--count", "1", "--set", "seed=" + "9" * 5000), "seed: "),
+    ],
+)
+def test_generate_refuses_what_has_no_end_before_it_makes_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words, message: str
+):
+    monkeypatch.setattr(sys, "argv", ["evslip", "generate", "demo", str(tmp_path / "out"), *words])
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    said = capsys.readouterr().err
+    assert stopped.value.code == 2 and said.count("\n") == 1
+    assert re.search(message, said) and not any(tmp_path.iterdir())
