@@ -95,10 +95,10 @@ def detect(
             or from its corner (for a file that does not state the sensor's size). Without it such data are refused.
         network: Class of the model's network, module:Class, where it is of another package that does not offer it.
     """
-    from evslip.data.record_file import read_recording
+    from evslip.data.record_file import open_recording
     from evslip.learn import detect as run
     from evslip.learn.networks import register
-    from evslip.view.pictures.detection import write_csv, write_png
+    from evslip.view.pictures.detection import write_detection
 
     given = [*([] if model is None else [model]), *model_and_recording]
     if len(given) != 2:
@@ -109,12 +109,11 @@ def detect(
     if network is not None:
         register(network)
     which, recording = given
-    record = read_recording(recording)
-    detection = run(which, record.events, record.size, align=align, hop_s=hop_s)
+    record, parts = open_recording(recording)
+    detection = run(which, parts, record.size, align=align, hop_s=hop_s)
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
-    write_csv(detection, csv)
-    write_png(detection, png, title=recording.name, truth=record.truth, intervals=record.intervals)
+    write_detection(detection, csv, png, title=recording.name, truth=record.truth, intervals=record.intervals)
     console.print(f"{csv} and {png}: {detection.summary()}")
 
 

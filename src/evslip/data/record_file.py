@@ -1,24 +1,25 @@
 """The record's file: HDF5 in a layout that `docs/reference/record.md` defines, written once."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 
-from evslip.codecs import read_whole
+from evslip.codecs import open_events, read_whole
 from evslip.codecs.arrays import record_head
 from evslip.codecs.arrays.dsec import check_index, get_events, put_events
 from evslip.codecs.arrays.record_head import FORMAT, VERSION
 from evslip.codecs.formats import HDF5, format_of
+from evslip.codecs.source import extent_of
 from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, LATEST_US, Interval
 from evslip.data.record import Poses, Record, provenance
 from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, check_labels, check_record
-from evslip.events.stream import empty_events
+from evslip.events.stream import Events, empty_events
 from evslip.physics.episodes import KINDS, Episode
 from evslip.physics.motion.phases import PHASE_NAMES
 from evslip.physics.trajectory import Trajectory
@@ -61,6 +62,18 @@ def read_recording(path: str | Path) -> Record:
         return read(path)
     events, size = read_whole(path)
     return Record(kind="recording", name=path.stem, size=size, events=events, provenance=provenance())
+
+
+def open_recording(path: str | Path) -> tuple[Record, Iterator[Events]]:
+    """What `read_recording` gives, but for the events and the frames, and the events part by part. A file that does not
+    state the sensor's size is read twice. Raises DataError, also when a part is asked for."""
+    path = Path(path)
+    if is_record(path):
+        return read(path, events=False), open_events(path).parts
+    source = open_events(path)
+    size = source.size or extent_of(source.parts)
+    record = Record(kind="recording", name=path.stem, size=size, events=empty_events(), provenance=provenance())
+    return record, source.parts if source.size else open_events(path).parts
 
 
 def is_record(path: str | Path) -> bool:

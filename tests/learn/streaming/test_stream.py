@@ -74,3 +74,24 @@ def test_events_out_of_order_are_refused(model: Path) -> None:
 def test_wrong_hop(model: Path, hop_s: float) -> None:
     with pytest.raises(ConfigError, match="hop_s"):
         Detector(model, hop_s=hop_s)
+
+
+def test_parts_of_a_stream_give_the_answers_of_the_whole(model: Path) -> None:
+    events = slip_record("a", turning(600, 1900, 15.0)).events
+    whole = detect(model, events, SIZE)
+    parts = detect(model, (events.select(slice(i, i + 700)) for i in range(0, events.count, 700)), SIZE)
+    for name in ("t_us", "p_slip", "events"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+    assert parts.start_us == whole.start_us and parts.threshold == whole.threshold
+
+
+@pytest.mark.parametrize("last_us", [2**45, 2**62])
+def test_a_broken_clock_is_refused(model: Path, last_us: int) -> None:
+    pixel = np.full(2, 100, np.uint16)
+    events = Events(np.array([-(2**62), last_us]), pixel, pixel, np.ones(2, bool))
+    with pytest.raises(DataError, match=r"no event for .* s; expected no gap of over an hour"):
+        detect(model, events, SIZE)
+    hours = np.arange(2000) * 3_599_000_000
+    events = Events(hours, *(np.full(2000, 100, np.uint16),) * 2, np.ones(2000, bool))
+    with pytest.raises(DataError, match="at most 5,000,000 answers"):
+        detect(model, events, SIZE)

@@ -9,7 +9,8 @@ from PIL import Image
 
 from evslip.data.intervals import Interval
 from evslip.learn.streaming.stream import Detection
-from evslip.view.pictures.detection import write_csv, write_png
+from evslip.utils.errors import StorageError
+from evslip.view.pictures.detection import MOST_POINTS, detection_png, write_detection
 from slip_records import slip_record, turning
 
 ORANGE, GREEN = (249, 229, 204), (206, 232, 226)
@@ -34,7 +35,7 @@ def columns_of(path: Path, color: tuple[int, int, int]) -> np.ndarray:
 
 def test_labels_are_shaded_at_their_times(silent: Detection, tmp_path: Path):
     intervals = (Interval(10_500_000, 11_000_000, "slip"), Interval(11_200_000, 11_800_000, "hold"))
-    write_png(silent, tmp_path / "a.png", "labelled", intervals=intervals)
+    (tmp_path / "a.png").write_bytes(detection_png(silent, "labelled", intervals=intervals))
     shown = (10_160_000, 12_000_000)
     for color, (start, end, _) in zip((ORANGE, GREEN), intervals, strict=True):
         found = columns_of(tmp_path / "a.png", color)
@@ -46,17 +47,38 @@ def test_without_labels_the_true_slips_are_shaded(silent: Detection, tmp_path: P
     truth = slip_record("a", turning(700, 1700, 20.0)).truth
     assert truth is not None
     truth = truth._replace(onset_us=10_500_000, episodes=(), t_us=truth.t_us + 10_000_000)
-    write_png(silent, tmp_path / "a.png", truth=truth)
+    (tmp_path / "a.png").write_bytes(detection_png(silent, truth=truth))
     assert columns_of(tmp_path / "a.png", ORANGE).min() == pytest.approx(0.34 / 1.84, abs=0.01)
-    write_png(silent, tmp_path / "b.png", truth=truth, intervals=[Interval(11_000_000, 11_500_000, "hold")])
+    (tmp_path / "b.png").write_bytes(
+        detection_png(silent, truth=truth, intervals=[Interval(11_000_000, 11_500_000, "hold")])
+    )
     assert not len(columns_of(tmp_path / "b.png", ORANGE))
-    write_png(silent, tmp_path / "c.png")
+    (tmp_path / "c.png").write_bytes(detection_png(silent))
     assert not len(columns_of(tmp_path / "c.png", ORANGE))
 
 
 def test_the_table_counts_from_the_first_event(silent: Detection, tmp_path: Path):
-    write_csv(silent, tmp_path / "a.csv")
+    write_detection(silent, tmp_path / "a.csv", tmp_path / "a.png")
     lines = (tmp_path / "a.csv").read_text().splitlines()
     assert lines[0] == "t_us,t_s,p_slip,slip,events"
     assert lines[1] == "10160000,0.160000,0.000000,0,0"
     assert len(lines) == 1 + len(silent.t_us)
+
+
+def test_the_table_and_the_picture_appear_together_or_not_at_all(silent: Detection, tmp_path: Path):
+    write_detection(silent, tmp_path / "a.csv", tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "b.png").mkdir()  # in the picture's way
+    with pytest.raises(StorageError, match=r"b\.png"):
+        write_detection(silent, tmp_path / "b.csv", tmp_path / "b.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.png", "b.png"]
+
+
+def test_of_many_answers_the_greatest_are_drawn(tmp_path: Path):
+    n = 20 * MOST_POINTS
+    p_slip = np.zeros(n, np.float32)
+    p_slip[n // 2] = 1.0
+    many = Detection(np.arange(n) * 1000, p_slip, np.zeros(n, np.int64), 0.5)
+    drawn = np.asarray(Image.open(io.BytesIO(detection_png(many))).convert("RGB")).astype(int)
+    red = (np.abs(drawn[60:250] - (214, 39, 40)) < 60).all(axis=2)
+    assert red.any(axis=1)[:40].any()  # the one peak reaches the top

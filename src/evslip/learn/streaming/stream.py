@@ -1,5 +1,6 @@
 """A detector on a stream of events."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,10 @@ from evslip.windows.window_events import NO_EVENTS, WindowEvents
 
 MOST_SILENCE_US = 3_600_000_000
 """A longer gap is a broken clock, not a silent scene."""
+MOST_ANSWERS = 5_000_000
+"""Answers to one stream: more than a day of them every 20 ms."""
+PUSHED = 250_000
+"""Events that are pushed at once, so that the windows prepared at one time stay few."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,11 @@ class Detector:
         DataError for events that lie before those pushed earlier or more than an hour after them.
         """
         now = self._advance(events, until_us)
+        if self._last_us is not None and now - self._next_us > MOST_ANSWERS * self._hop_us:
+            raise DataError(
+                f"{(now - self._next_us) / 1e6:,.0f} s pushed at once, answered every {self._hop_us / 1e6:g} s: "
+                f"expected at most {MOST_ANSWERS:,} answers, a longer hop_s, or shorter pieces"
+            )
         self._kept = concatenate([self._kept, crop(Events(*events[:4]), self._crop)])
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
         bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
@@ -114,6 +124,10 @@ class Detector:
             raise DataError(
                 f"events at {first} us pushed after {self._last_us} us; expected time order and no gap of over an hour"
             )
+        if events.count > 1:  # unsigned: times may lie farther apart than an int64 can say
+            silence_us = int(np.diff(events.t_us.view(np.uint64)).max())
+            if silence_us > MOST_SILENCE_US:
+                raise DataError(f"no event for {silence_us / 1e6:,.0f} s; expected no gap of over an hour")
         if last - first > MOST_SILENCE_US and not events.count:
             raise DataError(f"until_us {last}: more than an hour after {first} us; expected the stream's own clock")
         self._last_us = last
@@ -121,19 +135,31 @@ class Detector:
 
 
 def detect(
-    model: str | Path, events: Events, size: tuple[int, int], *, align: Align | None = None, hop_s: float = 0.02
+    model: str | Path,
+    events: Events | Iterable[Events],
+    size: tuple[int, int],
+    *,
+    align: Align | None = None,
+    hop_s: float = 0.02,
 ) -> Detection:
-    """Run a detector over a whole stream from a sensor of `size` (width, height); `align` as for Detector. Raises
-    DataError, ConfigError."""
+    """Run a detector over a whole stream, given at once or in parts, from a sensor of `size` (width, height); `align`
+    as for Detector. Memory is bounded by a part and the answers. Raises DataError, ConfigError."""
     detector = Detector(model, size=size, align=align, hop_s=hop_s)
-    span = (int(events.t_us[-1]) - int(events.t_us[0])) / 1e6 if events.count else 0.0
-    if span < detector.description.windows.length_s:
-        needed = detector.description.windows.length_s
-        raise DataError(f"the recording lasts {span:.3f} s; expected at least one window of {needed:g} s")
-    # In pieces, so that the windows prepared at one time stay few.
-    edges = np.arange(0, events.count, 500_000)
-    parts = [detector.follow(events.select(slice(first, first + 500_000))) for first in edges]
-    t_us, p_slip, counts = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("t_us", "p_slip", "events")
-    )
-    return Detection(t_us, p_slip, counts, detector.description.threshold, int(events.t_us[0]))
+    settings, threshold = detector.description.windows, detector.description.threshold
+    found: list[Detection] = []
+    answers, first_us, last_us = 0, None, 0
+    for part in (events,) if isinstance(events, Events) else events:
+        for start in range(0, part.count, PUSHED):
+            piece = part.select(slice(start, start + PUSHED))
+            first_us = int(piece.t_us[0]) if first_us is None else first_us
+            last_us = int(piece.t_us[-1])
+            found.append(detector.follow(piece))
+            answers += len(found[-1].t_us)
+            if answers > MOST_ANSWERS:
+                raise DataError(f"more than {MOST_ANSWERS:,} answers every {hop_s:g} s; expected a longer hop_s")
+    span_s = 0.0 if first_us is None else (last_us - first_us) / 1e6
+    if first_us is None or span_s < settings.length_s:
+        raise DataError(f"the recording lasts {span_s:.3f} s; expected at least one window of {settings.length_s:g} s")
+    columns = ([getattr(one, name) for one in found] for name in ("t_us", "p_slip", "events"))
+    t_us, p_slip, counts = map(np.concatenate, columns)
+    return Detection(t_us, p_slip, counts, threshold, first_us)

@@ -1,6 +1,7 @@
 """A detector's predictions over time as a table and a picture."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,29 +13,57 @@ from evslip.utils import atomic
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures.images import figure_png
 
-
-def write_csv(detection: Detection, path: Path) -> None:
-    """One row an answer: time of the window's end as in the recording and in seconds since its first event, slip
-    probability, whether that is slip, events in the window. Raises StorageError."""
-    t_s = (detection.t_us - detection.start_us) / 1e6
-    rows = zip(
-        detection.t_us, t_s, detection.p_slip, detection.p_slip >= detection.threshold, detection.events, strict=True
-    )
-    lines = [f"{t_us},{t:.6f},{p:.6f},{said:d},{count}" for t_us, t, p, said, count in rows]
-    atomic.write_text(path, "\n".join(["t_us,t_s,p_slip,slip,events", *lines]) + "\n")
+MOST_POINTS = 20_000
+"""Points of a curve; of more answers the greatest of every few are drawn."""
+BLOCK = 10_000
+"""Rows that are written at once."""
 
 
-def write_png(
+def write_detection(
     detection: Detection,
-    path: Path,
+    csv: Path,
+    png: Path,
     title: str = "",
     truth: Truth | None = None,
     intervals: Sequence[Interval] = (),
 ) -> None:
-    """Probability with the threshold above, and what is known shaded: a person's intervals of slip and hold, or else
-    the true slips; events a window below. Raises StorageError."""
+    """Write the table and the picture, both or neither. Raises StorageError.
+
+    The table has a row an answer: time of the window's end as in the recording and in seconds since its first event,
+    slip probability, whether that is slip, events in the window. The picture: see `detection_png`.
+    """
+    picture = detection_png(detection, title, truth, intervals)
+    with atomic.staged(csv) as table, atomic.staged(png) as image:
+        for text in _rows(detection):
+            atomic.write_into(table, text.encode(), csv)
+        atomic.write_into(image, picture, png)
+
+
+def _rows(detection: Detection) -> Iterator[str]:
+    yield "t_us,t_s,p_slip,slip,events\n"
+    for start in range(0, len(detection.t_us), BLOCK):
+        part = slice(start, start + BLOCK)
+        t_us, p_slip = detection.t_us[part], detection.p_slip[part]
+        columns = (
+            t_us,
+            (t_us - detection.start_us) / 1e6,
+            p_slip,
+            p_slip >= detection.threshold,
+            detection.events[part],
+        )
+        yield "".join(
+            f"{t},{t_s:.6f},{p:.6f},{said:d},{count}\n" for t, t_s, p, said, count in zip(*columns, strict=True)
+        )
+
+
+def detection_png(
+    detection: Detection, title: str = "", truth: Truth | None = None, intervals: Sequence[Interval] = ()
+) -> bytes:
+    """PNG file: probability with the threshold above, and what is known shaded, a person's intervals of slip and hold,
+    or else the true slips; events a window below."""
     from matplotlib.figure import Figure
 
+    detection = _thinned(detection)
     t_s = (detection.t_us - detection.start_us) / 1e6
     figure = Figure(figsize=(10, 4.5), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
@@ -55,7 +84,16 @@ def write_png(
     bottom.set(xlabel="time in s", ylabel="1000 events\nin the window", ylim=(0, None))
     if len(t_s) > 1:
         bottom.set_xlim(np.min(t_s), np.max(t_s))
-    atomic.write_bytes(path, figure_png(figure, dpi=110))
+    return figure_png(figure, dpi=110)
+
+
+def _thinned(detection: Detection) -> Detection:
+    every = -(-len(detection.t_us) // MOST_POINTS)
+    if every <= 1:
+        return detection
+    starts = np.arange(0, len(detection.t_us), every)
+    p_slip, events = (np.maximum.reduceat(column, starts) for column in (detection.p_slip, detection.events))
+    return replace(detection, t_us=detection.t_us[starts], p_slip=p_slip, events=events)
 
 
 def _slips(truth: Truth | None) -> list[Interval]:
