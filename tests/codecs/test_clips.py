@@ -1,7 +1,10 @@
 """Reading of frames and their times: what they become, and what is refused."""
 
 import io
+import os
+import struct
 import zipfile
+import zlib
 from typing import Any
 
 import av
@@ -266,3 +269,35 @@ def test_held_frames_change_in_a_microsecond():
 def test_frames_too_close_to_be_held_come_as_they_are():
     frames = [(t, np.zeros((1, 1)), None) for t in (0.0, 1.5, 3.0)]
     assert list(held(frames)) == frames
+
+
+@pytest.mark.parametrize(
+    ("side", "message"), [(12_000, "a frame of 12000x12000"), (30_000, "a frame of hundreds of millions of")]
+)
+def test_frames_too_large_are_refused_by_their_heads(tmp_path, side: int, message: str):
+    for number in range(3):
+        head = struct.pack(">2I5B", side, side, 8, 0, 0, 0, 0)
+        chunks = ((b"IHDR", head), (b"IDAT", b""), (b"IEND", b""))
+        data = b"".join(
+            struct.pack(">I", len(text)) + kind + text + struct.pack(">I", zlib.crc32(kind + text))
+            for kind, text in chunks
+        )
+        (tmp_path / f"{number}.png").write_bytes(b"\x89PNG\r\n\x1a\n" + data)
+    with pytest.raises(DataError, match=rf"0\.png: {message}.* pixels, expected at most 8\.4 million pixels"):
+        open_clip(tmp_path, 30.0)
+
+
+def test_arrays_of_too_large_frames_are_refused_by_their_shape(tmp_path):
+    header = io.BytesIO()
+    npy.write_array_header_1_0(header, {"descr": "|u1", "fortran_order": False, "shape": (3, 12_000, 12_000)})
+    with zipfile.ZipFile(tmp_path / "clip.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("frames.npy", header.getvalue() + bytes(3 * 12_000**2))
+    with pytest.raises(DataError, match=r"clip\.npz: a frame of 12000x12000 pixels"):
+        open_clip(tmp_path / "clip.npz", 30.0)
+
+
+def test_a_pipe_is_no_frame(tmp_path):
+    os.mkfifo(tmp_path / "0.png")
+    for path in (tmp_path, tmp_path / "0.png"):
+        with pytest.raises(DataError, match=r"0\.png: is a device, a pipe or a socket"):
+            open_clip(path, 30.0)

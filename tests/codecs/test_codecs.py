@@ -1,4 +1,6 @@
+import bz2
 import io
+import resource
 import struct
 import zipfile
 from pathlib import Path
@@ -13,7 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip import codecs
-from evslip.codecs import read_events, write_events
+from evslip.codecs import open_events, read_events, write_events
+from evslip.codecs.facts import facts_of
+from evslip.codecs.ros import bag
 from evslip.data import record_file
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
@@ -254,6 +258,15 @@ def test_bombs_are_refused(tmp_path: Path):
         read_events(tmp_path / "bomb.aedat4")
 
 
+def test_a_chunk_of_a_bag_unpacks_to_so_much_at_most(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(bag, "LARGEST_CHUNK", 1 << 20)
+    for pack in (bz2.compress, lz4.frame.compress):
+        unpack = bag.bounded(bz2.decompress if pack is bz2.compress else lz4.frame.decompress)
+        assert unpack(pack(bytes(1 << 20))) == bytes(1 << 20)
+        with pytest.raises(ValueError, match="beyond all bounds"):
+            unpack(pack(bytes((1 << 20) + 1)))
+
+
 def test_an_archive_that_claims_too_much_is_refused(tmp_path: Path):
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_BZIP2) as archive:
@@ -261,6 +274,33 @@ def test_an_archive_that_claims_too_much_is_refused(tmp_path: Path):
     (tmp_path / "bomb.npz").write_bytes(buffer.getvalue())
     with pytest.raises(DataError, match="more than can be packed"):
         read_events(tmp_path / "bomb.npz")
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".h5"])
+def test_a_small_file_of_endless_events_is_refused_by_its_shapes(tmp_path: Path, suffix: str):
+    n = 30_000_000
+    path = tmp_path / f"bomb{suffix}"
+    kinds = {"t": np.uint32, "x": np.uint16, "y": np.uint16, "p": np.uint8}
+    if suffix == ".npz":
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, dtype in {"t_us": np.int64, "x": np.uint16, "y": np.uint16, "p": np.bool_}.items():
+                header = io.BytesIO()
+                descr = np.lib.format.dtype_to_descr(np.dtype(dtype))
+                np.lib.format.write_array_header_1_0(header, {"descr": descr, "fortran_order": False, "shape": (n,)})
+                archive.writestr(f"{name}.npy", header.getvalue() + bytes(n * np.dtype(dtype).itemsize))
+            size = io.BytesIO()
+            np.save(size, np.array([40, 30]))
+            archive.writestr("size.npy", size.getvalue())
+    else:
+        with h5py.File(path, "w") as file:
+            for name, dtype in kinds.items():
+                file.create_dataset(f"events/{name}", data=np.zeros(n, dtype), compression="gzip")
+    assert path.stat().st_size < n / 8
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for reader in (read_events, open_events, facts_of):
+        with pytest.raises(DataError, match=r"30,000,000 events or more in .* packed beyond all bounds"):
+            reader(path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB
 
 
 @pytest.mark.parametrize(
@@ -317,7 +357,7 @@ def test_arrays_that_are_missing_or_pickled_are_refused(tmp_path: Path, events: 
     with pytest.raises(DataError, match="expected the arrays"):
         read_events(tmp_path / "a.npz")
     np.savez(tmp_path / "b.npz", size=[40, 30], p=np.array([{}], object), **columns)
-    with pytest.raises(DataError, match=r"not an \.npz file of events"):
+    with pytest.raises(DataError, match=r"b\.npz: p: holds Python objects"):
         read_events(tmp_path / "b.npz")
 
 

@@ -4,11 +4,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from evslip.codecs.formats import FORMATS, HDF5, format_of
+from evslip.utils import npz
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
+
+MOST_BYTES = 1 << 20
 
 
 def keeps_settings(path: str | Path) -> bool:
@@ -45,8 +46,5 @@ def _hdf5_text(path: Path) -> str | None:
 
 
 def _npz_text(path: Path) -> str | None:
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return str(arrays["settings"]) if "settings" in arrays else None
-    except Exception as error:  # zipfile, zlib and NumPy's header parser each have their own
-        raise DataError(f"{path}: not an .npz file: {' '.join(str(error).split())[:160]}") from None
+    with npz.archive(path) as archive:
+        return str(npz.array(archive, "settings", path, MOST_BYTES)) if "settings" in npz.names(archive) else None

@@ -20,6 +20,10 @@ LIMITS = {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "t": (-(2**62), 2**62)
 """Least and largest numbers in the columns of a file."""
 
 
+MOST_ANYWAY, MOST_A_BYTE = 20_000_000, 8
+"""Events that a file of any size may hold; and events for each of its bytes: the densest format has 6."""
+
+
 class Source(NamedTuple):
     """A file of events."""
 
@@ -31,10 +35,25 @@ class Source(NamedTuple):
 
 def checked(source: Source, where: object) -> Iterator[Events]:
     """The parts of a source, each checked to be what Events promises and to follow the one before. Raises DataError."""
-    checker = StreamChecker(source.size, where)
+    checker, count = StreamChecker(source.size, where), 0
     for part in source.parts:
+        count += part.count
+        check_count(count, where)
         checker.check(part)
         yield part
+
+
+def check_count(count: int, where: object) -> None:
+    """Raise DataError for more events than a file of the name `where`, if it is one, can mean: a small one that unpacks
+    to gigabytes."""
+    if count <= MOST_ANYWAY or not isinstance(where, str | Path) or not Path(where).is_file():
+        return
+    size = Path(where).stat().st_size
+    if count > MOST_A_BYTE * size:
+        raise DataError(
+            f"{where}: {count:,} events or more in {size:,} bytes, expected at most {MOST_A_BYTE} a byte: it is packed "
+            "beyond all bounds"
+        )
 
 
 def whole(source: Source, where: object) -> tuple[Events, tuple[int, int]]:

@@ -6,8 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from evslip.events.stream import Events
-from evslip.utils import atomic
+from evslip.utils import atomic, npz
 from evslip.utils.errors import DataError
+
+MOST_BYTES = 1 << 30
+"""Size of a noise map: that of a sensor of 8,000 x 8,000 pixels."""
 
 
 def measure_noise(events: Events, size: tuple[int, int]) -> np.ndarray:
@@ -61,9 +64,9 @@ def load_noise_map(path: str | Path) -> np.ndarray:
     if not Path(path).is_file():
         raise DataError(f"{path}: there is no such file")
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            noise_map = np.asarray(arrays["noise_map"], np.float64)
-    except Exception as error:  # zipfile, zlib and NumPy's header parser each have their own
+        with npz.archive(Path(path)) as archive:
+            noise_map = npz.array(archive, "noise_map", Path(path), MOST_BYTES).astype(np.float64)
+    except (DataError, ValueError, KeyError) as error:
         reason = " ".join(str(error).split())[:160]
         raise DataError(f"{path}: not a noise map made by `evslip calibrate-noise` ({reason})") from None
     if noise_map.ndim != 3 or len(noise_map) != 2:

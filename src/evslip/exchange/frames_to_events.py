@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs.clips.sources import Clip, TimedImage, held, open_clip
-from evslip.events.camera import CHUNK_FRAMES, EventCamera
+from evslip.events.camera import CHUNK_BYTES, CHUNK_FRAMES, EventCamera
 from evslip.events.stream import Events
 from evslip.exchange.frames_to_events_settings import FrameConversion
 from evslip.utils.errors import ConfigError, DataError
@@ -91,7 +91,8 @@ def convert_frames(
         write = outputs.enter_context(writing(out, clip.size, settings=settings))
         pushes = [outputs.enter_context(watcher(first[0])) for watcher in watchers]
         camera.step(*first)
-        while batch := list(islice(frames, CHUNK_FRAMES)):
+        at_once = max(1, min(CHUNK_FRAMES, CHUNK_BYTES // (4 * clip.size[0] * clip.size[1])))
+        while batch := list(islice(frames, at_once)):
             part = camera.run(batch)
             last_us = batch[-1][0]
             seen, events, on = seen + len(batch), events + part.count, on + int(part.p.sum())

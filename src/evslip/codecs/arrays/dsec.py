@@ -11,7 +11,7 @@ t_offset             int64 microseconds
 import h5py
 import numpy as np
 
-from evslip.codecs.source import LIMITS, events_of
+from evslip.codecs.source import LIMITS, check_count, events_of
 from evslip.events.stream import Events
 from evslip.utils import hdf5
 from evslip.utils.errors import DataError
@@ -73,6 +73,7 @@ class Columns:
         ]
         self._offset = int(hdf5.get(file, "t_offset", "iu", ())) if "t_offset" in file else 0
         self.count = self._t.shape[0]
+        check_count(self.count, self._name)
 
     def events(self, which: slice) -> Events:
         """A part of the stream."""

@@ -18,9 +18,11 @@ from evslip.events.checks import check_events
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
-from evslip.utils.files import MOST_COMPRESSED, require_file
+from evslip.utils.files import require_file
 
 _HEADER_BYTES, _TEXT_BYTES = 128, 116
+_MOST_ANYWAY, _MOST_EXPANDED = 1 << 28, 64
+"""Bytes that a file of any size may unpack to; and for each of its bytes: events shrink by 8."""
 _MATRIX, _COMPRESSED = 14, 15
 _STRUCTURE, _DOUBLE, _UINT64 = 2, 6, 15
 """Classes of matrices; numbers are those from double to uint64."""
@@ -65,7 +67,7 @@ def _table(data: bytes) -> dict[str, np.ndarray]:
     """The columns of the variable td_data. Raises ValueError."""
     if len(data) <= _HEADER_BYTES or data[126:128] != b"IM":
         raise ValueError("it is not a little-endian MATLAB file of version 5")
-    budget = MOST_COMPRESSED * len(data)
+    budget = max(_MOST_ANYWAY, _MOST_EXPANDED * len(data))
     for kind, content in _elements(memoryview(data)[_HEADER_BYTES:], padded=False):
         if kind == _COMPRESSED:
             decoder = zlib.decompressobj()

@@ -1,44 +1,48 @@
 """Events as NumPy arrays: t_us, x, y, p, size, the labels body and cause if there are any, and perhaps settings."""
 
 import io
-import zipfile
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.source import Source
+from evslip.codecs.source import BLOCK_EVENTS, Source, check_count
 from evslip.events.checks import check_events, check_size
 from evslip.events.stream import Events
-from evslip.utils import atomic
+from evslip.utils import atomic, npz
 from evslip.utils.errors import DataError
-from evslip.utils.files import MOST_COMPRESSED, require_file
 
 
 def stream(path: Path) -> Source:
-    """The events, read all at once, and the sensor's (width, height). Raises DataError."""
-    require_file(path)
-    try:
-        with zipfile.ZipFile(path) as archive:
-            claimed = sum(item.file_size for item in archive.infolist())
-        if claimed > MOST_COMPRESSED * path.stat().st_size:
-            raise DataError(f"{path}: claims {claimed} bytes, more than can be packed into it")
-        with np.load(path, allow_pickle=False) as arrays:
-            lacking = [name for name in (*Events._fields[:4], "size") if name not in arrays]
-            if lacking:
-                raise DataError(f"{path}: lacks {', '.join(lacking)}; expected the arrays t_us, x, y, p and size")
-            columns = [arrays.get(name) for name in Events._fields]
-            width, height = (int(side) for side in arrays["size"])
-    except DataError:
-        raise
-    except Exception as error:  # zipfile, zlib and NumPy's header parser each have their own
-        raise DataError(f"{path}: not an .npz file of events: {' '.join(str(error).split())[:160]}") from None
-    known = [isinstance(column, np.ndarray) for column in columns]
-    if not all(known[:4]):
-        raise DataError(f"{path}: expected the arrays t_us, x, y, p and size")
-    events = Events._make(column if is_array else None for column, is_array in zip(columns, known, strict=True))
-    size = check_size(width, height, path)
-    check_events(events, size, path)
-    return Source(size, iter([events]))
+    """The events and the sensor's (width, height). Raises DataError."""
+    with npz.archive(path) as archive:
+        found = npz.names(archive)
+        lacking = [name for name in (*Events._fields[:4], "size") if name not in found]
+        if lacking:
+            raise DataError(f"{path}: lacks {', '.join(lacking)}; expected the arrays t_us, x, y, p and size")
+        names = [name for name in Events._fields if name in found]
+        shapes = {}
+        for name in names:
+            with npz.member(archive, name, path) as stored:
+                shapes[name] = stored.shape
+        count = (shapes["t_us"] or (0,))[0]
+        if any(shape != (count,) for shape in shapes.values()):
+            listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise DataError(f"{path}: arrays of the shapes {listed}; expected one length of all")
+        check_count(count, path)
+        size = npz.array(archive, "size", path, 64)
+        if size.shape != (2,) or size.dtype.kind not in "iu":
+            raise DataError(f"{path}: size: {size.dtype} of shape {size.shape}; expected width and height")
+    return Source(check_size(size[0], size[1], path), _parts(path, names, count))
+
+
+def _parts(path: Path, names: list[str], count: int) -> Iterator[Events]:
+    with npz.archive(path) as archive, ExitStack() as files:
+        stored = {name: files.enter_context(npz.member(archive, name, path)) for name in names}
+        for start in range(0, max(count, 1), BLOCK_EVENTS):
+            part = {name: one.next((min(BLOCK_EVENTS, count - start),)) for name, one in stored.items()}
+            yield Events(**part)
 
 
 def write(path: Path, events: Events, size: tuple[int, int], settings: str | None = None) -> None:

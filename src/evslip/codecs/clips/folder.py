@@ -1,14 +1,18 @@
 """A folder of images as a clip."""
 
 import re
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from evslip.codecs.clips.grey import to_grey
+from evslip.codecs.clips.pixels import EXPECTED, check_pixels
 from evslip.events.sensor.optics import Intensity
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
 
@@ -39,10 +43,12 @@ def read_images(files: list[Path], intensity: Intensity) -> Iterator[np.ndarray]
 
 def read_image(file: Path) -> np.ndarray:
     """A picture as it is stored: grey or RGB, uint8, uint16 or float32. Raises DataError."""
-    from PIL import Image, UnidentifiedImageError
+    from PIL import UnidentifiedImageError
 
+    require_file(file)
     try:
-        with Image.open(file) as picture:
+        with _opened(file) as picture:
+            check_pixels(picture.width, picture.height, file)
             if picture.mode == "F":
                 return np.asarray(picture)
             if picture.mode.startswith("I"):
@@ -53,8 +59,20 @@ def read_image(file: Path) -> np.ndarray:
             if any(";16" in str(tile[3]) for tile in picture.tile):
                 return _read_deep_colours(file)
             return np.asarray(picture.convert("L" if picture.mode in ("1", "L", "LA") else "RGB"))
-    except (OSError, SyntaxError, ValueError, UnidentifiedImageError, Image.DecompressionBombError):
+    except (OSError, SyntaxError, ValueError, UnidentifiedImageError):
         raise DataError(f"{file}: is not a readable image, or is truncated") from None
+
+
+def _opened(file: Path) -> Any:
+    """A picture whose size is known and whose pixels are not decoded, however many they are."""
+    from PIL import Image
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        try:
+            return Image.open(file)
+        except Image.DecompressionBombError:
+            raise DataError(f"{file}: a frame of hundreds of millions of pixels, {EXPECTED}") from None
 
 
 def _read_deep_colours(file: Path) -> np.ndarray:

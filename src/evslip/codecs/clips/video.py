@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs.clips.grey import to_grey
+from evslip.codecs.clips.pixels import check_pixels
 from evslip.events.sensor.optics import Intensity
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
 _MOST_MISSING = 4
 """A video may last longer than the time of its last frame by so many frames."""
@@ -60,10 +62,12 @@ def _reading(path: Path) -> Iterator[Any]:
     import av
     from av.error import FFmpegError
 
+    require_file(path)
     try:
         with av.open(str(path)) as container:
             if not container.streams.video:
                 raise DataError(f"{path}: holds no video stream")
+            check_pixels(container.streams.video[0].width, container.streams.video[0].height, path)
             yield container
     except FFmpegError as error:
         raise DataError(f"{path}: is not a readable video file, or is truncated ({error.strerror})") from None

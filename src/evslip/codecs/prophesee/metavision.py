@@ -11,7 +11,7 @@ from typing import Any
 
 import h5py
 
-from evslip.codecs.source import BLOCK_EVENTS, LIMITS, events_of
+from evslip.codecs.source import BLOCK_EVENTS, LIMITS, check_count, events_of
 from evslip.events.stream import Events
 from evslip.utils import hdf5
 from evslip.utils.errors import DataError
@@ -45,6 +45,7 @@ def parts(path: Path) -> Iterator[Events]:
                 "https://github.com/prophesee-ai/hdf5_ecf and let HDF5_PLUGIN_PATH name its folder"
             )
         hdf5.check_claim(table)
+        check_count(len(table), path)
         for start in range(0, len(table), BLOCK_EVENTS):
             rows = table[start : start + BLOCK_EVENTS]
             for name, (low, high) in LIMITS.items():

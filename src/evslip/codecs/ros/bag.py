@@ -5,8 +5,9 @@ bytes an event: x and y as uint16, seconds and nanoseconds as uint32, the polari
 rosbags, the messages here: it would make an object of each event.
 """
 
+import bz2
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from evslip.events.stream import Events
 from evslip.utils.errors import DataError, MissingExtraError
 from evslip.utils.files import require_file
 
+LARGEST_CHUNK = 1 << 28
+"""Bytes of a chunk; ROS makes them of 768 kB, or of one message."""
 _KINDS = ("dvs_msgs/msg/EventArray", "prophesee_event_msgs/msg/EventArray")
 _IMAGE = "sensor_msgs/msg/Image"
 _COLOURS = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3}
@@ -57,6 +60,8 @@ def _messages(path: Path, kinds: tuple[str, ...], required: bool = True) -> Iter
         raise MissingExtraError(f"{path}: bags need the package rosbags: pip install 'evslip[ros]'") from None
     try:
         with Reader(path) as reader:
+            for place, chunk in reader.chunks.items():
+                reader.chunks[place] = chunk._replace(decompressor=bounded(chunk.decompressor))
             topics: list[Any] = [c for c in reader.connections if c.msgtype in kinds]
             if not topics and required:
                 found = ", ".join(sorted({c.msgtype for c in reader.connections})) or "none"
@@ -68,6 +73,24 @@ def _messages(path: Path, kinds: tuple[str, ...], required: bool = True) -> Iter
         raise
     except Exception as error:  # the library lets struct, lz4 and others speak for themselves
         raise DataError(f"{path}: damaged bag: {' '.join(str(error).split())[:160]}") from None
+
+
+def bounded(unpack: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
+    """The library's function that unpacks a chunk, for what unpacks to LARGEST_CHUNK at most; it raises ValueError."""
+    import lz4.frame
+
+    makers = {bz2.decompress: bz2.BZ2Decompressor, lz4.frame.decompress: lz4.frame.LZ4FrameDecompressor}
+    if unpack not in makers:
+        return unpack
+
+    def within(packed: bytes) -> bytes:
+        decoder: Any = makers[unpack]()
+        plain = decoder.decompress(packed, LARGEST_CHUNK + 1)
+        if len(plain) > LARGEST_CHUNK or not decoder.eof:
+            raise ValueError("a chunk ends early or expands beyond all bounds")
+        return plain
+
+    return within
 
 
 def _array(data: bytes, path: Path) -> tuple[tuple[int, int], np.ndarray]:
