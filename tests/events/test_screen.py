@@ -20,10 +20,19 @@ def singles(numbers: tuple[float, ...]) -> tuple[np.float32, ...]:
 
 
 def test_logarithms():
-    values = np.exp(np.random.default_rng(0).uniform(-14.0, 14.0, 10_000)).astype(F)
-    out = np.empty_like(values)
-    screen.logarithms(values, out)
-    np.testing.assert_allclose(out, np.log(values.astype(float)), atol=1.2e-6)
+    values = np.exp(np.random.default_rng(0).uniform(-14.0, 14.0, 10 * screen.TILE)).astype(F)
+    numbers = np.ones(screen.VALUES, F)
+    numbers[screen.HIGH :] = 0
+    for part in values.reshape(-1, screen.TILE // 2):
+        numbers[screen.CURRENT_0 : screen.CURRENT_0 + len(part)] = part
+        screen.centre(numbers, len(part), F(0))
+        found = -numbers[screen.OFFSET : screen.OFFSET + len(part)]
+        np.testing.assert_allclose(found, np.log(part.astype(float)), atol=1.2e-6)
+
+
+def test_the_greatest_of_some_numbers():
+    values = np.random.default_rng(1).uniform(0, 300, 999).astype(F)
+    assert screen.greatest(values) == values.max()
 
 
 @given(logs, st.floats(-0.25, 0.25), st.floats(-2.0, 2.0), corners)
@@ -39,11 +48,12 @@ def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
         assert abs((log_1 + float(F(lag)) + float(step)) - exact) <= 2e-6 * moved + 3e-7
         values, marks = np.ones(screen.VALUES, F), np.empty(screen.TILE, np.uint8)
         values[screen.CURRENT_0], values[screen.CURRENT_1] = current_0, current_1
-        values[screen.LAG], values[screen.RESIDUE] = lag, 0
-        long = screen.find_changes(values, 16, base, gain)
-        (screen.advance_lowpass_long if long else screen.advance_lowpass)(values, 16, gain, F(0.0), marks)
+        values[screen.LAG], values[screen.RESIDUE], values[screen.OFFSET] = lag, 0, 2.0
+        long = exponent > screen.SERIES_LIMIT
+        (screen.advance_lowpass_long if long else screen.advance_lowpass)(values, 16, base, gain, marks)
         assert (values[screen.LAG], values[screen.RESIDUE]) == singles(screen.added(F(lag), F(0.0), step))
         assert (values[screen.LAG_0], values[screen.CURRENT_0]) == (F(lag), current_1)
+        assert values[screen.OFFSET] == F(2.0) - x
 
 
 def test_many_tiny_steps_are_not_rounded_away():
@@ -70,7 +80,8 @@ def test_an_unmarked_pixel_stays_within_its_bounds(log, change, lag, corner, abo
         return
     high, low = log + lag + above, log + lag - below
     bounds = F(high - screen.MARGIN), F(low + screen.MARGIN)
-    if screen.marked(F(log), x, exponent, F(lag), F(lag) + step, *bounds):
+    middle, half = singles(screen.middle_and_half(*bounds, F(0.0), F(0.0)))
+    if screen.marked(x, exponent, F(lag), F(lag) + step, middle - F(log), half):
         return
     for share in np.linspace(0.0, 1.0, 21)[1:]:
         log_1, rates = log + change * share, (float(base) * share, float(gain) * share)

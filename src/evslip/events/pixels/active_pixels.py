@@ -24,8 +24,10 @@ class Scratch(NamedTuple):
 
     changed: np.ndarray
     """Groups whose light changes, see `frame_buffer.note_changes`."""
-    due: np.ndarray
+    group: np.ndarray
     """Pixels of a group that are active or due, uint8 of shape (GROUP,)."""
+    due: np.ndarray
+    """Whether any active pixel has something to do before the last frame, uint8 of shape (1,)."""
     numbers: np.ndarray
     """Number of each active pixel, int64 of shape (TILE,)."""
     runs: np.ndarray
@@ -34,20 +36,20 @@ class Scratch(NamedTuple):
     values: np.ndarray
     """Numbers of the active pixels, float32 of shape (screen.VALUES,)."""
     marks: np.ndarray
-    """Marks of the active pixels, see `screen.marked`; uint8 of shape (TILE,)."""
+    """Marks of the active pixels, see `screen.marked`; uint8 of shape (TILE + 8,)."""
     noise: np.ndarray
     """Photoreceptor noise of the active pixels at both ends of an interval, float64 of shape (2, TILE)."""
     items: np.ndarray
     """Numbers of the marked pixels, float64 of shape (firing.ITEMS,)."""
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _find_due(due_us: np.ndarray, active: np.ndarray, end_us: float, due: np.ndarray) -> None:
     for i in range(len(due_us)):
         due[i] = np.uint8(due_us[i] <= end_us) | active[i]
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def choose(first: int, last: int, end_us: float, everyone: bool, pixels: Pixels, scratch: Scratch) -> int:
     """Choose the active pixels of a tile: those whose light changes, that are not at rest, or whose noise is due.
 
@@ -55,7 +57,7 @@ def choose(first: int, last: int, end_us: float, everyone: bool, pixels: Pixels,
     scratch arrays. Returns the number of runs.
     """
     due_us, active, group_due_us = pixels.screen[DUE], pixels.active, pixels.group_due_us
-    changed, due, numbers, runs = scratch.changed, scratch.due, scratch.numbers, scratch.runs
+    changed, due, numbers, runs = scratch.changed, scratch.group, scratch.numbers, scratch.runs
     due_words = due.view(np.uint64)
     count = found = 0
     end = -1
@@ -88,7 +90,7 @@ def choose(first: int, last: int, end_us: float, everyone: bool, pixels: Pixels,
     return found
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def load(rows: np.ndarray, runs: np.ndarray, found: int, values: np.ndarray) -> None:
     """Copy the active pixels' columns of `Pixels.screen`, here `rows`, to the scratch values."""
     for run in range(found):
@@ -99,7 +101,7 @@ def load(rows: np.ndarray, runs: np.ndarray, found: int, values: np.ndarray) -> 
                 values[column + i] = rows[row, pixel + i]
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def store(values: np.ndarray, runs: np.ndarray, found: int, chosen: int, rows: np.ndarray) -> None:
     """Copy them back, for the rows whose bit is set in `chosen`."""
     for run in range(found):
@@ -111,7 +113,7 @@ def store(values: np.ndarray, runs: np.ndarray, found: int, chosen: int, rows: n
                     rows[row, pixel + i] = values[column + i]
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def settle(image: np.ndarray, response: Response, count: int, scratch: Scratch, pixels: Pixels) -> None:
     """Take the last frame into the state of the active pixels: which of them rest within their bounds, and until when.
 
@@ -125,12 +127,13 @@ def settle(image: np.ndarray, response: Response, count: int, scratch: Scratch, 
         current[p] = current_of(image[p], table, factor, offset)
         rests = (values[screen.LAG + k] == 0.0) & (values[screen.RESIDUE + k] == 0.0) & (marks[k] == 0)
         if rests:
-            log, high, slope = values[screen.LOG + k], values[screen.HIGH + k], values[screen.SLOPE + k]
+            log = values[screen.MIDDLE + k] - values[screen.OFFSET + k]
+            high, slope = values[screen.HIGH + k], values[screen.SLOPE + k]
             values[screen.DUE + k] = due_at_rest(log, high, slope, values[screen.DUE + k])
         active[p] = 0 if rests else 1
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def note_group_due(runs: np.ndarray, found: int, pixels: Pixels) -> None:
     """Set when the groups of all active pixels are due."""
     due_us, active, group_due_us = pixels.screen[DUE], pixels.active, pixels.group_due_us

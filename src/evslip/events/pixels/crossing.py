@@ -9,13 +9,13 @@ CLOSE = 1e-7
 MOST_STEPS = 60
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def value(c: Septic, w: float) -> float:
     """Polynomial at w."""
     return c[0] + w * (c[1] + w * (c[2] + w * (c[3] + w * (c[4] + w * (c[5] + w * (c[6] + w * c[7]))))))
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def slope(c: Septic, w: float) -> float:
     """Its derivative."""
     return c[1] + w * (
@@ -23,12 +23,12 @@ def slope(c: Septic, w: float) -> float:
     )
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def _bend(c: Septic, w: float) -> float:
     return 2.0 * c[2] + w * (6.0 * c[3] + w * (12.0 * c[4] + w * (20.0 * c[5] + w * (30.0 * c[6] + w * 42.0 * c[7]))))
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def bracket(c: Septic, low: float, high: float, on: float, off: float) -> tuple[float, float, float, float]:
     """Stretch of [low, high] in which the polynomial, which turns there once at most, first reaches `on` or -`off`.
 
@@ -51,7 +51,7 @@ def bracket(c: Septic, low: float, high: float, on: float, off: float) -> tuple[
     return start, end, place if sign != 0.0 else high, sign
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def refine(c: Septic, start: float, end: float, place: float, sign: float) -> tuple[float, float, float]:
     """Stretch and place after a step towards the polynomial's zero: Newton's method, or halving where that leads out.
 
@@ -65,7 +65,7 @@ def refine(c: Septic, start: float, end: float, place: float, sign: float) -> tu
     return start, end, following if sign != 0.0 else place
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def straight_crossing(c0: float, c1: float, low: float, high: float, on: float, off: float) -> tuple[float, int]:
     """First place in [low, high] where c0 + c1 w is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
     at_low, at_high = c0 + low * c1, c0 + high * c1

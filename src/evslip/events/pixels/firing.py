@@ -71,7 +71,7 @@ class Span(NamedTuple):
     end_us: float
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def _stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, high: float, low: float) -> bool:
     """Whether lp certainly stays within (low, high); see `screen.marked`."""
     top, bottom = max(filtered_0, filtered_1), min(filtered_0, filtered_1)
@@ -80,7 +80,13 @@ def _stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, hig
     return top < high and bottom > low
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", inline="always")
+def _whole_vectors(count: int) -> int:
+    """Number of items to compute: what lies beyond the last one is never read, and would be computed one by one."""
+    return (count + 15) & ~15
+
+
+@compiled(error_model="numpy", _nrt=False)
 def _gather(
     width: int, frames: Frames, span: Span, response: Response, pixels: Pixels, scratch: Scratch, current_0: np.ndarray
 ) -> int:
@@ -89,49 +95,45 @@ def _gather(
     table, factor, offset = response.table, response.factor, response.offset
     state, items, values, marks, noise = pixels.state, scratch.items, scratch.values, scratch.marks, scratch.noise
     mark_words = marks.view(np.uint64)
-    count = k = 0
-    while k < width:
-        if k & 7 == 0 and mark_words[k >> 3] == 0:
-            k += 8
-            continue
-        if marks[k] == 0:
-            k += 1
-            continue
+    count = 0
+    marks[width : width + 8] = 0
+    for word in range((width + 7) >> 3):
+        if mark_words[word] != 0:
+            for k in range(8):
+                items[_PLACE_IN_TILE + count] = (word << 3) + k
+                count += np.int64(marks[(word << 3) + k] != 0)
+    for j in range(count):
+        k = int(items[_PLACE_IN_TILE + j])
         pixel = scratch.numbers[k]
-        reference, reset_us, candidate_us = state[pixel, REFERENCE], state[pixel, RESET_US], state[pixel, CANDIDATE_US]
-        if marks[k] == 1 and reset_us > span.end_us and candidate_us > span.end_us and math.isnan(reference):
-            k += 1
-            continue
-        items[_PIXEL + count], items[_PLACE_IN_TILE + count] = pixel, k
+        items[_PIXEL + j] = pixel
         if factor == 0.0:
-            items[_CURRENT_1 + count] = table[np.uint8(image[pixel])]
-            items[_CURRENT_0 + count] = table[np.uint8(before[pixel])]
+            items[_CURRENT_1 + j], items[_CURRENT_0 + j] = table[np.uint8(image[pixel])], table[np.uint8(before[pixel])]
         else:
-            items[_CURRENT_1 + count] = image[pixel] * factor + offset
-            items[_CURRENT_0 + count] = before[pixel] * factor + offset
+            items[_CURRENT_1 + j], items[_CURRENT_0 + j] = (
+                image[pixel] * factor + offset,
+                before[pixel] * factor + offset,
+            )
         if span.frame == 0:
-            items[_CURRENT_0 + count] = current_0[pixel]
-        items[_LAG_0 + count], items[_LAG_1 + count] = values[screen.LAG_0 + k], values[screen.LAG + k]
-        items[_NOISE + count], items[_NOISE_RISE + count] = noise[0, k], noise[1, k] - noise[0, k]
-        items[_REFERENCE + count], items[_RESET_US + count] = reference, reset_us
-        items[_LEAK + count], items[_CANDIDATE_US + count] = state[pixel, LEAK_SLOPE], candidate_us
-        items[_ON + count], items[_OFF + count] = state[pixel, ON], state[pixel, OFF]
-        items[_MEAN + count], items[_RESETS + count] = state[pixel, MEAN_LEAK], state[pixel, RESETS]
-        items[_START_US + count], items[_END_US + count], items[_AT + count] = span.start_us, span.end_us, 0.0
-        items[_LEFT + count] = 1.0
-        count += 1
-        k += 1
+            items[_CURRENT_0 + j] = current_0[pixel]
+        items[_LAG_0 + j], items[_LAG_1 + j] = values[screen.LAG_0 + k], values[screen.LAG + k]
+        items[_NOISE + j], items[_NOISE_RISE + j] = noise[0, k], noise[1, k] - noise[0, k]
+        items[_REFERENCE + j], items[_RESET_US + j] = state[pixel, REFERENCE], state[pixel, RESET_US]
+        items[_LEAK + j], items[_CANDIDATE_US + j] = state[pixel, LEAK_SLOPE], state[pixel, CANDIDATE_US]
+        items[_ON + j], items[_OFF + j] = state[pixel, ON], state[pixel, OFF]
+        items[_MEAN + j], items[_RESETS + j] = state[pixel, MEAN_LEAK], state[pixel, RESETS]
+        items[_START_US + j], items[_END_US + j], items[_AT + j] = span.start_us, span.end_us, 0.0
+        items[_LEFT + j] = 1.0
     return count
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _find_logarithms(items: np.ndarray, count: int) -> None:
     for j in range(count):
         log = ln(items[_CURRENT_0 + j])
         items[_LOG + j], items[_CHANGE + j] = log, ln(items[_CURRENT_1 + j]) - log
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _keep(items: np.ndarray, j: int, at: int) -> None:
     """Move an item to a place further ahead."""
     if j != at:
@@ -139,7 +141,7 @@ def _keep(items: np.ndarray, j: int, at: int) -> None:
             items[row * _STRIDE + at] = items[row * _STRIDE + j]
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def collect(
     width: int,
     frames: Frames,
@@ -153,12 +155,19 @@ def collect(
     """Prepare the marked ones among `width` active pixels of a tile for their first round. Returns their number."""
     items, values, marks, times_us = scratch.items, scratch.values, scratch.marks, frames.times_us
     count = _gather(width, frames, span, response, pixels, scratch, pixels.current)
-    _find_logarithms(items, count)
+    _find_logarithms(items, _whole_vectors(count))
     frame_us, length_us = times_us[span.frame + 1] - times_us[span.frame], span.end_us - span.start_us
     since_us = span.end_us - epoch_us
     base, gain = params.base * length_us, params.gain * length_us
     kept = 0
     for j in range(count):
+        k = int(items[_PLACE_IN_TILE + j])
+        if (
+            marks[k] == 1
+            and math.isnan(items[_REFERENCE + j])
+            and min(items[_RESET_US + j], items[_CANDIDATE_US + j]) > span.end_us
+        ):
+            continue
         log, change, current_0, current_1 = (
             items[_LOG + j],
             items[_CHANGE + j],
@@ -172,13 +181,13 @@ def collect(
             items[_LOG + j], items[_CHANGE + j] = log, change
             items[_CURRENT_0 + j], items[_CURRENT_1 + j] = current_0, current_1
         if params.lowpass:
-            k, lag_0, lag_1 = int(items[_PLACE_IN_TILE + j]), items[_LAG_0 + j], items[_LAG_1 + j]
+            lag_0, lag_1 = items[_LAG_0 + j], items[_LAG_1 + j]
             if marks[k] & 2:
                 filtered = advance_far(log, log + change, current_0, current_1, log + lag_0, base, gain)
                 lag_1 = filtered - (log + change)
                 lag = np.float32(lag_1)
                 values[screen.LAG + k], values[screen.RESIDUE + k] = lag, lag_1 - lag
-                values[screen.LOG + k], items[_LAG_1 + j] = log + change, lag_1
+                values[screen.OFFSET + k], items[_LAG_1 + j] = values[screen.MIDDLE + k] - (log + change), lag_1
                 if params.photoreceptor_noise == 0.0 and values[screen.DUE + k] > since_us:
                     high = values[screen.HIGH + k] - values[screen.SLOPE + k] * since_us
                     if _stays(log, log + change, log + lag_0, filtered, high, values[screen.LOW + k]):
@@ -196,7 +205,7 @@ def collect(
     return kept
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _begin_piece(items: np.ndarray, j: int, end_us: float, params: Parameters) -> None:
     """Find the end of an item's piece, of which the start is set; end_us: of the interval."""
     start_us, left = items[_START_US + j], items[_LEFT + j]
@@ -213,7 +222,7 @@ def _begin_piece(items: np.ndarray, j: int, end_us: float, params: Parameters) -
     items[_END_US + j], items[_CURRENT_1 + j], items[_LAG_1 + j] = start_us + span_us, current_1, filtered - log_1
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _pass_held_candidates(items: np.ndarray, j: int, params: Parameters, noise_process: np.ndarray) -> None:
     """Pass over the noise candidates that come while a pixel is held in reset."""
     pixel = int(items[_PIXEL + j])
@@ -221,7 +230,7 @@ def _pass_held_candidates(items: np.ndarray, j: int, params: Parameters, noise_p
         _next_candidate(items, j, pixel, params, noise_process)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _next_candidate(items: np.ndarray, j: int, pixel: int, params: Parameters, noise_process: np.ndarray) -> None:
     number = noise_process[pixel, CANDIDATES] + 1.0
     noise_process[pixel, CANDIDATES] = number
@@ -229,7 +238,7 @@ def _next_candidate(items: np.ndarray, j: int, pixel: int, params: Parameters, n
     items[_CANDIDATE_US + j] = next_candidate(params, rate, pixel, int(number), candidate_us)
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def _polynomial(items: np.ndarray, j: int) -> Septic:
     return (
         items[_C0 + j],
@@ -243,13 +252,13 @@ def _polynomial(items: np.ndarray, j: int) -> Septic:
     )
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def _distance(items: np.ndarray, j: int) -> Septic:
     _, _, c2, c3, c4, c5, c6, c7 = _polynomial(items, j)
     return items[_D0 + j], items[_D1 + j], c2, c3, c4, c5, c6, c7
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _describe(items: np.ndarray, count: int, base: float, gain: float) -> None:
     """lp of each item on its piece, as a polynomial."""
     for j in range(count):
@@ -269,14 +278,14 @@ def _describe(items: np.ndarray, count: int, base: float, gain: float) -> None:
         items[_C5 + j], items[_C6 + j], items[_C7 + j] = c[5], c[6], c[7]
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _describe_straight(items: np.ndarray, count: int) -> None:
     for j in range(count):
         items[_C0 + j], items[_C1 + j] = items[_LOG + j], items[_CHANGE + j]
         items[_C2 + j] = items[_C3 + j] = items[_C4 + j] = items[_C5 + j] = items[_C6 + j] = items[_C7 + j] = 0.0
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _bracket(items: np.ndarray, count: int) -> None:
     """Where each item first reaches a threshold in what is left of its piece, before its next noise candidate."""
     for j in range(count):
@@ -297,7 +306,7 @@ def _bracket(items: np.ndarray, count: int) -> None:
         items[_REFERENCE + j] = reference
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _refine(items: np.ndarray, count: int) -> bool:
     """A step of the search for each item that has not found its place. Returns whether there are more of these."""
     searching = False
@@ -310,11 +319,11 @@ def _refine(items: np.ndarray, count: int) -> bool:
         # An empty stretch is where a search ends, whatever else is searched for.
         items[_FROM + j] = place if close else begin
         items[_TO + j] = place if close else end
-        searching |= not close
+        searching |= abs(place - before) >= CLOSE
     return searching
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _conclude(items: np.ndarray, count: int, params: Parameters) -> None:
     """State of each item after the round, its event's cause, and what comes next."""
     refractory_us = params.refractory_us
@@ -348,9 +357,10 @@ def _conclude(items: np.ndarray, count: int, params: Parameters) -> None:
         items[_AT + j] = place
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def advance(items: np.ndarray, count: int, params: Parameters) -> None:
     """One round of all items."""
+    count = _whole_vectors(count)
     if params.lowpass:
         _describe(items, count, params.base, params.gain)
     else:
@@ -362,7 +372,7 @@ def advance(items: np.ndarray, count: int, params: Parameters) -> None:
     _conclude(items, count, params)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def settle(
     number: int,
     frames: Frames,
@@ -379,7 +389,7 @@ def settle(
     events: (n, 2), time in microseconds and word (see `Sensor.tasks`), of which `count` are filled. Returns the number
     of items left, which are moved together, and of events.
     """
-    items, noise_process = scratch.items, pixels.noise_process
+    items, noise_process, last_us = scratch.items, pixels.noise_process, frames.times_us[-1]
     kept = 0
     for j in range(number):
         pixel, status = int(items[_PIXEL + j]), items[_STATUS + j]
@@ -400,7 +410,7 @@ def settle(
             math.isnan(items[_REFERENCE + j]) and min(items[_RESET_US + j], items[_CANDIDATE_US + j]) > span.end_us
         )
         if status == _FINISHED and (items[_LEFT + j] == 1.0 or held_on):
-            _put_back(items, j, pixel, epoch_us, pixels, params, scratch.values)
+            _put_back(items, j, epoch_us, last_us, pixels, params, scratch)
             continue
         _keep(items, j, kept)
         if status == _FINISHED:
@@ -416,7 +426,7 @@ def settle(
     return kept, count
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def _word(pixel: int, time_us: float, sign: float, cause: int, frames: Frames, frame: int) -> int:
     body = 255
     if len(frames.bodies) > 0:
@@ -427,7 +437,7 @@ def _word(pixel: int, time_us: float, sign: float, cause: int, frames: Frames, f
     return word_of(address, int(sign), cause, body)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _take_candidate(
     items: np.ndarray, j: int, pixel: int, params: Parameters, noise_process: np.ndarray
 ) -> tuple[float, int]:
@@ -448,25 +458,26 @@ def _take_candidate(
     return 1.0 if hot or side < noise_process[pixel, ON_SHARE] else -1.0, HOT if hot else SHOT
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def _put_back(
-    items: np.ndarray,
-    j: int,
-    pixel: int,
-    epoch_us: float,
-    pixels: Pixels,
-    params: Parameters,
-    values: np.ndarray,
+    items: np.ndarray, j: int, epoch_us: float, last_us: float, pixels: Pixels, params: Parameters, scratch: Scratch
 ) -> None:
-    """Write an item's state, and the bounds that follow from it."""
-    state, k = pixels.state, int(items[_PLACE_IN_TILE + j])
+    """Write an item's state, and the bounds that follow from it; last_us: time of the last frame."""
+    state, values = pixels.state, scratch.values
+    pixel, k = int(items[_PIXEL + j]), int(items[_PLACE_IN_TILE + j])
     state[pixel, REFERENCE], state[pixel, RESET_US] = items[_REFERENCE + j], items[_RESET_US + j]
     state[pixel, LEAK_SLOPE], state[pixel, CANDIDATE_US] = items[_LEAK + j], items[_CANDIDATE_US + j]
     state[pixel, RESETS] = items[_RESETS + j]
     high, low, slope, due_us = bounds(pixel, state, epoch_us)
     values[screen.SLOPE + k], values[screen.DUE + k] = slope, due_us
+    if due_us <= last_us - epoch_us:
+        scratch.due[0] = 1
     if params.photoreceptor_noise == 0.0:
         values[screen.HIGH + k], values[screen.LOW + k] = high, low
+        single_us = np.float32(last_us - epoch_us)
+        middle, half = screen.middle_and_half(np.float32(high), np.float32(low), np.float32(slope), single_us)
+        values[screen.MIDDLE + k], values[screen.HALF + k] = middle, half
+        values[screen.OFFSET + k] = middle - (items[_LOG + j] + items[_CHANGE + j])
     else:
         # The scratch values are narrowed by the noise of this very interval.
         pixels.screen[HIGH, pixel], pixels.screen[LOW, pixel] = high, low

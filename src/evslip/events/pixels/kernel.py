@@ -56,12 +56,13 @@ def process_band(
     scratch = Scratch(
         np.empty((TILE // GROUP, words), np.uint8),
         np.empty(GROUP, np.uint8),
+        np.empty(1, np.uint8),
         np.empty(TILE, np.int64),
         np.empty((TILE + 1, 2), np.uint64),
         np.ones(screen.VALUES, np.float32),
-        np.empty(TILE, np.uint8),
+        np.empty(TILE + 8, np.uint8),
         np.zeros((2, TILE)),
-        np.empty(firing.ITEMS),
+        np.zeros(firing.ITEMS),
     )
     return _process_band(frames, first, last, response, epoch_us, pixels, params, scratch)
 
@@ -91,35 +92,35 @@ def _process_band(frames, first_pixel, last_pixel, response, epoch_us, pixels, p
         touched += _prefetch(scratch.numbers, width, pixels.state)
         # Vector code takes whole groups; what lies beyond the last active pixel is computed, but never read.
         full = -(-width // GROUP) * GROUP
-        before, after = values[screen.CURRENT_0 :][:full], values[screen.CURRENT_1 :][:full]
-        log = values[screen.LOG :][:full]
-        if params.lowpass:
-            screen.logarithms(before, log)
+        before, after = values[screen.CURRENT_0 :][:width], values[screen.CURRENT_1 :][:width]
+        screen.centre(values, full, last_us)
+        scratch.due[0] = screen.any_due(values, full, last_us)
+        brightest = screen.greatest(before)
         for frame in range(len(images)):
             start_us = times_us[frame]
             while start_us < times_us[frame + 1]:
                 end_us = times_us[frame + 1]
                 screen.photocurrents(images[frame], runs, found, table, factor, offset, values)
                 if noisy:
-                    end_us = cut_by_noise(
-                        grid, first, start_us, end_us, before[:width], after[:width], params, noise[:, :width]
-                    )
+                    end_us = cut_by_noise(grid, first, start_us, end_us, before, after, params, noise[:, :width])
                     narrow_by_noise(rows[HIGH, first:last], noise, 1.0, values[screen.HIGH :][:width])
                     narrow_by_noise(rows[LOW, first:last], noise, -1.0, values[screen.LOW :][:width])
                     # There may be many more of these intervals than frames: too many to add up their changes.
-                    screen.logarithms(before, log)
+                    screen.centre(values, full, last_us)
                 since_us = np.float32(end_us - epoch_us)
                 if params.lowpass:
                     base = np.float32(params.base * (end_us - start_us))
                     gain = np.float32(params.gain * (end_us - start_us))
-                    if screen.find_changes(values, full, base, gain):
-                        screen.advance_lowpass_long(values, full, gain, since_us, marks)
+                    brightest_1 = screen.greatest(after)
+                    if base + gain * max(brightest, brightest_1) > screen.SERIES_LIMIT:
+                        screen.advance_lowpass_long(values, full, base, gain, marks)
                     else:
-                        screen.advance_lowpass(values, full, gain, since_us, marks)
+                        screen.advance_lowpass(values, full, base, gain, marks)
+                    brightest = brightest_1
                 else:
-                    screen.logarithms(after, log)
-                    screen.mark_leaving(values, full, since_us, marks)
-                screen.mark_due(values, full, since_us, marks)
+                    screen.mark_leaving(values, full, marks)
+                if scratch.due[0]:
+                    screen.mark_due(values, full, since_us, marks)
                 span = Span(frame, start_us, end_us)
                 items = firing.collect(width, frames, span, response, epoch_us, pixels, params, scratch)
                 while items > 0:

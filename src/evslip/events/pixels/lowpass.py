@@ -30,7 +30,7 @@ MAX_CHANGE, MAX_PRODUCT = 0.8, 0.16
 """Limits of |x| and K |x| for one application of `advance`."""
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def exponent(log_0: float, log_1: float, current_0: float, current_1: float, base: float, gain: float) -> float:
     """K of an interval; base and gain already multiplied by its length."""
     x = log_1 - log_0
@@ -41,7 +41,7 @@ def exponent(log_0: float, log_1: float, current_0: float, current_1: float, bas
     return base + gain * (middle if small else slope)
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def weights(exponent: float) -> tuple[float, float, float]:
     """1 - exp(-K), j0 and C for any K."""
     lost = -math.expm1(-exponent)
@@ -51,7 +51,7 @@ def weights(exponent: float) -> tuple[float, float, float]:
     return lost, lost * inverse if exponent > 1e-12 else 1.0, far if exponent > 0.03 else near
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def advance(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, gain: float, exponent: float
 ) -> float:
@@ -64,7 +64,7 @@ def advance(
     return log_1 + (1.0 - lost) * (filtered - log_0) - x * share
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def halvings(change: float, exponent: float) -> int:
     """Number of times that an interval must be halved until `advance` holds for each part; exponent: K, or more."""
     change = abs(change)
@@ -76,7 +76,7 @@ def halvings(change: float, exponent: float) -> int:
     return count
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def advance_far(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, base: float, gain: float
 ) -> float:

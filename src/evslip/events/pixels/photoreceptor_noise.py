@@ -8,14 +8,14 @@ from evslip.events.pixels.pixel import next_noise
 from evslip.utils.jit import compiled
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def narrow_by_noise(bound: np.ndarray, noise: np.ndarray, sign: float, out: np.ndarray) -> None:
     """Bounds of lp where the noise, of shape (2, n), comes on top of it; sign: 1 for ON, -1 for OFF."""
     for i in range(len(out)):
         out[i] = bound[i] - np.float32(sign * max(sign * noise[0, i], sign * noise[1, i]))
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def _noise_at(grid: np.ndarray, first: int, time_us: float, step_us: float, out: np.ndarray) -> None:
     """Noise of a tile at a time between two points of its time grid."""
     share = time_us / step_us - math.floor(time_us / step_us)
@@ -24,7 +24,7 @@ def _noise_at(grid: np.ndarray, first: int, time_us: float, step_us: float, out:
         out[i] = a + share * (b - a)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def cut_by_noise(grid, first, start_us, end_us, current_0, current_1, params, noise) -> float:
     """End an interval of a tile where the photoreceptor's noise is drawn anew, if that comes first.
 

@@ -69,7 +69,7 @@ class Parameters(NamedTuple):
     """Step of the time grid on which that noise is drawn; in between it is linear."""
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def next_leak(params: Parameters, mean: float, pixel: int, resets: int) -> float:
     """Slope of the leak after a reset; never negative."""
     # Four uniform numbers add up to nearly a normal one, of variance 1/3, in a third of the time.
@@ -77,7 +77,7 @@ def next_leak(params: Parameters, mean: float, pixel: int, resets: int) -> float
     return mean * max(0.0, 1.0 + params.leak_jitter * math.sqrt(3.0) * (a + b + c + d - 2.0))
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def next_candidate(params: Parameters, rate: float, pixel: int, candidates: int, now_us: float) -> float:
     """Time of the noise candidate after `now_us`: exponential waiting times make a Poisson process."""
     if rate == 0.0:
@@ -86,7 +86,7 @@ def next_candidate(params: Parameters, rate: float, pixel: int, candidates: int,
     return now_us - math.log(wait) / rate
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def next_noise(params: Parameters, noise: float, current: float, pixel: int, number: int) -> float:
     """Photoreceptor noise one grid step after `noise`: white noise through the pixel's own low-pass.
 
@@ -97,7 +97,7 @@ def next_noise(params: Parameters, noise: float, current: float, pixel: int, num
     return kept * noise + params.photoreceptor_noise * math.sqrt(1.0 - kept * kept) * normals(a, b)[0]
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def septic(
     log: float, change: float, current_0: float, current_1: float, lag_0: float, lag_1: float, base: float, gain: float
 ) -> Septic:
@@ -126,7 +126,7 @@ def septic(
     )
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def pieces(change: float, steepest: float, lag_0: float, lag_1: float, moved: float, length_us: float) -> int:
     """Number of pieces of an interval, a power of two, for `septic` to be within the tolerance.
 
@@ -142,13 +142,13 @@ def pieces(change: float, steepest: float, lag_0: float, lag_1: float, moved: fl
     return count
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def word_of(address: int, sign: int, cause: int, body: int) -> int:
     """Word of an event, see `Sensor.tasks`."""
     return address | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)
 
 
-@compiled(error_model="numpy", forceinline=True)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def cause_of(signal: float, noise: float, leak: float) -> int:
     """Cause of an event: what pushes the pixel hardest over the threshold; all in the threshold's direction."""
     most = max(signal, leak)

@@ -22,10 +22,13 @@ F = np.float32
 
 TILE = 2048
 """Pixels a tile. Of most tiles few pixels have anything to do, and their numbers fit into the nearest cache."""
-CURRENT_0, CURRENT_1, CHANGE, EXPONENT, LOG, LAG_0, LAG, RESIDUE, HIGH, LOW, SLOPE, DUE = range(0, 12 * TILE, TILE)
-VALUES = 12 * TILE
+_STRIDE = TILE + 16
+"""Not a power of two, or all rows would fall into the same lines of the cache."""
+CURRENT_0, CURRENT_1, LAG_0, LAG, RESIDUE, OFFSET, HALF, MIDDLE, HIGH, LOW, SLOPE, DUE = range(0, 12 * _STRIDE, _STRIDE)
+VALUES = 12 * _STRIDE
 """Places of a tile's numbers in `Scratch.values`. In one array at fixed distances, so that the compiler knows that what
-a loop writes is not what it reads."""
+a loop writes is not what it reads. Frame by frame only the first seven are used: photocurrents and lags at both ends of
+an interval; what the lag was rounded by; middle of the bounds less L, and half their distance, see `centre`."""
 MAX_CHANGE, MAX_PRODUCT = F(0.25), F(0.16)
 """Largest |x| and K |x| for single precision."""
 SERIES_LIMIT = F(0.5)
@@ -45,10 +48,11 @@ _S2, _D2, _G = F(1 / 60), F(1 / 40), F(1 / 120)
 _SHRINK, _MOST = F(1 / 64), F(40)
 _LN_2 = F(math.log(2))
 _ONE_BITS, _ROOT_BITS = np.int32(0x3F800000), np.int32(0x3F3504F3)
+_INFINITE = F(np.inf)
 _MANTISSA, _SHIFT = np.int32(0x007FFFFF), np.int32(23)
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def change_and_exponent(current_0: F, current_1: F, base: F, gain: F) -> tuple[F, F]:
     """x and K of an interval; base and gain already multiplied by its length. All float32."""
     both = current_0 + current_1
@@ -59,7 +63,7 @@ def change_and_exponent(current_0: F, current_1: F, base: F, gain: F) -> tuple[F
     return change, base + gain * mean
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def _weights_brief(exponent: F) -> tuple[F, F, F]:
     """1 - exp(-K), j0 and C of `lowpass`, for K up to SERIES_LIMIT."""
     k = exponent
@@ -68,7 +72,7 @@ def _weights_brief(exponent: F) -> tuple[F, F, F]:
     return k * j0, j0, c
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def _weights_long(exponent: F) -> tuple[F, F, F]:
     """1 - exp(-K), j0 and C of `lowpass`, for K from SERIES_LIMIT."""
     k = max(exponent, SERIES_LIMIT)
@@ -81,7 +85,7 @@ def _weights_long(exponent: F) -> tuple[F, F, F]:
     return lost, lost * inverse, (k * (_TWO - lost) - _TWO * lost) * inverse * inverse * inverse
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def lag_step(change: F, rise: F, exponent: F, lag: F, lost: F, j0: F, c: F) -> F:
     """Addition of an interval to the lag; rise = gain dt (Y1 - Y0)."""
     spread = rise * (_ONE - change * change * _S2)
@@ -89,13 +93,13 @@ def lag_step(change: F, rise: F, exponent: F, lag: F, lost: F, j0: F, c: F) -> F
     return -(lost * lag + change * share)
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def is_wide(change: F, exponent: F) -> bool:
     """Whether an interval is too much for single precision."""
     return bool((abs(change) > MAX_CHANGE) | (abs(change) * exponent > MAX_PRODUCT))
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def whole_step(current_0: F, current_1: F, base: F, gain: F, lag: F) -> tuple[F, F, F]:
     """x, K and step of the lag for an interval of one pixel; base and gain already multiplied by its length."""
     change, exponent = change_and_exponent(current_0, current_1, base, gain)
@@ -103,7 +107,7 @@ def whole_step(current_0: F, current_1: F, base: F, gain: F, lag: F) -> tuple[F,
     return change, exponent, lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c)
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
 def photocurrents(
     image: np.ndarray, runs: np.ndarray, found: int, table: np.ndarray, factor: F, offset: F, values: np.ndarray
 ) -> None:
@@ -118,21 +122,47 @@ def photocurrents(
                 values[at + i] = image[pixel + i] * factor + offset
 
 
-@compiled(error_model="numpy")
-def logarithms(currents: np.ndarray, out: np.ndarray) -> None:
-    """ln of float32 numbers, with an error below 1e-6 for photocurrents of 1e-6 to 1e6."""
-    bits, out_bits = currents.view(np.int32), out.view(np.int32)
+@compiled(error_model="numpy", _nrt=False)
+def greatest(values: np.ndarray) -> F:
+    """Greatest of some numbers, none of which is negative: then their bits are in the same order."""
+    bits = values.view(np.int32)
+    most = np.int32(0)
     for i in range(len(bits)):
-        out_bits[i] = ((bits[i] + (_ONE_BITS - _ROOT_BITS)) & _MANTISSA) + _ROOT_BITS
-    for i in range(len(bits)):
-        # The mantissa lies in [sqrt(1/2), sqrt(2)).
-        power = F(((bits[i] + (_ONE_BITS - _ROOT_BITS)) >> _SHIFT) - np.int32(127))
-        s = (out[i] - _ONE) / (out[i] + _ONE)
-        q = s * s
-        out[i] = power * _LN_2 + (s + s) * (_ONE + q * (_A3 + q * (_A5 + q * (_A7 + q * F(1 / 9)))))
+        most = bits[i] if bits[i] > most else most
+    return np.int32(most).view(np.float32)
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def single_ln(current: F) -> F:
+    """ln in single precision, with an error below 1e-6 for photocurrents of 1e-6 to 1e6."""
+    bits = np.float32(current).view(np.int32) + np.int32(_ONE_BITS - _ROOT_BITS)
+    # The mantissa lies in [sqrt(1/2), sqrt(2)).
+    mantissa = np.int32((bits & _MANTISSA) + _ROOT_BITS).view(np.float32)
+    s = (mantissa - _ONE) / (mantissa + _ONE)
+    q = s * s
+    power = F(np.int32(bits >> _SHIFT) - np.int32(127))
+    return power * _LN_2 + (s + s) * (_ONE + q * (_A3 + q * (_A5 + q * (_A7 + q * F(1 / 9)))))
+
+
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def middle_and_half(high: F, low: F, slope: F, last_us: F) -> tuple[F, F]:
+    """Middle of a pixel's bounds and half their distance, where they are closest: at the end of the frames."""
+    high -= slope * last_us
+    half = _HALF * (high - low)
+    return F(0) if half == _INFINITE else _HALF * (high + low), half
+
+
+@compiled(error_model="numpy", _nrt=False)
+def centre(values: np.ndarray, count: int, last_us: F) -> None:
+    """Set MIDDLE, HALF and OFFSET from the bounds and CURRENT_0; last_us: end of the frames, counted from the
+    epoch's start."""
+    for i in range(count):
+        middle, half = middle_and_half(values[HIGH + i], values[LOW + i], values[SLOPE + i], last_us)
+        values[MIDDLE + i], values[HALF + i] = middle, half
+        values[OFFSET + i] = middle - single_ln(values[CURRENT_0 + i])
+
+
+@compiled(error_model="numpy", inline="always", _nrt=False)
 def added(lag: F, residue: F, step: F) -> tuple[F, F]:
     """Lag and residue, whose sum is the exact lag, after a step."""
     step = step + residue
@@ -141,67 +171,50 @@ def added(lag: F, residue: F, step: F) -> tuple[F, F]:
     return total, step - (total - lag)
 
 
-@compiled(error_model="numpy", inline="always")
-def marked(log_0: F, change: F, exponent: F, lag_0: F, lag_1: F, high: F, low: F) -> int:
-    """1 for a pixel that may leave (low, high) on the way; 2 for one that needs double precision; 3 for both.
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def marked(change: F, exponent: F, lag_0: F, lag_1: F, offset: F, half: F) -> int:
+    """1 for a pixel that may leave its bounds on the way; 2 for one that needs double precision; 3 for both.
 
-    lp turns only where it meets L, so before that it moves by less than K times its lag.
+    offset: at the start. lp turns only where it meets L, so before that it moves by less than K times its lag.
     """
-    lp_0, lp_1 = log_0 + lag_0, log_0 + change + lag_1
     reach = exponent * abs(lag_0) if lag_0 * lag_1 < F(0) else F(0)
-    stays = (max(lp_0 + reach, lp_1) < high) & (min(lp_0 - reach, lp_1) > low)
+    stays = (abs(lag_0 - offset) + reach < half) & (abs(lag_1 - (offset - change)) < half)
     return (0 if stays else 1) + (2 if is_wide(change, exponent) else 0)
 
 
-@compiled(error_model="numpy")
-def find_changes(values: np.ndarray, count: int, base: F, gain: F) -> bool:
-    """First half of a screening: x and K of the first pixels. Returns whether any K is more than SERIES_LIMIT."""
-    long = False
-    for i in range(count):
-        change, exponent = change_and_exponent(values[CURRENT_0 + i], values[CURRENT_1 + i], base, gain)
-        values[CHANGE + i], values[EXPONENT + i] = change, exponent
-        long |= exponent > SERIES_LIMIT
-    return long
-
-
-@compiled(error_model="numpy", inline="always")
-def _advance(values: np.ndarray, i: int, gain: F, end_us: F, lost: F, j0: F, c: F) -> int:
-    """Move current, log and lag of a pixel. Returns its mark."""
-    current_0, current_1, change, k = (
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def _advance(values: np.ndarray, i: int, change: F, exponent: F, gain: F, lost: F, j0: F, c: F) -> int:
+    """Move current, offset and lag of a pixel. Returns its mark."""
+    current_0, current_1, lag, offset = (
         values[CURRENT_0 + i],
         values[CURRENT_1 + i],
-        values[CHANGE + i],
-        values[EXPONENT + i],
-    )
-    log, lag, high, low = (
-        values[LOG + i],
         values[LAG + i],
-        values[HIGH + i] - values[SLOPE + i] * end_us,
-        values[LOW + i],
+        values[OFFSET + i],
     )
-    step = lag_step(change, gain * (current_1 - current_0), k, lag, lost, j0, c)
+    step = lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c)
     lag_1, residue = added(lag, values[RESIDUE + i], step)
     values[LAG_0 + i], values[LAG + i], values[RESIDUE + i] = lag, lag_1, residue
-    values[LOG + i], values[CURRENT_0 + i] = log + change, current_1
-    return marked(log, change, k, lag, lag_1, high, low)
+    values[OFFSET + i], values[CURRENT_0 + i] = offset - change, current_1
+    return marked(change, exponent, lag, lag_1, offset, values[HALF + i])
 
 
-@compiled(error_model="numpy")
-def advance_lowpass(values: np.ndarray, count: int, gain: F, end_us: F, marks: np.ndarray) -> None:
-    """Second half of a screening, where no K is more than SERIES_LIMIT: moves current, log and lag, and marks.
+@compiled(error_model="numpy", _nrt=False)
+def advance_lowpass(values: np.ndarray, count: int, base: F, gain: F, marks: np.ndarray) -> None:
+    """Screening of an interval where no K is more than SERIES_LIMIT: moves current, offset and lag, and marks.
 
-    end_us: microseconds after the beginning of the epoch.
+    base and gain: already multiplied by its length.
     """
     for i in range(count):
-        lost, j0, c = _weights_brief(values[EXPONENT + i])
-        marks[i] = _advance(values, i, gain, end_us, lost, j0, c)
+        change, k = change_and_exponent(values[CURRENT_0 + i], values[CURRENT_1 + i], base, gain)
+        lost, j0, c = _weights_brief(k)
+        marks[i] = _advance(values, i, change, k, gain, lost, j0, c)
 
 
-@compiled(error_model="numpy")
-def advance_lowpass_long(values: np.ndarray, count: int, gain: F, end_us: F, marks: np.ndarray) -> None:
+@compiled(error_model="numpy", _nrt=False)
+def advance_lowpass_long(values: np.ndarray, count: int, base: F, gain: F, marks: np.ndarray) -> None:
     """`advance_lowpass` for any K: both weights are computed, which is vector code, and one of them is taken."""
     for i in range(count):
-        k = values[EXPONENT + i]
+        change, k = change_and_exponent(values[CURRENT_0 + i], values[CURRENT_1 + i], base, gain)
         brief, long = _weights_brief(k), _weights_long(k)
         is_long = k > SERIES_LIMIT
         lost, j0, c = (
@@ -209,19 +222,28 @@ def advance_lowpass_long(values: np.ndarray, count: int, gain: F, end_us: F, mar
             long[1] if is_long else brief[1],
             long[2] if is_long else brief[2],
         )
-        marks[i] = _advance(values, i, gain, end_us, lost, j0, c)
+        marks[i] = _advance(values, i, change, k, gain, lost, j0, c)
 
 
-@compiled(error_model="numpy")
-def mark_leaving(values: np.ndarray, count: int, end_us: F, marks: np.ndarray) -> None:
-    """Screening without low-pass, where lp is L, known to lie within (low, high) at the start."""
+@compiled(error_model="numpy", _nrt=False)
+def mark_leaving(values: np.ndarray, count: int, marks: np.ndarray) -> None:
+    """Screening without low-pass, where lp is L, known to lie within the bounds at the start."""
     for i in range(count):
-        log, high = values[LOG + i], values[HIGH + i] - values[SLOPE + i] * end_us
-        marks[i] = 0 if (log < high) & (log > values[LOW + i]) else 1
-        values[CURRENT_0 + i] = values[CURRENT_1 + i]
+        offset = values[MIDDLE + i] - single_ln(values[CURRENT_1 + i])
+        marks[i] = 0 if abs(offset) < values[HALF + i] else 1
+        values[OFFSET + i], values[CURRENT_0 + i] = offset, values[CURRENT_1 + i]
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", _nrt=False)
+def any_due(values: np.ndarray, count: int, end_us: F) -> bool:
+    """Whether any pixel has something to do by end_us, in microseconds after the epoch's start."""
+    due = False
+    for i in range(count):
+        due |= values[DUE + i] <= end_us
+    return due
+
+
+@compiled(error_model="numpy", _nrt=False)
 def mark_due(values: np.ndarray, count: int, end_us: F, marks: np.ndarray) -> None:
     """Add 1 to the mark of each pixel that has something to do by end_us anyway."""
     for i in range(count):

@@ -43,9 +43,21 @@ def note_changes(words: np.ndarray, first: int, changed: np.ndarray) -> None:
     differs[:] = len(words) == 1
     for frame in range(len(words) - 1):
         _note(*without_refcount((words[frame, start:stop], words[frame + 1, start:stop], differs)))
-    for group in range((stop - start) // length):
-        for word in range(1, length):
+        # With a moving camera the first frame says it all.
+        if frame == 0 and _gather_words(changed[: (stop - start) // length]):
+            return
+    _gather_words(changed[: (stop - start) // length])
+
+
+@compiled(error_model="numpy")
+def _gather_words(changed: np.ndarray) -> bool:
+    """Set column 0 for whole groups. Returns whether it is set for all of them."""
+    everywhere = True
+    for group in range(len(changed)):
+        for word in range(1, changed.shape[1]):
             changed[group, 0] |= changed[group, word]
+        everywhere &= changed[group, 0] != 0
+    return everywhere
 
 
 @compiled(error_model="numpy")
