@@ -11,8 +11,8 @@ from evslip.events.pixels.ideal import Ranges
 from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import Epoch, Pixels, Response
 from evslip.events.presets import PixelModel
+from evslip.events.sensor.exponential import logarithms
 from evslip.events.sensor.frame_buffer import GROUP, FrameBuffer, Frames
-from evslip.events.sensor.logarithm import logarithms
 from evslip.events.sensor.mismatch import draw_pixels, shared_parameters
 from evslip.events.sensor.optics import WHITE, Intensity, photocurrent
 from evslip.events.sensor.threads import Task

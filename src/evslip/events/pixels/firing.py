@@ -36,25 +36,28 @@ from evslip.events.pixels.pixel import (
 )
 from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import HIGH, LOW, Pixels, Response, bounds
+from evslip.events.sensor.exponential import exp, ln
 from evslip.events.sensor.frame_buffer import Frames
-from evslip.events.sensor.logarithm import ln
 from evslip.events.sensor.random_numbers import CANDIDATE, uniforms
-from evslip.events.stream import HOT, SHOT, SIGNAL
+from evslip.events.stream import HOT, SHOT
 from evslip.utils.jit import compiled
 
 _STRIDE = TILE + 8
 """Not a power of two, or all rows would fall into the same lines of the cache."""
-_ROWS = range(0, 40 * _STRIDE, _STRIDE)
+_ROWS = range(0, 49 * _STRIDE, _STRIDE)
 _PIXEL, _PLACE_IN_TILE, _LEFT, _LAST_CURRENT, _LAST_LAG = _ROWS[:5]
 _LOG, _CHANGE, _CURRENT_0, _CURRENT_1, _LAG_0, _LAG_1, _NOISE, _NOISE_RISE, _START_US, _END_US, _AT = _ROWS[5:16]
 _REFERENCE, _RESET_US, _LEAK, _CANDIDATE_US, _ON, _OFF, _MEAN, _RESETS = _ROWS[16:24]
-_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7, _D0, _D1, _FROM, _TO, _PLACE, _SIGN, _CAUSE, _STATUS = _ROWS[24:]
+_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7, _D0, _D1, _FROM, _TO, _PLACE, _SIGN, _CAUSE, _STATUS = _ROWS[24:40]
+_TIME_US, _NEXT_LEAK, _DRAWN, _NUMBER, _RATE, _HOT, _SHARE, _CURRENT, _WAIT = _ROWS[40:]
 ITEMS = len(_ROWS) * _STRIDE
 """Numbers of the marked pixels. Their own: number, place among the active ones; pieces of the interval that are left;
 photocurrent and lag at the interval's end. Of their piece: L at its start and its change, photocurrent and lag at both
 ends, photoreceptor noise, times; place up to which it is done. Their state (see `pixel`); lp as a polynomial, of which
 `_D0` and `_D1` are the first coefficients of its distance to a threshold; stretch in which this is reached, place and
-sign; cause of the event, and how the round ended."""
+sign; cause of the event, how the round ended, time of the event, and the
+leak after one. Of those that have come to a noise candidate, side by side: pixel,
+number of the candidate, its process; photocurrent; time from the candidate to the next one."""
 _KEPT = _C0 // _STRIDE
 """Rows that last from one round to the next."""
 _FINISHED, _AGAIN, _NOISY = 0.0, 1.0, 2.0
@@ -123,7 +126,7 @@ def _gather(
         items[_MEAN + j], items[_RESETS + j] = state[pixel, MEAN_LEAK], state[pixel, RESETS]
         items[_START_US + j], items[_END_US + j], items[_AT + j] = span.start_us, span.end_us, 0.0
         items[_LEFT + j] = 1.0
-    return count
+    return int(count)
 
 
 @compiled(error_model="numpy", _nrt=False)
@@ -353,14 +356,15 @@ def _conclude(items: np.ndarray, count: int, params: Parameters) -> None:
         items[_REFERENCE + j] = reference_1 if fired else reference
         items[_RESET_US + j] = reset_1_us if fired else reset_us
         items[_LEAK + j] = leak_1 if fired else leak
+        items[_TIME_US + j], items[_NEXT_LEAK + j] = time_us, leak_1
         items[_RESETS + j] = resets + (1.0 if fired else 0.0)
         items[_AT + j] = place
 
 
 @compiled(error_model="numpy", _nrt=False)
-def advance(items: np.ndarray, count: int, params: Parameters) -> None:
+def advance(items: np.ndarray, number: int, params: Parameters, noise_process: np.ndarray) -> None:
     """One round of all items."""
-    count = _whole_vectors(count)
+    count = _whole_vectors(number)
     if params.lowpass:
         _describe(items, count, params.base, params.gain)
     else:
@@ -370,6 +374,7 @@ def advance(items: np.ndarray, count: int, params: Parameters) -> None:
         if not _refine(items, count):
             break
     _conclude(items, count, params)
+    _draw_candidates(items, number, params, noise_process)
 
 
 @compiled(error_model="numpy", _nrt=False)
@@ -394,12 +399,7 @@ def settle(
     for j in range(number):
         pixel, status = int(items[_PIXEL + j]), items[_STATUS + j]
         sign, cause = items[_SIGN + j], int(items[_CAUSE + j])
-        start_us, end_us = items[_START_US + j], items[_END_US + j]
-        time_us = start_us + items[_PLACE + j] * (end_us - start_us)
-        if status == _NOISY:
-            time_us = items[_CANDIDATE_US + j]
-            sign, cause = _take_candidate(items, j, pixel, params, noise_process)
-            status = _AGAIN
+        time_us, end_us = items[_TIME_US + j], items[_END_US + j]
         if sign != 0.0:
             events[count, 0] = np.int64(math.floor(time_us + 0.5))
             events[count, 1] = _word(pixel, time_us, sign, cause, frames, span.frame)
@@ -438,24 +438,49 @@ def _word(pixel: int, time_us: float, sign: float, cause: int, frames: Frames, f
 
 
 @compiled(error_model="numpy", _nrt=False)
-def _take_candidate(
-    items: np.ndarray, j: int, pixel: int, params: Parameters, noise_process: np.ndarray
-) -> tuple[float, int]:
-    """Let an item's noise candidate fire, or not. Returns sign and cause of the event; 0: none."""
-    place, number = items[_PLACE + j], int(noise_process[pixel, CANDIDATES])
-    current = items[_CURRENT_0 + j] * math.exp(items[_CHANGE + j] * place)
-    _, pick, chance, side = uniforms(params.seed, pixel, CANDIDATE, number)
-    hot = pick < noise_process[pixel, HOT_SHARE]
-    fired = hot or chance < max(params.shot_dark - params.shot_slope * current, params.shot_least)
-    time_us = items[_CANDIDATE_US + j]
-    _next_candidate(items, j, pixel, params, noise_process)
-    if not fired:
-        return 0.0, SIGNAL
-    items[_RESET_US + j] = time_us + params.refractory_us
-    items[_REFERENCE + j] = crossing.value(_polynomial(items, j), place) if params.refractory_us == 0.0 else np.nan
-    items[_RESETS + j] += 1.0
-    items[_LEAK + j] = next_leak(params, items[_MEAN + j], pixel, int(items[_RESETS + j]))
-    return 1.0 if hot or side < noise_process[pixel, ON_SHARE] else -1.0, HOT if hot else SHOT
+def _draw_candidates(items: np.ndarray, number: int, params: Parameters, noise_process: np.ndarray) -> None:
+    """Let the noise candidates to which items have come fire, or not, and find the next ones."""
+    count = 0
+    for j in range(number):
+        if items[_STATUS + j] == _NOISY:
+            pixel = int(items[_PIXEL + j])
+            items[_DRAWN + count], items[_NUMBER + count] = pixel, noise_process[pixel, CANDIDATES]
+            items[_RATE + count], items[_HOT + count] = noise_process[pixel, RATE], noise_process[pixel, HOT_SHARE]
+            items[_SHARE + count] = noise_process[pixel, ON_SHARE]
+            items[_CURRENT + count] = items[_LOG + j] + items[_CHANGE + j] * items[_PLACE + j]
+            noise_process[pixel, CANDIDATES] += 1.0
+            count += 1
+    for k in range(_whole_vectors(count)):
+        pixel, candidate, current = int(items[_DRAWN + k]), int(items[_NUMBER + k]), exp(items[_CURRENT + k])
+        _, pick, chance, side = uniforms(params.seed, pixel, CANDIDATE, candidate)
+        wait, _, _, _ = uniforms(params.seed, pixel, CANDIDATE, candidate + 1)
+        hot = pick < items[_HOT + k]
+        fired = hot | (chance < max(params.shot_dark - params.shot_slope * current, params.shot_least))
+        sign = 1.0 if hot | (side < items[_SHARE + k]) else -1.0
+        items[_WAIT + k] = -ln(wait) / items[_RATE + k]
+        items[_HOT + k], items[_SHARE + k] = HOT if hot else SHOT, sign if fired else 0.0
+    count = 0
+    for j in range(number):
+        if items[_STATUS + j] == _NOISY:
+            _take_candidate(items, j, items[_SHARE + count], items[_WAIT + count], params.refractory_us)
+            items[_CAUSE + j] = items[_HOT + count]
+            count += 1
+
+
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
+def _take_candidate(items: np.ndarray, j: int, sign: float, wait_us: float, refractory_us: float) -> None:
+    """Set an item's event at its noise candidate, and when the next one comes; sign: of the event, 0: none."""
+    c, place, end_us, time_us = _polynomial(items, j), items[_PLACE + j], items[_END_US + j], items[_CANDIDATE_US + j]
+    items[_TIME_US + j], items[_SIGN + j], items[_CANDIDATE_US + j] = time_us, sign, time_us + wait_us
+    if sign != 0.0:
+        items[_RESET_US + j] = time_us + refractory_us
+        items[_REFERENCE + j] = crossing.value(c, place) if refractory_us == 0.0 else np.nan
+        items[_RESETS + j] += 1.0
+        items[_LEAK + j] = items[_NEXT_LEAK + j]
+    distance, drift = crossing.value(c, 1.0) - items[_REFERENCE + j], items[_LEAK + j] * (end_us - items[_RESET_US + j])
+    stays = distance + drift < items[_ON + j] - _SAFE and distance > _SAFE - items[_OFF + j]
+    one_way = crossing.slope(c, place) * crossing.slope(c, 1.0) > 0.0
+    items[_STATUS + j] = _FINISHED if stays and one_way and time_us + wait_us > end_us else _AGAIN
 
 
 @compiled(error_model="numpy", forceinline=True, _nrt=False)

@@ -15,8 +15,8 @@ from evslip.events.pixels.kernel import CAPACITY, doubled
 from evslip.events.pixels.pixel import MEAN_LEAK, OFF, ON, RATE, REFERENCE, Parameters, word_of
 from evslip.events.pixels.screen import MARGIN, TILE
 from evslip.events.pixels.state import Pixels, Response, current_of
+from evslip.events.sensor.exponential import ln
 from evslip.events.sensor.frame_buffer import GROUP, Frames, note_changes
-from evslip.events.sensor.logarithm import ln
 from evslip.events.stream import SIGNAL
 from evslip.utils.jit import compiled
 from evslip.utils.refcount import without_refcount

@@ -128,7 +128,7 @@ def _process_band(frames, first_pixel, last_pixel, response, epoch_us, pixels, p
                     if count + items > len(events):
                         events = doubled(events)
                     room = without_refcount(events)
-                    firing.advance(scratch.items, items, params)
+                    firing.advance(scratch.items, items, params, pixels.noise_process)
                     items, count = firing.settle(items, frames, span, epoch_us, pixels, params, scratch, room, count)
                 start_us = end_us
         active_pixels.settle(images[-1], response, width, scratch, pixels)

@@ -22,8 +22,8 @@ from evslip.events.pixels.pixel import (
     next_noise,
 )
 from evslip.events.pixels.screen import MARGIN
+from evslip.events.sensor.exponential import ln
 from evslip.events.sensor.frame_buffer import GROUP
-from evslip.events.sensor.logarithm import ln
 from evslip.events.sensor.random_numbers import PHOTO, normals, uniforms
 from evslip.utils.jit import compiled
 

@@ -1,4 +1,6 @@
-"""Natural logarithm in plain arithmetic, which becomes vector code where a library's function does not."""
+"""Natural logarithm and its inverse in plain arithmetic, which becomes vector code where a library's does not."""
+
+import math
 
 import numpy as np
 
@@ -14,6 +16,8 @@ _S2, _S4, _S6, _S8 = (
 _S10, _S12, _S14 = 1.818357216161805012e-01, 1.531383769920937332e-01, 1.479819860511658591e-01
 _ROOT_BITS, _MANTISSA, _SHIFT = np.int64(0x3FE6A09E667F3BCD), np.int64(0x000FFFFFFFFFFFFF), np.int64(52)
 """Bits of sqrt(1/2) and of a mantissa, which lies in [sqrt(1/2), sqrt(2))."""
+_LOG2_E, _BIAS, _LARGEST = 1.0 / math.log(2.0), np.int64(1023), 700.0
+_E2, _E3, _E4, _E5, _E6, _E7, _E8, _E9, _E10, _E11 = (1.0 / math.factorial(n) for n in range(2, 12))
 
 
 @compiled(error_model="numpy", forceinline=True)
@@ -28,6 +32,17 @@ def ln(value: float) -> float:
     rest = w * (_S4 + w * (_S8 + w * _S12)) + z * (_S2 + w * (_S6 + w * (_S10 + w * _S14)))
     half = 0.5 * f * f
     return power * _LN_2 - ((half - (s * (half + rest) + power * _LN_2_REST)) - f)
+
+
+@compiled(error_model="numpy", forceinline=True)
+def exp(value: float) -> float:
+    """e to the power of a number, to 1e-14 of it; beyond 700 as at 700."""
+    value = min(max(value, -_LARGEST), _LARGEST)
+    power = np.floor(value * _LOG2_E + 0.5)
+    r = (value - power * _LN_2) - power * _LN_2_REST
+    high = _E6 + r * (_E7 + r * (_E8 + r * (_E9 + r * (_E10 + r * _E11))))
+    mantissa = 1.0 + r * (1.0 + r * (_E2 + r * (_E3 + r * (_E4 + r * (_E5 + r * high)))))
+    return mantissa * np.int64((np.int64(power) + _BIAS) << _SHIFT).view(np.float64)
 
 
 @compiled(error_model="numpy")
