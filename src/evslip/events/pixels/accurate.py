@@ -19,7 +19,7 @@ from evslip.events.sensor.threads import Task
 
 BANDS = 8
 """Bands of pixels for each thread: some have more to do than others."""
-EPOCH_DRIFT, LONGEST_EPOCH_US = 1 / 64, 2.0**32
+EPOCH_DRIFT, LONGEST_EPOCH_US = 1 / 32, 2.0**32
 """Bounds are set for as long as the leak takes to move by this share of the threshold: longer is less work, but the
 lower one must hold whatever leaks meanwhile. And not for longer than single precision tells milliseconds apart."""
 

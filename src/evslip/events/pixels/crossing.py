@@ -63,16 +63,3 @@ def refine(c: Septic, start: float, end: float, place: float, sign: float) -> tu
     following = place - at / slope(c, place)
     following = following if (following >= start) & (following <= end) else 0.5 * (start + end)
     return start, end, following if sign != 0.0 else place
-
-
-@compiled(error_model="numpy", inline="always", _nrt=False)
-def straight_crossing(c0: float, c1: float, low: float, high: float, on: float, off: float) -> tuple[float, int]:
-    """First place in [low, high] where c0 + c1 w is at or above `on` (+1) or at or below -`off` (-1); 0: nowhere."""
-    at_low, at_high = c0 + low * c1, c0 + high * c1
-    if at_low >= on or at_low <= -off:
-        return low, 1 if at_low >= on else -1
-    if at_high >= on or at_high <= -off:
-        sign = 1 if at_high >= on else -1
-        place = ((on if sign > 0 else -off) - c0) / c1
-        return min(max(place, low), high), sign
-    return high, 0

@@ -84,7 +84,7 @@ def _stays(log_0: float, log_1: float, filtered_0: float, filtered_1: float, hig
 
 
 @compiled(error_model="numpy", inline="always")
-def _whole_vectors(count: int) -> int:
+def whole_vectors(count: int) -> int:
     """Number of items to compute: what lies beyond the last one is never read, and would be computed one by one."""
     return (count + 15) & ~15
 
@@ -158,7 +158,7 @@ def collect(
     """Prepare the marked ones among `width` active pixels of a tile for their first round. Returns their number."""
     items, values, marks, times_us = scratch.items, scratch.values, scratch.marks, frames.times_us
     count = _gather(width, frames, span, response, pixels, scratch, pixels.current)
-    _find_logarithms(items, _whole_vectors(count))
+    _find_logarithms(items, whole_vectors(count))
     frame_us, length_us = times_us[span.frame + 1] - times_us[span.frame], span.end_us - span.start_us
     since_us = span.end_us - epoch_us
     base, gain = params.base * length_us, params.gain * length_us
@@ -364,7 +364,7 @@ def _conclude(items: np.ndarray, count: int, params: Parameters) -> None:
 @compiled(error_model="numpy", _nrt=False)
 def advance(items: np.ndarray, number: int, params: Parameters, noise_process: np.ndarray) -> None:
     """One round of all items."""
-    count = _whole_vectors(number)
+    count = whole_vectors(number)
     if params.lowpass:
         _describe(items, count, params.base, params.gain)
     else:
@@ -450,7 +450,7 @@ def _draw_candidates(items: np.ndarray, number: int, params: Parameters, noise_p
             items[_CURRENT + count] = items[_LOG + j] + items[_CHANGE + j] * items[_PLACE + j]
             noise_process[pixel, CANDIDATES] += 1.0
             count += 1
-    for k in range(_whole_vectors(count)):
+    for k in range(whole_vectors(count)):
         pixel, candidate, current = int(items[_DRAWN + k]), int(items[_NUMBER + k]), exp(items[_CURRENT + k])
         _, pick, chance, side = uniforms(params.seed, pixel, CANDIDATE, candidate)
         wait, _, _, _ = uniforms(params.seed, pixel, CANDIDATE, candidate + 1)

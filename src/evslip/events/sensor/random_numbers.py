@@ -20,7 +20,7 @@ _LOW, _SHIFT = np.uint64(0xFFFFFFFF), np.uint64(32)
 _UNIT = 2.0**-32
 
 
-@compiled(error_model="numpy")
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def uniforms(seed: int, pixel: int, purpose: int, number: int) -> tuple[float, float, float, float]:
     """Four independent uniform numbers in the open interval (0, 1), with 32 bits each.
 
