@@ -1,4 +1,8 @@
+import fcntl
 import os
+import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -35,3 +39,56 @@ def test_a_full_disk_is_one_clear_line_and_leaves_nothing(tmp_path, monkeypatch)
     with pytest.raises(StorageError, match="no space left"):
         write_bytes(tmp_path / "file", b"x")
     assert not list(tmp_path.iterdir())
+
+
+def test_what_a_killed_writer_left_goes_when_the_file_is_written_again(tmp_path):
+    script = (
+        "import sys, time; from pathlib import Path; from evslip.utils.atomic import staged\n"
+        "with staged(Path(sys.argv[1])) as file: file.write(b'half'); print('now', flush=True); time.sleep(60)"
+    )
+    with subprocess.Popen([sys.executable, "-c", script, tmp_path / "a.h5"], stdout=subprocess.PIPE) as writer:
+        assert writer.stdout is not None and writer.stdout.readline() == b"now\n"
+        (half,) = tmp_path.iterdir()
+        os.utime(half, (0, 0))
+        write_bytes(tmp_path / "a.h5", b"whole")
+        assert half.exists()  # its writer lives
+        writer.send_signal(signal.SIGKILL)
+        writer.wait()
+    write_bytes(tmp_path / "b.h5", b"another file")
+    assert half.exists()
+    write_bytes(tmp_path / "a.h5", b"whole")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.h5", "b.h5"]
+
+
+def test_only_old_temporary_files_that_nobody_holds_are_removed(tmp_path):
+    names = (
+        ".a.h5.0123abcd.tmp",
+        ".a.h5.0123abc.tmp",
+        ".aXh5.0123abcd.tmp",
+        ".a.h5.89abcdef.tmp",
+        ".a.h5.76543210.tmp",
+    )
+    for name in names:
+        (tmp_path / name).touch()
+        if name != names[4]:
+            os.utime(tmp_path / name, (0, 0))
+    with (tmp_path / names[3]).open("rb") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        write_bytes(tmp_path / "a.h5", b"x")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*names[1:], "a.h5"])
+
+
+def test_an_interrupt_at_any_moment_leaves_no_folder(tmp_path, monkeypatch):
+    for place in ("mkdir", "replace"):
+        with monkeypatch.context() as patch:
+            before = getattr(os if place == "mkdir" else type(tmp_path), place)
+
+            def interrupted(*arguments, before=before, **options):
+                before(*arguments, **options)
+                raise KeyboardInterrupt
+
+            patch.setattr(os if place == "mkdir" else type(tmp_path), place, interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                write_bytes(tmp_path / "new" / "a.h5", b"x")
+        left = [path for path in tmp_path.rglob("*") if path.is_file()]
+        assert left == ([] if place != "replace" else [tmp_path / "new" / "a.h5"])

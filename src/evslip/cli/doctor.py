@@ -53,8 +53,11 @@ def remedy(error: ModuleNotFoundError) -> EvslipError:
 
 def examine(count: int) -> list[str]:
     """Lines for a person: the machine, the packages, the disk."""
+    from evslip.generation.estimate import installed_memory
+
     lines = [f"evslip {metadata.version('evslip')} on Python {platform.python_version()}, {platform.system()}"]
-    lines.append(f"{len(os.sched_getaffinity(0))} cores usable, {_memory_gib():.0f} GiB of memory, {_gpu()}")
+    memory = f"{installed_memory() / 2**30:.0f} GiB of memory"
+    lines.append(f"{len(os.sched_getaffinity(0))} cores usable, {memory}, {_gpu()}")
     for package, purpose in REQUIRED.items():
         lines.append(_line(package, purpose, "pip install evslip"))
     for package, (purpose, extra) in OPTIONAL.items():
@@ -89,7 +92,3 @@ def _gpu() -> str:
     except ImportError:
         return "GPU unknown (torch is not installed)"
     return f"GPU {torch.cuda.get_device_name()}" if torch.cuda.is_available() else "no GPU (none is needed)"
-
-
-def _memory_gib() -> float:
-    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30

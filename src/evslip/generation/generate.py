@@ -19,6 +19,7 @@ from evslip.data.record import Record, provenance
 from evslip.draws.draw import draw
 from evslip.events.frame import Frame
 from evslip.events.stream import empty_events
+from evslip.generation.estimate import Estimate, estimate, require_room
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
@@ -101,6 +102,14 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
     return _record(
         params, kind="simulated", events=events, trajectory=trajectory, truth=truth, stats={"frames": frames.count}
     )
+
+
+def _estimate(config: Config, count: int, split: str) -> Estimate | None:
+    """Cost of a sample; None for one whose motion cannot be planned, as `_check` then says."""
+    try:
+        return estimate(draw(config, count - 1, split))
+    except PlanRejected:
+        return None
 
 
 def _check(config: Config, count: int, split: str) -> None:
@@ -189,12 +198,13 @@ def generate(
         raise ConfigError(f"workers: {workers} is out of range, expected 1 to {MOST_WORKERS:,}")
     if not limit_s > 0:
         raise ConfigError(f"limit_s: {limit_s:g} is out of range, expected more than 0")
-    run = runner(runner_name)
+    run, run_is_local = runner(runner_name), runner_name == "local"
     indices = range(count * (part[0] - 1) // part[1], count * part[0] // part[1])
     if len(indices) > MOST_AT_ONCE:
         raise ConfigError(
             f"count: {len(indices):,} samples in one run, expected at most {MOST_AT_ONCE:,}; divide them by parts, I/N"
         )
+    note = require_room(_estimate(config, count, split), len(indices), workers, Path(out)) if run_is_local else None
     _check(config, count, split)
     root, text, progress = Path(out).absolute(), dump_config(config), progress or Progress()
     building.create(root, text)
@@ -204,7 +214,9 @@ def generate(
     if jobs and finished:
         _check_version(sample_path(root, *min(finished)))
     requested.request(root, split, count)
-    if jobs and runner_name == "local":
+    if jobs and note:
+        progress.notice(note)
+    if jobs and run_is_local:
         warm_up(config, report=progress.compiling)
     progress.begin(len(indices), len(indices) - len(jobs))
     made = []

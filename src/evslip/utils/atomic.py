@@ -2,7 +2,10 @@
 
 import contextlib
 import errno
+import fcntl
 import os
+import re
+import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,21 +13,28 @@ from typing import BinaryIO
 
 from evslip.utils.errors import StorageError
 
+SETTLED_S = 1.0
+"""A temporary file as young as this may be one whose writer has not locked it yet."""
+
 
 @contextlib.contextmanager
 def staged(path: Path) -> Iterator[BinaryIO]:
     """A file, unbuffered, open for writing and reading, that takes its name when the block ends without an error.
 
     Written under a temporary name, synced, renamed, the folder synced. Raises StorageError when the disk is full or
-    refuses; then, and when the block raises, nothing is left behind, nor a folder that was made for it.
+    refuses; then, and when the block raises, nothing is left behind, nor a folder that was made for it. What a killed
+    writer of the same file left behind goes first.
     """
     with storage_errors(path):
         missing = [folder for folder in (path.parent, *path.parent.parents) if not folder.exists()]
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
-        file = temporary.open("x+b", buffering=0)
+    _clear_abandoned(path)
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
     try:
+        with storage_errors(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            file = temporary.open("x+b", buffering=0)
         with file:
+            _lock(file.fileno())
             yield file
             with storage_errors(path):
                 os.fsync(file.fileno())
@@ -32,11 +42,32 @@ def staged(path: Path) -> Iterator[BinaryIO]:
             temporary.replace(path)
             sync_folder(path.parent)
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
         for folder in missing:
             with contextlib.suppress(OSError):
                 folder.rmdir()
         raise
+
+
+def _lock(descriptor: int) -> bool:
+    """Lock a file until it is closed, or its process ends, however that ends; False where another one holds it, or the
+    file system has no locks."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _clear_abandoned(path: Path) -> None:
+    """Remove temporary files of a path that no writer holds any more."""
+    mine = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.tmp")
+    with contextlib.suppress(OSError), os.scandir(path.parent) as entries:
+        for left in [entry.path for entry in entries if mine.fullmatch(entry.name)]:
+            with contextlib.suppress(OSError), Path(left).open("rb") as file:
+                if time.time() - os.fstat(file.fileno()).st_mtime > SETTLED_S and _lock(file.fileno()):
+                    Path(left).unlink()
 
 
 def write_bytes(path: Path, data: bytes) -> None:
