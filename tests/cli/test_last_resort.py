@@ -1,7 +1,9 @@
 """How commands end that nobody lets end well: errors nobody foresaw, signals, sizes beyond all bounds."""
 
+import os
 import re
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -11,8 +13,18 @@ import numpy as np
 import pytest
 
 from evslip import cli
-from evslip.codecs import write_events
+from evslip.codecs import known_suffixes, open_events, read_events, write_events
+from evslip.codecs.facts import facts_of
+from evslip.codecs.formats import HDF5
+from evslip.config.loading import dump_config
+from evslip.data import building, record_file, requested
+from evslip.data.dataset import open_dataset
+from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
+from evslip.exchange.format_to_format import convert_format
+from evslip.utils.errors import DataError, EvslipError
+from evslip.windows.window_set import load_windows
+from sample_records import CONFIG, random_events, simulated
 
 
 def test_an_error_of_our_own_takes_one_line_and_a_file_to_report(
@@ -57,6 +69,41 @@ def test_signals_end_a_command_with_one_line_and_leave_nothing(tmp_path: Path, s
     assert command.returncode == code, said
     assert said == "evslip: stopped; what was finished is kept\n"
     assert [path.name for path in tmp_path.iterdir()] == ["long.raw"]
+
+
+@pytest.mark.parametrize("suffix", known_suffixes())
+def test_a_pipe_is_refused_wherever_a_file_is_due(tmp_path: Path, suffix: str):
+    pipe = tmp_path / f"pipe{suffix}"
+    os.mkfifo(pipe)
+    write_events(tmp_path / "whole.h5", random_events(np.random.default_rng(0), 20, labelled=False), (40, 30))
+    readers = [read_events, open_events, read_recording, facts_of]
+    readers += [lambda path: convert_format(path, tmp_path / "b.csv")]
+    if suffix in HDF5.suffixes:
+        readers += [load_windows, record_file.read]
+    if suffix in known_suffixes(writing=True):
+        readers += [lambda path: convert_format(tmp_path / "whole.h5", path)]
+    for reader in readers:
+        with pytest.raises(
+            EvslipError, match=rf"pipe\{suffix}: .*is a device, a pipe or a socket, a file was expected"
+        ):
+            reader(pipe)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_pipes_in_a_data_set_are_damage(tmp_path: Path):
+    root = tmp_path / "set"
+    building.create(root, dump_config(CONFIG))
+    sample = simulated()
+    building.add(root, sample, record_file.encode(sample))
+    requested.request(root, "train", 1)
+    (journal,) = (root / "journal").rglob("*.jsonl")
+    for path in (root / "samples/train/000/0000000.h5", root / "plan-train.json", journal, root / "config.toml"):
+        path.unlink()
+        os.mkfifo(path)
+        if path.name != "config.toml":
+            assert any(str(path) in problem for problem in open_dataset(root).verify()) or path == journal
+    with pytest.raises(DataError, match="is a device, a pipe or a socket"):
+        building.require_config(root, dump_config(CONFIG))
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,8 @@ from evslip.data.layout import CONFIG, JOURNAL, SAMPLES, is_temporary, sample_pa
 from evslip.data.record import Record
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, StorageError
-from evslip.utils.toml import parse_toml
+from evslip.utils.files import read_text
+from evslip.utils.toml import MOST_BYTES, parse_toml
 
 
 def create(root: Path, config_toml: str) -> None:
@@ -42,12 +43,9 @@ def create(root: Path, config_toml: str) -> None:
 def require_config(root: Path, config_toml: str) -> None:
     """Raise ConfigError with the difference unless the data set's configuration is this one, DataError without one."""
     path = root / CONFIG
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise DataError(f"{path}: is not there on {platform.node()}; expected a folder that all nodes share") from None
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot be read: {error}") from None
+    if not path.exists():
+        raise DataError(f"{path}: is not there on {platform.node()}; expected a folder that all nodes share")
+    text = read_text(path, MOST_BYTES)
     if text == config_toml:
         return
     try:

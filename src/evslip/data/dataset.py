@@ -12,7 +12,9 @@ from evslip.data.requested import requested_count
 from evslip.data.samples import Listing, Samples
 from evslip.data.verification import find_problems
 from evslip.utils.errors import DataError
+from evslip.utils.files import read_text
 from evslip.utils.seeds import SPLITS
+from evslip.utils.toml import MOST_BYTES
 
 
 class Dataset(Samples):
@@ -38,11 +40,7 @@ class Dataset(Samples):
 
     @functools.cached_property
     def config_toml(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        path = self.root / CONFIG
-        try:
-            return path.read_text(encoding="utf-8")
-        except (OSError, ValueError) as error:
-            raise DataError(f"{path}: cannot be read: {error}") from None
+        return read_text(self.root / CONFIG, MOST_BYTES)
 
     @property
     def config(self) -> Config:

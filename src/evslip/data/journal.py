@@ -77,7 +77,7 @@ def read_journals(
     """
     entries: dict[tuple[str, int], list[Entry]] = {}
     problems = []
-    for path in sorted(folder.rglob("*.jsonl")):  # the first versions kept them all in one folder
+    for path in sorted(filter(Path.is_file, folder.rglob("*.jsonl"))):  # the first versions kept them all in one folder
         with atomic.storage_errors(path):
             lines = path.read_bytes().split(b"\n")
         for number, line in enumerate(lines, 1):
@@ -101,7 +101,7 @@ def _parse(line: bytes) -> Entry | None:
             return None
         shared: Any = {sys.intern(key): _shared(value) for key, value in entry.items()}
         return shared
-    except (ValueError, AttributeError, KeyError, TypeError):
+    except (ValueError, AttributeError, KeyError, TypeError, RecursionError):
         return None
 
 

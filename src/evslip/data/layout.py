@@ -10,6 +10,9 @@ import hashlib
 import re
 from pathlib import Path
 
+from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
+
 CONFIG, SAMPLES, JOURNAL = "config.toml", "samples", "journal"
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.tmp")
 
@@ -38,7 +41,7 @@ def sweep(path: Path) -> None:
 def sha256_of(path: Path) -> str | None:
     """Sum of a file's content, in hexadecimal; None if it cannot be read."""
     try:
-        with path.open("rb") as file:
+        with require_file(path).open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:
+    except (OSError, DataError):
         return None

@@ -50,8 +50,9 @@ def _encoded(count: int, config_sha256: str | None) -> bytes:
 
 
 def _read(root: Path, split: str) -> dict[str, Any]:
+    path = plan_path(root, split)
     try:
-        plan = json.loads(plan_path(root, split).read_bytes())
-    except (OSError, ValueError):
+        plan = json.loads(path.read_bytes() if path.is_file() else b"")
+    except (OSError, ValueError, RecursionError):
         return {}
     return plan if isinstance(plan, dict) else {}

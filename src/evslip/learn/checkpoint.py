@@ -14,6 +14,7 @@ from evslip.learn.networks import stored_class
 from evslip.learn.networks.network import Geometry, Network
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, EvslipError
+from evslip.utils.files import require_file
 from evslip.utils.version import __version__
 from evslip.windows.settings import WindowSettings, stored_settings
 
@@ -56,10 +57,10 @@ def load_model(folder: str | Path) -> tuple[Network, Description]:
     description = read_description(folder)
     path = folder / WEIGHTS
     network = stored_class(description.model)(Geometry.of(description.windows))
+    if not path.exists():
+        raise DataError(f"{path}: no such file; expected the folder of a model that `evslip train` wrote")
     try:
-        network.load_state_dict(load(path.read_bytes()))
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file; expected the folder of a model that `evslip train` wrote") from None
+        network.load_state_dict(load(require_file(path).read_bytes()))
     except (OSError, SafetensorError, RuntimeError, ValueError) as error:
         reason = " ".join(str(error).split())[:160]
         raise DataError(f"{path}: not the weights of a {description.model}: {reason}") from None

@@ -5,7 +5,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from evslip.utils.errors import DataError
+from evslip.utils.files import read_text
 from evslip.utils.version import __version__
+
+MOST_BYTES = 64 << 20
 
 
 class Format(NamedTuple):
@@ -23,11 +26,11 @@ class Format(NamedTuple):
 
 def read_document(path: Path, known: Format) -> dict[str, Any]:
     """The content of a file of a format, which its "format" names. Raises DataError."""
+    if not path.exists():
+        raise DataError(f"{path}: no such file; expected {known.meant}")
     try:
-        content = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file; expected {known.meant}") from None
-    except (OSError, ValueError, RecursionError) as error:
+        content = json.loads(read_text(path, MOST_BYTES))
+    except (ValueError, RecursionError) as error:
         raise DataError(f"{path}: cannot be read as JSON: {' '.join(str(error).split())[:100]}") from None
     named = content.get("format") if isinstance(content, dict) else None
     if named != known.name:

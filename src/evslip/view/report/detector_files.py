@@ -7,12 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from evslip.utils.errors import DataError
+from evslip.utils.files import read_text
 
 if TYPE_CHECKING:
     from evslip.learn.checkpoint import Description
     from evslip.learn.evaluation.evaluation import Evaluation
 
 DESCRIPTION, EVALUATION, HISTORY = "model.json", "evaluation.json", "history.json"
+
+MOST_BYTES = 64 << 20
 
 
 class DetectorFiles(NamedTuple):
@@ -52,8 +55,8 @@ def read_detector(folder: Path) -> DetectorFiles:
 
 def _history(path: Path) -> list[dict[str, Any]]:
     try:
-        epochs = json.loads(path.read_bytes())
-    except (OSError, ValueError) as error:
+        epochs = json.loads(read_text(path, MOST_BYTES))
+    except (ValueError, RecursionError) as error:
         raise DataError(f"{path}: cannot be read as JSON: {error}") from None
     if not isinstance(epochs, list) or not all(isinstance(epoch, dict) for epoch in epochs):
         raise DataError(f"{path}: not the course of a training that `evslip train` wrote: expected a list of tables")
