@@ -1,10 +1,11 @@
-"""Damaged files: each format's reader must refuse them or give valid events; never crash, hang, or use over 1 GB.
+"""Damaged and hostile files: each must be refused in one line or give valid data; never crash, hang, or use over 1 GB.
 
-python benchmarks/fuzz.py --count 1000
+python benchmarks/fuzz.py --count 1000 [--only structures]
 
 Mutates small files of every format: bytes changed, runs copied, zeroed, cut out, the end cut off; half of the changes
-near the beginning. Each format is read in a process of its own. Prints a table; exit code 1 if a process died, a file
-took over 20 s, or a process grew beyond 1 GB.
+near the beginning. Then records, windows and models whose parts are exchanged (`fuzz_structures`), used as verbs use
+them. Each kind is read in a process of its own. Prints a table; exit code 1 if a process died, as at a traceback, a
+file took over 20 s, or a process grew beyond 1 GB.
 """
 
 import argparse
@@ -14,13 +15,17 @@ import signal
 import struct
 import sys
 import tempfile
+import traceback
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from fuzz_structures import structures, write_hostile
 
 from evslip.codecs import format_of, known_suffixes, raw_source, read_events, write_events
 from evslip.data import record_file
+from evslip.data.record import Record
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
 from evslip.utils.errors import EvslipError
@@ -30,27 +35,68 @@ from foreign_files import aedat2, bag  # pyright: ignore[reportMissingImports]
 from sample_records import random_events, simulated  # pyright: ignore[reportMissingImports]
 
 SECONDS, MEGABYTES = 20, 1000
+Trial = Callable[[Path, np.random.Generator], str]
+"""Makes a hostile file under the name given, and says what became of it."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", choices=("bytes", "structures"))
     arguments = parser.parse_args()
     failed = False
     print("| file | mutations | refused | equal | other valid events | died | hung | peak, MB |", flush=True)
     print("|---|---|---|---|---|---|---|---|", flush=True)
     with tempfile.TemporaryDirectory() as folder:
-        for path in whole_files(Path(folder)):
-            results, peak = fuzz(path, arguments.count, arguments.seed)
+        trials: list[tuple[Path, Trial]] = []
+        if arguments.only != "structures":
+            trials += [(path, damage(path)) for path in whole_files(Path(folder, "bytes"))]
+        if arguments.only != "bytes":
+            trials += [(path, exchange(path, use)) for path, use in hostile_files(Path(folder, "structures"))]
+        for path, trial in trials:
+            results, peak = fuzz(path, trial, arguments.count, arguments.seed)
             failed |= results["died"] + results["hung"] > 0 or peak > MEGABYTES
             columns = (results[name] for name in ("refused", "equal", "other", "died", "hung"))
             print(f"| {path.name} | {arguments.count} | {' | '.join(map(str, columns))} | {peak:.0f} |", flush=True)
     sys.exit(failed)
 
 
+def damage(path: Path) -> "Trial":
+    """Bytes are changed; what is read must be valid events."""
+    whole, expected = path.read_bytes(), read_events(path)
+
+    def trial(damaged: Path, rng: np.random.Generator) -> str:
+        damaged.write_bytes(mutated(whole, rng))
+        return outcome(damaged, expected)
+
+    return trial
+
+
+def exchange(path: Path, use: Callable[[Path], object]) -> "Trial":
+    """Parts are exchanged; what is done with the file must end, or end with one line."""
+
+    def trial(damaged: Path, rng: np.random.Generator) -> str:
+        write_hostile(path, damaged, rng)
+        try:
+            use(damaged)
+        except EvslipError as error:
+            assert "\n" not in str(error) and len(str(error)) < 1000, error
+            return "refused"
+        return "other"
+
+    return trial
+
+
+def hostile_files(folder: Path) -> list[tuple[Path, Callable[[Path], object]]]:
+    """A file of each structure, and what is done with it."""
+    events = random_events(np.random.default_rng(0), 2000, labelled=False)
+    return structures(folder, Record(kind="recording", name="a", size=(40, 30), events=events), simulated())
+
+
 def whole_files(folder: Path) -> list[Path]:
     """A file of each format."""
+    folder.mkdir()
     events = random_events(np.random.default_rng(0), 2000, labelled=False)
     names = [f"a{suffix}" for suffix in known_suffixes(writing=True) if suffix != ".hdf5"]
     for name in (*names, "a.evt2.raw"):
@@ -84,7 +130,7 @@ def mutated(whole: bytes, rng: np.random.Generator) -> bytes:
     return data.tobytes()[: None if rng.random() < 0.8 else int(rng.integers(0, len(data) + 1))]
 
 
-def fuzz(path: Path, count: int, seed: int) -> tuple[Counter[str], float]:
+def fuzz(path: Path, trial: "Trial", count: int, seed: int) -> tuple[Counter[str], float]:
     """What became of the mutations, and the largest memory of the processes in MB."""
     results: Counter[str] = Counter()
     peak, done = 0.0, 0
@@ -93,7 +139,11 @@ def fuzz(path: Path, count: int, seed: int) -> tuple[Counter[str], float]:
         child = os.fork()
         if child == 0:
             os.close(reading)
-            _child(path, range(done, count), seed, writing)
+            try:
+                _child(path, trial, range(done, count), seed, writing)
+            except BaseException:  # the parent counts it as a death; nothing may unwind beyond, and remove the files
+                traceback.print_exc()
+                os._exit(3)
         os.close(writing)
         with os.fdopen(reading) as lines:
             said = [line.strip() for line in lines]
@@ -107,13 +157,11 @@ def fuzz(path: Path, count: int, seed: int) -> tuple[Counter[str], float]:
     return results, peak
 
 
-def _child(path: Path, numbers: range, seed: int, pipe: int) -> None:
-    whole, expected = path.read_bytes(), read_events(path)
+def _child(path: Path, trial: "Trial", numbers: range, seed: int, pipe: int) -> None:
     damaged = path.with_name(f"damaged-{path.name}")
     for number in numbers:
-        damaged.write_bytes(mutated(whole, np.random.default_rng([seed, number])))
         signal.alarm(SECONDS)
-        said = outcome(damaged, expected)
+        said = trial(damaged, np.random.default_rng([seed, number]))
         signal.alarm(0)
         os.write(pipe, f"{said}\n".encode())
     damaged.unlink()
@@ -138,10 +186,4 @@ def outcome(path: Path, expected: Events) -> str:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Exception:  # in a child, too: the parent counts it as a death
-        import traceback
-
-        traceback.print_exc()
-        os._exit(3)
+    main()

@@ -2,7 +2,10 @@
 
 python benchmarks/fuzz_configs.py [--count 1000] [--samples 20] [--seed 0] [--show]
 
-A configuration may use 60 CPU seconds and 3 GB. Of the valid ones, --samples are made, with a small camera.
+Values out of range, of wrong types, misspelt keys, torn text; every tenth is monstrous: numbers of thousands of digits,
+50,000 brackets, lists of 100,000 entries, patterns over the whole disk, devices, pipes, counts without end. What is
+refused may use 5 CPU seconds and leaves nothing behind; what is valid 60, and 3 GB. Of the valid ones, --samples are
+made, with a small camera.
 """
 
 import argparse
@@ -10,11 +13,13 @@ import collections
 import contextlib
 import copy
 import io
+import os
 import random
 import resource
 import signal
 import sys
 import tempfile
+import time
 import traceback
 from pathlib import Path
 from typing import Any, get_args
@@ -28,10 +33,12 @@ from evslip.config.section import OneOf, Within
 from evslip.draws.draw import draw
 from evslip.generation import generate
 
-CPU_S, MORE_BYTES = 60, 3_000_000_000
+CPU_S, REFUSED_S, MORE_BYTES = 60, 5, 3_000_000_000
 MODELS: dict[str, Any] = {name: field.annotation for name, field in SampleSpec.model_fields.items()}
 SECTIONS = {name: list(model.model_fields) for name, model in MODELS.items()}
 TOP = ("seed", "sampling", "test_share", "together", "slip_fraction", "preset")
+OPTIONS = ("count", "workers", "part", "limit-s", "limit_s", "cannot be read as a TOML file", "override")
+"""Words that name what is wrong with options, or with a whole file."""
 NAMES = ("side", "front", "hold", "natural", "*", "plastic-0", "wood-1", "cylinder", "mesh", "shake", "rotate", "grid")
 
 
@@ -57,7 +64,13 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "fuzzed.toml")
             path.write_text(text, encoding="utf-8", errors="surrogateescape")
-            outcome, words = limited(lambda path=path: told(path))
+            path, more = monstrous(rng, path) if number % 10 == 9 else (path, ["--count", "5"])
+            start = time.process_time()
+            outcome, words = limited(lambda path=path, more=more, out=Path(folder, "out"): told(path, out, more))
+            if outcome == "refused" and time.process_time() - start > REFUSED_S:
+                outcome = "refused late"
+            if outcome == "refused" and Path(folder, "out").exists():
+                outcome = "refused, but left a folder"
             if outcome == "valid" and sum(made.values()) < options.samples:
                 kind, words = limited(lambda path=path: sample(path))
                 made[kind] += 1
@@ -71,12 +84,13 @@ def main() -> None:
     sys.exit(set(outcomes) - {"valid", "refused"} != set())
 
 
-def told(path: Path) -> tuple[str, str]:
-    """What the command line makes of a file, short of making samples."""
+def told(path: Path, out: Path, more: list[str]) -> tuple[str, str]:
+    """What the command line makes of a file and options, short of making samples."""
     words = io.StringIO()
-    arguments = ["evslip", "generate", str(path), str(path.with_name("out")), "--count", "5"]
+    arguments = ["evslip", "generate", str(path), str(out), *more]
     nobody = mock.patch.object(generate, "runner", lambda name: lambda *_: iter(()))
-    with nobody, mock.patch.object(sys, "argv", arguments):
+    cold = mock.patch.object(generate, "warm_up", lambda *_, **__: 0)
+    with nobody, cold, mock.patch.object(sys, "argv", arguments):
         try:
             with contextlib.redirect_stderr(words), contextlib.redirect_stdout(io.StringIO()):
                 cli.main()
@@ -111,7 +125,50 @@ def exhausted(*_) -> None:
     raise Exhausted
 
 
+def monstrous(rng: random.Random, path: Path) -> tuple[Path, list[str]]:
+    """A configuration, or options, beyond all bounds."""
+    key, field = rng.choice(("object.mass_kg", "object.texture", "seed", "motion.cycles", "camera.width")), "x"
+    section, _, field = key.rpartition(".")
+    huge = rng.choice(("9" * 400, "9" * 5000, "-" + "9" * 400, "1e999999"))
+    entry = rng.choice(("0.1", "{ min = 0.1, max = 0.2 }", '"wood-1"', '"cuboid"', huge))
+    value = rng.choice(
+        (
+            huge,
+            "[" * 50_000,
+            "[" * 300 + "]" * 300,
+            "{ a = " * 50_000,
+            f"[{', '.join([entry] * 100_000)}]",
+            f'"{rng.choice(("/**", "/proc/**/*.png", "/*/*/*/*", "/", "/dev/zero", "/dev/null", "~/**", "**"))}"',
+            f'"{"x" * 1_000_000}"',
+            "{ " + ".".join("a" * 50_000) + " = 1 }",
+        )
+    )
+    kind = rng.randrange(10)
+    if kind < 6:
+        path.write_text((f"[{section}]\n" if section else "") + f"{field} = {value}\n")
+        return path, ["--count", "5"]
+    if kind == 6:
+        path.unlink()
+        os.mkfifo(path)
+        others = ("/dev/zero", "/dev/null", "/proc/self/mem", str(path.parent), "x" * 5000)
+        return Path(rng.choice((str(path), *others))), ["--count", "5"]
+    if kind == 7:
+        many = ("[a]\n" * 100_000, "a = 1\n" * 100_000, "# " + "x" * 5_000_000)
+        path.write_text(rng.choice((*many, "\0" * 1000, "\ufeffseed = -1")))
+        return path, ["--count", "5"]
+    path.write_text("seed = 0\n")
+    number = rng.choice(("0", "-1", "1000000000", "9" * 30, "9" * 5000, "nan", "1e9", ""))
+    options = ["--count", rng.choice((number, "5")), rng.choice(("--workers", "--part", "--limit-s", "--set")), number]
+    if options[2] == "--part":
+        options[3] = rng.choice((f"1/{number}", f"{number}/1", "0/1", "2/1"))
+    if options[2] == "--set":
+        options[3] = f"{key}={value[:100_000]}"
+    return path, options
+
+
 def names_a_key(line: str) -> bool:
+    if any(word in line for word in OPTIONS):
+        return True
     names = [f"{section}.{name}" for section, fields in SECTIONS.items() for name in fields]
     return any(word in line for word in (*names, *(f"{name}:" for name in (*SECTIONS, *TOP)), "not valid TOML", "key"))
 

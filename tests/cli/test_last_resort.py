@@ -41,7 +41,8 @@ def test_an_error_of_our_own_takes_one_line_and_a_file_to_report(
     line = capsys.readouterr().err
     (file,) = tmp_path.iterdir()
     assert stopped.value.code == 1
-    assert line.count("\n") == 1 and str(file) in line and "ZeroDivisionError: of all things: this" in line
+    shown = str(file).encode("utf-8", "backslashreplace").decode()
+    assert line.count("\n") == 1 and shown in line and "ZeroDivisionError: of all things: this" in line
     report = file.read_text()
     for words in ("command: evslip info 'my file.h5'", "numpy ", "Python 3", "Traceback", "in broken", "/issues"):
         assert words in report
@@ -52,6 +53,16 @@ def test_too_little_memory_is_no_error_of_our_own(monkeypatch: pytest.MonkeyPatc
     with pytest.raises(SystemExit) as stopped:
         cli.main()
     assert stopped.value.code == 2 and "memory" in capsys.readouterr().err
+
+
+def test_names_of_any_bytes_are_printed(tmp_path: Path):
+    name = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.csv")
+    write_events(name, random_events(np.random.default_rng(0), 20, labelled=False), (40, 30))
+    for verb, code in (("info", 0), ("report", 2)):
+        words = [sys.executable, "-m", "evslip", verb, name, *([name] if verb == "report" else [])]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert done.returncode == code and "Traceback" not in done.stderr
+        assert code == 0 or done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(("sign", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -111,6 +111,13 @@ def test_expand():
             library.expand(wrong)
 
 
+def test_a_name_of_any_length_is_no_more_than_wrong():
+    for name in ("x" * 300, "x" * 1_000_000, "*" * 5000, "~nobody at all/x.png", "\0"):
+        with pytest.raises(ConfigError, match="texture") as caught:
+            library.expand(name)
+        assert len(str(caught.value)) < 1000
+
+
 def test_a_folder_of_images(tmp_path):
     for name, value in (("b.png", 255), ("a.jpg", 0), ("note.txt", None)):
         if value is None:

@@ -6,6 +6,7 @@ A new verb is a function whose docstring is its help, and one line in VERBS.
 
 import ast
 import importlib
+import io
 import os
 import signal
 import sys
@@ -52,6 +53,8 @@ def main() -> None:
     """Entry point. Errors of use: one line on stderr, exit code 2. Ctrl-C and SIGTERM: the same, exit codes 130 and
     143. Errors of evslip's own: one line that names a file with the details, exit code 1."""
     words, before = sys.argv[1:], _on_sigterm(_terminate)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes
     try:
         if words[:1] in (["--version"], ["-V"]):
             print(f"evslip {__version__}")
@@ -67,6 +70,9 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except MemoryError:
         sys.exit(_fail("the memory of this machine is too small for this", 2))
+    except OSError as error:  # the file system has refused what nobody asked it for in particular
+        about = f"{str(error.filename)[:200]}: " if error.filename else ""
+        sys.exit(_fail(f"{about}{error.strerror or error}", 2))
     except Exception as error:
         from evslip.cli.last_resort import line_of
 
@@ -125,5 +131,6 @@ def overview() -> str:
 
 
 def _fail(message: str, code: int) -> int:
-    print(f"evslip: {' '.join(message.split())}", file=sys.stderr)
+    line = f"evslip: {' '.join(message.split())}"
+    print(line.encode("utf-8", "backslashreplace").decode(), file=sys.stderr)
     return code

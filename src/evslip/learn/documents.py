@@ -34,11 +34,10 @@ def read_document(path: Path, known: Format) -> dict[str, Any]:
         raise DataError(f"{path}: cannot be read as JSON: {' '.join(str(error).split())[:100]}") from None
     named = content.get("format") if isinstance(content, dict) else None
     if named != known.name:
-        raise DataError(f"{path}: not {known.meant}" + (f", but {named!r}" if isinstance(named, str) else ""))
+        raise DataError(f"{path}: not {known.meant}" + (f", but {named[:60]!r}" if isinstance(named, str) else ""))
     if content.get("version") != known.version:
-        raise DataError(
-            f"{path}: version {content.get('version')} of the format; this evslip reads version {known.version}"
-        )
+        version = str(content.get("version"))[:60]
+        raise DataError(f"{path}: version {version} of the format; this evslip reads version {known.version}")
     return content
 
 

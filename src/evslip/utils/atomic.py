@@ -25,9 +25,9 @@ def staged(path: Path) -> Iterator[BinaryIO]:
     refuses; then, and when the block raises, nothing is left behind, nor a folder that was made for it. What a killed
     writer of the same file left behind goes first.
     """
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket, a file was expected")
     with storage_errors(path):
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket, a file was expected")
         missing = [folder for folder in (path.parent, *path.parent.parents) if not folder.exists()]
     _clear_abandoned(path)
     temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")

@@ -39,3 +39,13 @@ def read_text(path: str | Path, most_bytes: int) -> str:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be read as a text: {error}") from None
+
+
+def named(name: str) -> tuple[Path, str]:
+    """A path that a person wrote, ~ for a home, and whether it is a "file", a "folder", or "" for neither; also for a
+    name that no file system takes."""
+    try:
+        path = Path(name).expanduser()
+        return path, "folder" if path.is_dir() else "file" if path.is_file() else ""
+    except (OSError, RuntimeError):
+        return Path(name), ""

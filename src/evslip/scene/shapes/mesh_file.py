@@ -2,13 +2,13 @@
 
 import warnings
 from functools import lru_cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import named
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".dae")
 """Archives are left out: a small one can hold a mesh of any size."""
@@ -40,11 +40,11 @@ def load_mesh(path: str) -> MeshFile:
     Raises ConfigError for a file that is missing, too large or no mesh, and for a mesh that is open or flat."""
     import trimesh
 
-    source = Path(path).expanduser()
+    source, kind = named(path)
     if source.suffix.lower() not in SUFFIXES:
-        raise ConfigError(f"object.mesh: {path}: unknown kind of file; expected one of {', '.join(SUFFIXES)}")
-    if not source.is_file():
-        raise ConfigError(f"object.mesh: {path}: there is no such file")
+        raise ConfigError(f"object.mesh: {path[:200]}: unknown kind of file; expected one of {', '.join(SUFFIXES)}")
+    if kind != "file":
+        raise ConfigError(f"object.mesh: {path[:200]}: there is no such file")
     if source.stat().st_size > MOST_BYTES:
         raise ConfigError(f"object.mesh: {path}: larger than {MOST_BYTES >> 20} MB; simplify the mesh")
     try:

@@ -3,7 +3,6 @@
 import warnings
 from fnmatch import fnmatchcase
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageOps
@@ -13,10 +12,12 @@ from evslip.scene.textures.canvas import SIZE
 from evslip.scene.textures.matching import files_in, matching_files
 from evslip.scene.textures.panoramas.panorama import COLUMNS, ROWS
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import named
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
 MAX_PIXELS = Image.MAX_IMAGE_PIXELS or 2**26
 """Larger images are refused: decoding one would need gigabytes."""
+LONGEST_NAME = 4096
 SIXTEEN_BITS = ("I;16", "I;16B", "I;16L", "I;16N", "I")
 
 
@@ -38,22 +39,24 @@ def expand(value: object, is_background: bool = False) -> object:
         return tuple(name for part in parts for name in (part if isinstance(part, tuple) else (part,)))
     if not isinstance(value, str):
         return value
+    if len(value) > LONGEST_NAME:
+        raise ConfigError(f"texture: {value[:40]!r}... has {len(value):,} letters; expected a name or a path")
     if value in pool(True):
         if value not in pool(is_background):
             raise ConfigError(f"texture: {value!r} is a panorama, which only background.texture can show")
         return value
-    path = Path(value).expanduser()
+    path, kind = named(value)
     families = _families(is_background).items()
     known = ", ".join(f"{family}-0 to -{len(recipes) - 1}" for family, recipes in families)
     if "*" in value:
         names = tuple(name for name in pool(is_background) if fnmatchcase(name, value))
         found = matching_files(str(path)) if not names else []
-    elif path.is_dir():
+    elif kind == "folder":
         names, found = (), files_in(path)
-    elif path.is_file():
+    elif kind == "file":
         return value
     else:
-        raise ConfigError(f"texture: {value!r} is neither a file, a folder nor one of the pool: {known}")
+        raise ConfigError(f"texture: {value[:200]!r} is neither a file, a folder nor one of the pool: {known}")
     files = tuple(sorted(name for name in found if name.lower().endswith(IMAGE_SUFFIXES)))
     if not names and not files:
         kinds = ", ".join(IMAGE_SUFFIXES)
@@ -108,7 +111,7 @@ def _opened(name: str) -> Image.Image:
     with warnings.catch_warnings():
         warnings.simplefilter("error", Image.DecompressionBombWarning)
         try:
-            return Image.open(Path(name).expanduser())
+            return Image.open(named(name)[0])
         except (Image.DecompressionBombWarning, Image.DecompressionBombError):
             raise ConfigError(
                 f"texture: {name}: is larger than {MAX_PIXELS / 1e6:.0f} million pixels; "
