@@ -37,10 +37,12 @@ class Scratch(NamedTuple):
     """Numbers of the active pixels, float32 of shape (screen.VALUES,)."""
     marks: np.ndarray
     """Marks of the active pixels, see `screen.marked`; uint8 of shape (TILE + 8,)."""
+    marked: np.ndarray
+    """Places of the marked ones among them, int64 of shape (TILE + 8,)."""
     noise: np.ndarray
     """Photoreceptor noise of the active pixels at both ends of an interval, float64 of shape (2, TILE)."""
     items: np.ndarray
-    """Numbers of the marked pixels, float64 of shape (firing.ITEMS,)."""
+    """Numbers of the marked pixels, float64 of shape (items.ITEMS,)."""
 
 
 @compiled(error_model="numpy", _nrt=False)

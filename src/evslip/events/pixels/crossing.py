@@ -1,5 +1,6 @@
 """Places where lp first leaves a band: roots of polynomials, in steps without branches, which become vector code."""
 
+from evslip.utils.fused import fused
 from evslip.utils.jit import compiled
 
 Septic = tuple[float, float, float, float, float, float, float, float]
@@ -12,20 +13,21 @@ MOST_STEPS = 60
 @compiled(error_model="numpy", forceinline=True, _nrt=False)
 def value(c: Septic, w: float) -> float:
     """Polynomial at w."""
-    return c[0] + w * (c[1] + w * (c[2] + w * (c[3] + w * (c[4] + w * (c[5] + w * (c[6] + w * c[7]))))))
+    high = fused(w, fused(w, fused(w, c[7], c[6]), c[5]), c[4])
+    return fused(w, fused(w, fused(w, fused(w, high, c[3]), c[2]), c[1]), c[0])
 
 
 @compiled(error_model="numpy", forceinline=True, _nrt=False)
 def slope(c: Septic, w: float) -> float:
     """Its derivative."""
-    return c[1] + w * (
-        2.0 * c[2] + w * (3.0 * c[3] + w * (4.0 * c[4] + w * (5.0 * c[5] + w * (6.0 * c[6] + w * 7.0 * c[7]))))
-    )
+    high = fused(w, fused(w, fused(w, 7.0 * c[7], 6.0 * c[6]), 5.0 * c[5]), 4.0 * c[4])
+    return fused(w, fused(w, fused(w, high, 3.0 * c[3]), 2.0 * c[2]), c[1])
 
 
 @compiled(error_model="numpy", forceinline=True, _nrt=False)
 def _bend(c: Septic, w: float) -> float:
-    return 2.0 * c[2] + w * (6.0 * c[3] + w * (12.0 * c[4] + w * (20.0 * c[5] + w * (30.0 * c[6] + w * 42.0 * c[7]))))
+    high = fused(w, fused(w, fused(w, 42.0 * c[7], 30.0 * c[6]), 20.0 * c[5]), 12.0 * c[4])
+    return fused(w, fused(w, high, 6.0 * c[3]), 2.0 * c[2])
 
 
 @compiled(error_model="numpy", forceinline=True, _nrt=False)

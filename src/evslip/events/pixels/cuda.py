@@ -83,7 +83,7 @@ def _first_crossing(d, low, high, on, off):
 
 @cuda.jit(device=True)
 def _fire(interval, state, noise_process, params, p, address, body_0, body_1, events, capacity, count):
-    """Write one pixel's events of an interval, in order, and update its state; see `firing` for the same rules side by
+    """Write one pixel's events of an interval, in order, and update its state; see `rounds` for the same rules side by
     side. Returns the new count of events; those beyond the capacity are not written."""
     on, off = state[0, ON], state[0, OFF]
     reference, reset_us = state[0, REFERENCE], state[0, RESET_US]
@@ -92,8 +92,7 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
     number = 1
     if params.lowpass:
         steepest = (params.base + params.gain * max(interval.current_0, interval.current_1)) * length_us
-        moved = interval.change + interval.lag_1 - interval.lag_0
-        number = pieces(interval.change, steepest, interval.lag_0, interval.lag_1, moved, length_us)
+        number = pieces(interval.change, steepest, interval.lag_0, interval.lag_1, length_us)
     change, noise_rise = interval.change / number, (interval.noise_1 - interval.noise_0) / number
     log_0, current_0, lag_0, noise_0 = interval.log, interval.current_0, interval.lag_0, interval.noise_0
     start_us = interval.start_us
@@ -286,9 +285,10 @@ def _process_pixels(frames, response, pixels, params, counts, events, filling):
                 base, gain = params.base * length_us, params.gain * length_us
                 lag_0 = float(lag)
                 change, exponent, step = screen.whole_step(seen, seen_1, np.float32(base), np.float32(gain), lag)
-                lag, residue = screen.added(lag, residue, step)
+                sums = screen.added(lag, residue, np.float32(step))
+                lag, residue = np.float32(sums[0]), np.float32(sums[1])
                 lag_1 = float(lag)
-                if screen.is_wide(change, exponent):
+                if screen.is_wide(np.float32(change), np.float32(exponent)):
                     lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
                     lag = np.float32(lag_1)
                     residue = np.float32(lag_1 - lag)

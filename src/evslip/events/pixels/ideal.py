@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.events.pixels.firing import whole_vectors
+from evslip.events.pixels.items import whole_vectors
 from evslip.events.pixels.kernel import CAPACITY, doubled
 from evslip.events.pixels.pixel import MEAN_LEAK, OFF, ON, RATE, REFERENCE, Parameters, word_of
 from evslip.events.pixels.screen import MARGIN, TILE
@@ -23,7 +23,7 @@ from evslip.utils.refcount import without_refcount
 _STRIDE = TILE + 16
 _PIXEL, _LOG, _CHANGE, _REFERENCE, _ON, _OFF, _PLACE, _SIGN, _LOW, _HIGH = range(0, 10 * _STRIDE, _STRIDE)
 ITEMS = 10 * _STRIDE
-"""Numbers of the marked pixels, as in `firing`; at first the photocurrents stand for the logarithms."""
+"""Numbers of the marked pixels, as in `rounds`; at first the photocurrents stand for the logarithms."""
 STEPS = 1024
 """Steps a unit of ln in which bytes are tabulated: those within one step of a bound are computed though they stay."""
 
@@ -174,7 +174,7 @@ def _find_ranges(items: np.ndarray, count: int, factor: float, offset: float) ->
 
 @compiled(error_model="numpy", _nrt=False)
 def _write(items, number, frames, frame, events, count) -> int:
-    """Write the events of a round; see `firing.settle`. Returns the new number of events."""
+    """Write the events of a round; see `rounds.settle`. Returns the new number of events."""
     times_us, bodies, columns = frames.times_us, frames.bodies, frames.columns
     start_us, end_us = times_us[frame], times_us[frame + 1]
     middle_us, body = 0.5 * (start_us + end_us), 255

@@ -2,16 +2,16 @@
 
 All frames of a tile are done at once, so that its state stays in the cache. Pixels at rest before unchanging light are
 passed over; a screening in single precision finds those among the others that may fire; these few are computed in
-double precision, from the frames themselves (see `firing`).
+double precision, from the frames themselves (see `rounds`).
 
 Arrays are passed on `without_refcount`: counting their references would cost as much as an event's arithmetic.
 """
 
 import numpy as np
 
-from evslip.events.pixels import active_pixels, firing, screen
+from evslip.events.pixels import active_pixels, rounds, screen
 from evslip.events.pixels.active_pixels import Scratch
-from evslip.events.pixels.firing import Span
+from evslip.events.pixels.items import ITEMS, Span, collect
 from evslip.events.pixels.photoreceptor_noise import cut_by_noise, narrow_by_noise
 from evslip.events.pixels.pixel import REFERENCE, Parameters
 from evslip.events.pixels.screen import TILE
@@ -61,8 +61,9 @@ def process_band(
         np.empty((TILE + 1, 2), np.uint64),
         np.ones(screen.VALUES, np.float32),
         np.empty(TILE + 8, np.uint8),
+        np.empty(TILE + 8, np.int64),
         np.zeros((2, TILE)),
-        np.zeros(firing.ITEMS),
+        np.zeros(ITEMS),
     )
     return _process_band(frames, first, last, response, epoch_us, pixels, params, scratch)
 
@@ -122,14 +123,14 @@ def _process_band(frames, first_pixel, last_pixel, response, epoch_us, pixels, p
                 if scratch.due[0]:
                     screen.mark_due(values, full, since_us, marks)
                 span = Span(frame, start_us, end_us)
-                items = firing.collect(width, frames, span, response, epoch_us, pixels, params, scratch)
+                items = collect(width, frames, span, response, epoch_us, pixels, params, scratch)
                 while items > 0:
                     # An item has one event a round at most.
                     if count + items > len(events):
                         events = doubled(events)
                     room = without_refcount(events)
-                    firing.advance(scratch.items, items, params, pixels.noise_process)
-                    items, count = firing.settle(items, frames, span, epoch_us, pixels, params, scratch, room, count)
+                    rounds.advance(scratch.items, items, params, pixels.noise_process)
+                    items, count = rounds.settle(items, frames, span, epoch_us, pixels, params, scratch, room, count)
                 start_us = end_us
         active_pixels.settle(images[-1], response, width, scratch, pixels)
         active_pixels.store(values, runs, found, _ROWS_WITHOUT_BOUNDS if noisy else _ALL_ROWS, rows)

@@ -28,7 +28,7 @@ from evslip.utils.jit import compiled
 
 TOLERANCE, TOLERANCE_US = 2e-7, 0.1
 """Largest distance of the polynomials from lp, in ln units, or largest shift of it in time."""
-_SEPTIC_ERROR = math.factorial(8) * 2.0**8
+_SEPTIC_ERROR = 1.0 / (math.factorial(8) * 2.0**8)
 MOST_PIECES = 1 << 16
 STATE = 8
 REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, ON, OFF, MEAN_LEAK = range(STATE)
@@ -126,18 +126,27 @@ def septic(
     )
 
 
-@compiled(error_model="numpy", _nrt=False)
-def pieces(change: float, steepest: float, lag_0: float, lag_1: float, moved: float, length_us: float) -> int:
-    """Number of pieces of an interval, a power of two, for `septic` to be within the tolerance.
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
+def septic_error(change: float, steepest: float, lag_0: float, lag_1: float) -> float:
+    """How far `septic` is from lp: h^8 / (8! 2^8) of the eighth derivative, which is about (K + |x|)^8 of the lag.
 
-    steepest: largest k of the interval, times its length. moved: change of lp. The polynomial misses by h^8 / (8! 2^8)
-    of the eighth derivative: about (K + |x|)^8 of the lag.
+    steepest: largest k of the piece, times its length.
     """
-    lag = max(abs(lag_0), abs(lag_1))
-    most = _SEPTIC_ERROR * max(TOLERANCE, TOLERANCE_US * abs(moved) / length_us)
-    count, bend = 1, steepest + abs(change)
-    while count < MOST_PIECES and lag * ((bend * bend) * (bend * bend)) * ((bend * bend) * (bend * bend)) > most:
-        bend *= 0.5
+    square = (steepest + abs(change)) * (steepest + abs(change))
+    return max(abs(lag_0), abs(lag_1)) * ((square * square) * (square * square)) * _SEPTIC_ERROR
+
+
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
+def tolerance(moved: float, length_us: float) -> float:
+    """How far a polynomial may be from lp, which moves by so much in an interval."""
+    return max(TOLERANCE, TOLERANCE_US * abs(moved) / length_us)
+
+
+@compiled(error_model="numpy", _nrt=False)
+def pieces(change: float, steepest: float, lag_0: float, lag_1: float, length_us: float) -> int:
+    """Number of pieces of an interval, a power of two, for `septic` to be within the tolerance."""
+    most, count = tolerance(change + lag_1 - lag_0, length_us), 1
+    while count < MOST_PIECES and septic_error(change / count, steepest / count, lag_0, lag_1) > most:
         count *= 2
     return count
 

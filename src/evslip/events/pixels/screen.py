@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 
+from evslip.utils.fused import fused
 from evslip.utils.jit import compiled
 
 F = np.float32
@@ -58,17 +59,17 @@ def change_and_exponent(current_0: F, current_1: F, base: F, gain: F) -> tuple[F
     both = current_0 + current_1
     ratio = (current_1 - current_0) / both
     square = ratio * ratio
-    change = (ratio + ratio) * (_ONE + square * (_A3 + square * (_A5 + square * _A7)))
-    mean = _HALF * both * (_ONE - square * (_M2 + square * (_M4 + square * _M6)))
-    return change, base + gain * mean
+    change = (ratio + ratio) * fused(square, fused(square, fused(square, _A7, _A5), _A3), _ONE)
+    mean = _HALF * both * fused(-square, fused(square, fused(square, _M6, _M4), _M2), _ONE)
+    return change, fused(gain, mean, base)
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)
 def _weights_brief(exponent: F) -> tuple[F, F, F]:
     """1 - exp(-K), j0 and C of `lowpass`, for K up to SERIES_LIMIT."""
     k = exponent
-    j0 = _ONE - k * (_J1 - k * (_J2 - k * (_J3 - k * (_J4 - k * (_J5 - k * _J6)))))
-    c = _C0 - k * (_C1 - k * (_C2 - k * (_C3 - k * (_C4 - k * _C5))))
+    j0 = fused(-k, fused(-k, fused(-k, fused(-k, fused(-k, fused(-k, _J6, _J5), _J4), _J3), _J2), _J1), _ONE)
+    c = fused(-k, fused(-k, fused(-k, fused(-k, fused(-k, _C5, _C4), _C3), _C2), _C1), _C0)
     return k * j0, j0, c
 
 
@@ -77,7 +78,7 @@ def _weights_long(exponent: F) -> tuple[F, F, F]:
     """1 - exp(-K), j0 and C of `lowpass`, for K from SERIES_LIMIT."""
     k = max(exponent, SERIES_LIMIT)
     r = min(k, _MOST) * _SHRINK
-    lost = r * (_ONE - r * (_J1 - r * (_J2 - r * (_J3 - r * (_J4 - r * _J5)))))
+    lost = r * fused(-r, fused(-r, fused(-r, fused(-r, fused(-r, _J5, _J4), _J3), _J2), _J1), _ONE)
     for _ in range(6):
         # 1 - exp(-2 r) = e (2 - e), six times: 2^6 = 64.
         lost = lost * (_TWO - lost)
@@ -88,9 +89,9 @@ def _weights_long(exponent: F) -> tuple[F, F, F]:
 @compiled(error_model="numpy", inline="always", _nrt=False)
 def lag_step(change: F, rise: F, exponent: F, lag: F, lost: F, j0: F, c: F) -> F:
     """Addition of an interval to the lag; rise = gain dt (Y1 - Y0)."""
-    spread = rise * (_ONE - change * change * _S2)
-    share = j0 + c * (spread * (spread * _D2 - _HALF) - rise * change * exponent * _G)
-    return -(lost * lag + change * share)
+    spread = rise * fused(-change * change, _S2, _ONE)
+    bend = fused(-rise * change, exponent * _G, spread * fused(spread, _D2, -_HALF))
+    return -fused(lost, lag, change * fused(c, bend, j0))
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)
