@@ -1,11 +1,15 @@
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
 
 import evslip
+from evslip.utils.jit import fused
 
 
 @pytest.fixture
@@ -48,3 +52,14 @@ def test_cached_code_may_know_a_class_that_was_renamed(package):
     for name in ("Before", "After"):
         (package / "kitchen" / "outer.py").write_text(outer.format(name))
         assert run(package) == 1
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_fused_product_and_sum_are_rounded_once(kind):
+    compute = numba.njit(lambda a, b, c: fused(a, b, c))
+    numbers = np.random.default_rng(0).normal(size=(50, 2)).astype(kind)
+    for a, b in numbers:
+        product = Fraction(float(a)) * Fraction(float(b))
+        # What is left of a product after rounding it: nothing, if the product were rounded first.
+        c = -kind(float(product))
+        assert compute(a, b, c) == float(product + Fraction(float(c)))

@@ -1,7 +1,6 @@
 """Places where lp first leaves a band: roots of polynomials, in steps without branches, which become vector code."""
 
-from evslip.utils.fused import fused
-from evslip.utils.jit import compiled
+from evslip.utils.jit import compiled, fused
 
 Septic = tuple[float, float, float, float, float, float, float, float]
 """Coefficients of a polynomial of degree 7, of the constant first."""

@@ -16,8 +16,7 @@ import math
 
 import numpy as np
 
-from evslip.utils.fused import fused
-from evslip.utils.jit import compiled
+from evslip.utils.jit import compiled, fused
 
 F = np.float32
 

@@ -25,7 +25,7 @@ from evslip.events.pixels.screen import MARGIN
 from evslip.events.sensor.exponential import ln
 from evslip.events.sensor.frame_buffer import GROUP
 from evslip.events.sensor.random_numbers import PHOTO, normals, uniforms
-from evslip.utils.jit import compiled
+from evslip.utils.jit import ZERO, compiled
 
 SCREEN = 7
 CURRENT, LAG, RESIDUE, HIGH, LOW, SLOPE, DUE = range(SCREEN)
@@ -98,10 +98,10 @@ def begin(image: np.ndarray, response: Response, time_us: float, pixels: Pixels,
         single = image[p] * np.float32(factor) + np.float32(offset)
         pixels.screen[CURRENT, p] = np.float32(current) if factor == 0.0 else single
         state[REFERENCE], state[RESETS] = ln(current), 0.0
-        leak = next_leak(params, state[MEAN_LEAK], p, 0)
+        leak = next_leak(params, state[MEAN_LEAK], p, ZERO)
         state[LEAK_SLOPE] = leak
         state[RESET_US] = time_us - (process[PHASE] * state[ON] / leak if leak > 0.0 else 0.0)
-        state[CANDIDATE_US] = next_candidate(params, process[RATE], p, 0, time_us)
+        state[CANDIDATE_US] = next_candidate(params, process[RATE], p, ZERO, time_us)
         if params.photoreceptor_noise > 0.0:
             point = int(np.floor(time_us / params.noise_step_us))
             a, b, _, _ = uniforms(params.seed, p, PHOTO, point)
