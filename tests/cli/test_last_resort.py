@@ -1,6 +1,7 @@
 """How commands end that nobody lets end well: errors nobody foresaw, signals, sizes beyond all bounds."""
 
 import os
+import pickle
 import re
 import signal
 import stat
@@ -22,7 +23,7 @@ from evslip.data.dataset import open_dataset
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
 from evslip.exchange.format_to_format import convert_format
-from evslip.utils.errors import DataError, EvslipError
+from evslip.utils.errors import ConfigError, DataError, EvslipError, PlanRejected
 from evslip.windows.window_set import load_windows
 from sample_records import CONFIG, random_events, simulated
 
@@ -46,6 +47,13 @@ def test_an_error_of_our_own_takes_one_line_and_a_file_to_report(
     report = file.read_text()
     for words in ("command: evslip info 'my file.h5'", "numpy ", "Python 3", "Traceback", "in broken", "/issues"):
         assert words in report
+
+
+def test_no_line_is_endless():
+    message = str(ConfigError(f"begin {'x' * 100_000} end"))
+    assert message.startswith("begin xxx") and message.endswith("xxx end") and len(message) < 1600
+    copy = pickle.loads(pickle.dumps(PlanRejected("grip", "y" * 100_000)))
+    assert copy.kind == "grip" and len(str(copy)) < 1600
 
 
 def test_too_little_memory_is_no_error_of_our_own(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):

@@ -1,4 +1,4 @@
-"""benchmarks/chaos.py and benchmarks/fuzz_configs.py at small size; both exit with 1 if anything went wrong."""
+"""benchmarks/chaos.py and the fuzzers at small size; all exit with 1 if anything went wrong."""
 
 import subprocess
 import sys
@@ -32,3 +32,9 @@ def test_disks_that_refuse_and_two_generators_at_once_do_no_damage():
 @pytest.mark.slow
 def test_mutated_configurations_are_valid_or_refused_by_name():
     assert "40 configurations" in run("fuzz_configs.py", "--count", "40", "--samples", "2", "--seed", "1")
+
+
+@pytest.mark.slow
+def test_hostile_structures_are_refused_in_one_line():
+    rows = run("fuzz.py", "--count", "12", "--only", "structures").splitlines()[2:]
+    assert len(rows) == 4 and all(row.split("|")[6:8] == [" 0 ", " 0 "] for row in rows)

@@ -1,8 +1,15 @@
 """The errors a user can meet. Each message is one line: what was wrong, where, and what would be right."""
 
+LONGEST = 1500
+
 
 class EvslipError(Exception):
-    """Base of every error evslip raises on purpose; the command line prints its one line and exits with code 2."""
+    """Base of every error evslip raises on purpose; the command line prints its one line and exits with code 2. Of a
+    message with a name or a value of any length the middle is left out."""
+
+    def __init__(self, message: str = ""):
+        long = len(message) > LONGEST
+        super().__init__(f"{message[: LONGEST // 2]} ... {message[-LONGEST // 2 :]}" if long else message)
 
 
 class ConfigError(EvslipError):
