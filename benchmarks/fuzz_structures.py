@@ -61,7 +61,9 @@ def write_hostile(whole: Path, damaged: Path, rng: np.random.Generator) -> None:
     shutil.copy(whole, damaged)
     with h5py.File(damaged, "r+") as file:
         for _ in range(number):
-            with contextlib.suppress(KeyError, OSError, TypeError, ValueError, OverflowError, RuntimeError):
+            with contextlib.suppress(
+                LookupError, OSError, TypeError, ValueError, OverflowError, RuntimeError, MemoryError
+            ):
                 _edit_file(file, rng)  # an edit that HDF5 refuses is none
 
 
