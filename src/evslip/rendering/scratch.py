@@ -22,7 +22,7 @@ class Scratch(NamedTuple):
     """Memory of one renderer's passes."""
 
     slots: np.ndarray
-    """All slots, float32 of shape (69 SLOT,); `S` in the passes."""
+    """All slots, float32 of shape (72 SLOT,); `S` in the passes."""
     loaded: np.ndarray
     """Texture cells that were loaded for a slot of pixels, uint64 of shape (SLOT,)."""
 

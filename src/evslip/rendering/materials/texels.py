@@ -2,51 +2,55 @@
 
 What a pixel sees of a texture is its mean over the footprint, a parallelogram with sides w. A few bilinear probes stand
 for it, such that the spread is right in each direction: in squares of the finest texels, a side's variance w^2 / 12 and
-the texture's own 1/6 (its texels are joined linearly) make (1 + w^2 / 3) / 4 - 1/12; a probe in level l has 4^l / 4 -
+the texture's own 1/6 (its texels are joined linearly) make (1 + w^2 / 3) / 4 - 1/12; a probe in level l has 2^l / 4 -
 1/12, and the places of the probes make up for the difference.
 """
 
 import math
+from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 
-from evslip.rendering.geometry.simd_minmax import larger, smaller
-from evslip.rendering.scratch import HALF, ONE, ZERO, blocks, f32, formula, kernel
+from evslip.rendering.geometry.simd_minmax import larger
+from evslip.rendering.scratch import HALF, ONE, TWO, ZERO, blocks, f32, formula, kernel
 from evslip.rendering.slots import (
+    CELL,
+    COLUMNS,
     FADED,
     FRAC_X,
     FRAC_Y,
     HELD,
+    LEVEL,
     MAJOR_U,
     MAJOR_V,
     MINOR_U,
     MINOR_V,
+    ROWS,
     SLOT,
     TEX,
     TEXELS,
-    WEIGHT,
     WHERE,
     U,
     V,
 )
 
-FOUR, THIRD = f32(4), f32(1 / 3)
+THIRD, THREE = f32(1 / 3), f32(3)
 TINY, PER_TEXEL = f32(1e-20), f32(1 / 65535)
 SQUARE = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]], np.float32)
 TRIANGLE = np.array([[0, 2**0.5], [1.5**0.5, -(0.5**0.5)], [-(1.5**0.5), -(0.5**0.5)]], np.float32)
 """Places of probes along both sides of a footprint: of mean 0, variance 1 and covariance 0."""
-FINER, FLAT = f32(1.0), f32(0.5)
-"""Probes around a middle take the level that is finer than their share of the footprint: where the wanted variance is
-FINER to 4 FINER of the level's, but that it mixes with the next finer one from FLAT of FINER on."""
+AROUND, ALONG = f32(1.0), f32(0.8)
+"""The level is the coarsest whose variance is not above the wanted one over AROUND or ALONG. Probes around a middle
+make up for what is missing, a row of probes leaves the variance across to the level."""
 SLIMMEST = f32(0.75)
 """Least ratio of a footprint's variances that the level goes by: probes must not leave gaps along the longer side."""
-LONGEST = f32(26.0)
+LONGEST = f32(50.0)
 """Square of a footprint's longest side over its shorter one that a row of probes stands for; if it is longer, the level
 gets coarser."""
-EVENLY = f32(0.25)
-"""As FLAT: a row of probes mixes levels evenly, which has the wanted variance across by itself."""
 
-
+LEAST_SPREAD = f32(0.25)
+"""Variance that a row of probes counts as at least having: its ends stay near while they fade."""
 PAD = 8
 """Cells after each row: at a distance that is a power of two, rows would fall into the same places of the cache."""
 
@@ -59,18 +63,36 @@ def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
     texture repeats, or with wrap=False its border continues.
     """
     cells, levels, start = [], [], 0
-    while True:
-        rows, columns = image.shape
-        padded = np.pad(image, ((0, 1), (0, 1)), mode="wrap" if wrap else "edge")
-        texels = np.clip(padded * 65535 + 0.5, 0, 65535).astype(np.uint64)
-        corners = (texels[:-1, :-1], texels[:-1, 1:], texels[1:, :-1], texels[1:, 1:])
-        packed = np.bitwise_or.reduce([c << np.uint64(16 * k) for k, c in enumerate(corners)])
-        cells.append(np.pad(packed, ((0, 0), (0, PAD))).ravel())
+    for one in _pyramid(image, wrap):
+        rows, columns = one.shape
+        texels = (np.pad(one, ((0, 1), (0, 1)), mode=_edge(wrap)) * 65535 + 0.5).astype(np.uint16)
+        packed = np.zeros((rows, columns + PAD, 4), "<u2")
+        for k, corner in enumerate((texels[:-1, :-1], texels[:-1, 1:], texels[1:, :-1], texels[1:, 1:])):
+            packed[:, :columns, k] = corner
         levels.append((start, columns, rows))
+        cells.append(packed.reshape(-1).view(np.uint64))
         start += cells[-1].size
-        if min(rows, columns) == 1:
-            return np.concatenate(cells), np.array(levels, np.float32)
+    return np.concatenate(cells), np.array(levels, np.float32)
+
+
+def _edge(wrap: bool) -> Literal["wrap", "edge"]:
+    return "wrap" if wrap else "edge"
+
+
+def _pyramid(image: np.ndarray, wrap: bool) -> Iterator[np.ndarray]:
+    """Levels of an image, each with twice the variance of the one before, by turns blurred and halved."""
+    while min(image.shape) > 1:
+        yield image
+        yield _blur(image, wrap)
         image = halve(halve(image, 0), 1)
+    yield image
+
+
+def _blur(image: np.ndarray, wrap: bool) -> np.ndarray:
+    """An image with a variance of 1/4 more along both axes, in its own texels."""
+    padded = np.pad(image, 1, mode=_edge(wrap))
+    down = 0.75 * padded[1:-1] + 0.125 * (padded[:-2] + padded[2:])
+    return 0.75 * down[:, 1:-1] + 0.125 * (down[:, :-2] + down[:, 2:])
 
 
 def squared(image: np.ndarray, ratio: float) -> np.ndarray:
@@ -119,11 +141,9 @@ def sample_around(S, n, cells, loaded, levels, wrap, pattern):
         major = _square(S[MAJOR_U + i] * columns, S[MAJOR_V + i] * rows)
         minor = _square(S[MINOR_U + i] * columns, S[MINOR_V + i] * rows)
         along, across = ONE + THIRD * major, ONE + THIRD * minor
-        S[TEX + i], S[HELD + i] = ZERO, ZERO
+        S[TEX + i] = ZERO
         S[TEXELS + i] = max(min(along, across), SLIMMEST * max(along, across))
-    first, final = _levels_of(S, n, levels, FINER, FLAT)
-    for level in range(first, final + 1):
-        _weigh(S, n, levels, level, FINER, FLAT)
+    _choose_levels(S, n, levels, AROUND)
     for i in range(n):
         major = _square(S[MAJOR_U + i] * columns, S[MAJOR_V + i] * rows)
         minor = _square(S[MINOR_U + i] * columns, S[MINOR_V + i] * rows)
@@ -131,13 +151,9 @@ def sample_around(S, n, cells, loaded, levels, wrap, pattern):
         across = HALF * math.sqrt(max(ONE + THIRD * minor - S[HELD + i], ZERO) / (minor + TINY))
         S[MAJOR_U + i], S[MAJOR_V + i] = S[MAJOR_U + i] * along, S[MAJOR_V + i] * along
         S[MINOR_U + i], S[MINOR_V + i] = S[MINOR_U + i] * across, S[MINOR_V + i] * across
-    share = ONE / f32(pattern.shape[0])
-    for level in range(first, final + 1):
-        _weigh(S, n, levels, level, FINER, FLAT)
-        for i in range(n):
-            S[FADED + i] = S[WEIGHT + i] * share
-        for probe in range(pattern.shape[0]):
-            _fetch(S, n, cells, loaded, levels[level], wrap, pattern[probe, 0], pattern[probe, 1])
+        S[FADED + i] = ONE / f32(pattern.shape[0])
+    for probe in range(pattern.shape[0]):
+        _fetch(S, n, cells, loaded, wrap, pattern[probe, 0], pattern[probe, 1])
 
 
 @kernel
@@ -167,28 +183,34 @@ def sample_along(S, n, cells, loaded, levels):
 
     Probes stand in a row along it, as far apart as the other side is wide; those at its ends fade in and out.
     """
-    columns, rows = levels[0, 1], levels[0, 2]
-    longest = ONE
+    columns, rows, longest = levels[0, 1], levels[0, 2], ONE
     for i in range(n):
         major = _square(S[MAJOR_U + i] * columns, S[MAJOR_V + i] * rows)
         minor = _square(S[MINOR_U + i] * columns, S[MINOR_V + i] * rows)
         minor = max(minor, major / LONGEST)
-        ratio = major / (minor + TINY)
-        count = math.sqrt(max(ratio - ONE - ONE, ONE))
-        step = ONE / math.sqrt(max(ratio, ONE))
+        count = math.sqrt(max(major / (minor + TINY) - TWO, ONE))
         S[TEXELS + i], S[TEX + i], S[MINOR_U + i] = ONE + THIRD * minor, ZERO, count
-        S[MAJOR_U + i], S[MAJOR_V + i] = S[MAJOR_U + i] * step, S[MAJOR_V + i] * step
         longest = larger(longest, count)
     reach = math.ceil(HALF * longest - HALF)
-    first, final = _levels_of(S, n, levels, ONE, EVENLY)
-    for level in range(first, final + 1):
-        _weigh(S, n, levels, level, ONE, EVENLY)
-        for k in range(-reach, reach + 1):
-            beyond = f32(abs(k)) - HALF
-            for i in range(n):
-                fade = min(max(HALF * S[MINOR_U + i] - beyond, ZERO), ONE)
-                S[FADED + i] = S[WEIGHT + i] * fade / S[MINOR_U + i]
-            _fetch(S, n, cells, loaded, levels[level], True, f32(k), ZERO)
+    _choose_levels(S, n, levels, ALONG)
+    for i in range(n):
+        major = THIRD * _square(S[MAJOR_U + i] * columns, S[MAJOR_V + i] * rows)
+        spread = max(_spread(S[MINOR_U + i]), LEAST_SPREAD)
+        step = HALF * math.sqrt(max(ONE + major - S[HELD + i], ZERO) / (THREE * major * spread + TINY))
+        S[MAJOR_U + i], S[MAJOR_V + i] = S[MAJOR_U + i] * step, S[MAJOR_V + i] * step
+    for probe in range(-reach, reach + 1):
+        beyond = f32(abs(probe)) - HALF
+        for i in range(n):
+            S[FADED + i] = min(max(HALF * S[MINOR_U + i] - beyond, ZERO), ONE) / S[MINOR_U + i]
+        _fetch(S, n, cells, loaded, True, f32(probe), ZERO)
+
+
+@formula
+def _spread(count):
+    """Variance of a row of probes that stand one apart, of which those at its ends have faded."""
+    whole = floor32(HALF * (count - ONE))
+    beyond, fade = whole + ONE, HALF * (count - ONE) - whole
+    return (THIRD * whole * beyond * (whole + beyond) + TWO * fade * beyond * beyond) / count
 
 
 @formula
@@ -196,57 +218,44 @@ def _square(x, y):
     return x * x + y * y
 
 
-@formula
-def _levels_of(S, n, levels, finer, flat):
-    """First and last level that `_weigh` gives weight in any of n pixels."""
-    narrowest, widest = S[TEXELS], S[TEXELS]
+@kernel
+def _choose_levels(S, n, levels, finer):
+    """CELL, COLUMNS and ROWS of the coarsest level whose variance, HELD, is at most TEXELS / finer."""
+    widest, last = S[TEXELS], levels.shape[0] - 1
     for i in range(n):
-        narrowest, widest = smaller(narrowest, S[TEXELS + i]), larger(widest, S[TEXELS + i])
-    last, first, texel = levels.shape[0] - 1, 0, ONE
-    while first < last and FOUR * finer * texel <= narrowest:
-        first += 1
-        texel *= FOUR
-    final = first
-    while final < last and FOUR * flat * finer * texel < widest:
-        final += 1
-        texel *= FOUR
-    return first, final
-
-
-@formula
-def _weigh(S, n, levels, level, finer, flat):
-    """WEIGHT of a level; HELD grows by its share of 4^level."""
-    texel = f32(1 << 2 * level)
-    finest, coarsest = level == 0, level == levels.shape[0] - 1
-    inverse, steep = ONE / (texel * finer), ONE / (ONE - flat)
+        S[LEVEL + i], S[HELD + i] = ZERO, ONE
+        widest = larger(widest, S[TEXELS + i])
+    texel, level = TWO, 1
+    while level <= last and texel * finer <= widest:
+        least = texel * finer
+        for i in range(n):
+            reached = S[TEXELS + i] >= least
+            S[LEVEL + i], S[HELD + i] = f32(level) if reached else S[LEVEL + i], texel if reached else S[HELD + i]
+        level += 1
+        texel *= TWO
     for i in range(n):
-        place = S[TEXELS + i] * inverse
-        rising = ONE if finest else (place - flat) * steep
-        falling = ONE if coarsest else (FOUR - place) * steep * f32(0.25)
-        weight = min(ONE, max(ZERO, min(rising, falling)))
-        S[WEIGHT + i] = weight
-        S[HELD + i] += weight * texel
+        own = np.int64(S[LEVEL + i])
+        S[CELL + i], S[COLUMNS + i], S[ROWS + i] = levels[own, 0], levels[own, 1], levels[own, 2]
 
 
 @formula
-def _fetch(S, n, cells, loaded, level, wrap, a, b):
+def _fetch(S, n, cells, loaded, wrap, a, b):
     """TEX += FADED x the texture at (U, V) + a MAJOR + b MINOR.
 
-    The loops for arithmetic hold no gather; `loaded` (uint64, SLOT) separates the loads from it.
+    The loops for arithmetic hold no gather; `loaded` (uint32, two SLOTs) separates the loads from it.
     """
-    start, columns, rows = np.int32(level[0]), level[1], level[2]
-    stride, mask_x, mask_y = np.int32(columns) + np.int32(PAD), np.int32(columns) - 1, np.int32(rows) - 1
     for i in range(n):
+        columns, rows = S[COLUMNS + i], S[ROWS + i]
         x = (S[U + i] + a * S[MAJOR_U + i] + b * S[MINOR_U + i]) * columns - HALF
         y = (S[V + i] + a * S[MAJOR_V + i] + b * S[MINOR_V + i]) * rows - HALF
         if wrap:
             whole_x, whole_y = floor32(x), floor32(y)
-            column, row = np.int32(whole_x) & mask_x, np.int32(whole_y) & mask_y
+            column, row = np.int32(whole_x) & (np.int32(columns) - 1), np.int32(whole_y) & (np.int32(rows) - 1)
         else:
             x, y = min(max(x, ZERO), columns - ONE), min(max(y, ZERO), rows - ONE)
             column, row = np.int32(x), np.int32(y)
             whole_x, whole_y = f32(column), f32(row)
-        S[WHERE + i] = f32(np.int32(start + row * stride + column))
+        S[WHERE + i] = f32(np.int32(np.int32(S[CELL + i]) + row * (np.int32(columns) + np.int32(PAD)) + column))
         S[FRAC_X + i] = x - whole_x
         S[FRAC_Y + i] = y - whole_y
     for i in range(n):

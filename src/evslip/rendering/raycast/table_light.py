@@ -22,13 +22,15 @@ from evslip.rendering.shadows.casters import NO_PART, Patches, lamp_share
 from evslip.rendering.shadows.occlusion import PITCH, between, between_columns, open_run, openness
 from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESULT, ROOM
 from evslip.rendering.viewpoint import View
+from evslip.utils.refcount import without_refcount
+
+NEAR_ROWS, NEAR_COLUMNS, MOST = 8, 32, 512
+"""Runs that look for casters together begin so near to each other, and have at most so many points."""
 
 
 class TablePoints(NamedTuple):
-    """Places of the table, one a pixel, and what falls on them where nothing stands between."""
+    """Places of the table and what falls on them where nothing stands between."""
 
-    where: np.ndarray
-    """Flat index in the slots of the light; int64 (n,)."""
     places: np.ndarray
     """In camera axes, float32 (3, n); float32 (n,) what follows."""
     rooms: np.ndarray
@@ -43,32 +45,52 @@ class TablePoints(NamedTuple):
     """Mirrored background."""
 
 
+class TableView(NamedTuple):
+    """Values that all points share."""
+
+    plane: np.ndarray
+    """The surface, of `plane.describe`."""
+    turn: np.ndarray
+    """The camera's axes, and its place, float32."""
+    camera: np.ndarray
+    focal: float
+    radius: np.float32
+    """Of the background sphere, in metres."""
+    lamp: np.ndarray
+    """Its centre in the surface's frame."""
+    power: np.float32
+    lamp_radius: np.float32
+    reflectance: np.float32
+    reflection: np.ndarray
+    """See `setting.Table`."""
+    nodes: np.ndarray
+    """Openness, of `open_nodes`, and `between_columns` of it."""
+    columns: np.ndarray
+
+
 def light_table(
     scratch: Scratch, runs: np.ndarray, view: View, setting: Setting, light: Illumination, uncovered: Uncovered,
     out: tuple[np.ndarray, np.ndarray],
 ) -> None:  # fmt: skip
     """Draw the light of `uncovered.due_runs` into `out`: what the texture is multiplied with, and what is mirrored,
     (slots, height, width) each; the latter only where the table shines."""
-    height, width = out[0].shape[1:]
-    count, glossy = int((runs[:, 2] - runs[:, 1]).sum()), setting.table.reflectance > 0
-    arrays = [np.empty((3, count), np.float32)] + [np.empty(count, np.float32) for _ in range(5)]
-    points = TablePoints(np.empty(count, np.int64), *arrays)
-    patches = Patches(np.zeros(len(runs) + 1, np.int64), np.zeros((len(runs), 2, 3)), np.zeros((len(runs), 4)))
-    plane = table_plane(view, setting)
-    nodes = open_nodes(scratch, height, width, view, setting.sky.radius_m, plane, light.blockers)
-    lamp, sky, table = setting.lamp, setting.sky, setting.table
-    origin = table_origin(view, table.tile_m)
-    centre = (lamp.position - origin).astype(np.float32)
+    lamp, sky, table, plane = setting.lamp, setting.sky, setting.table, table_plane(view, setting)
+    nodes = open_nodes(scratch, *out[0].shape[1:], view, sky.radius_m, plane, light.blockers)
+    centre = (lamp.position - table_origin(view, table.tile_m)).astype(np.float32)
+    camera = view.turn.astype(np.float32), view.camera.astype(np.float32), view.focal, np.float32(sky.radius_m)
     strength = centre, np.float32(lamp.luminance * lamp.radius_m**2), np.float32(lamp.radius_m)
-    camera = view.camera.astype(np.float32), view.turn.astype(np.float32), view.focal, np.float32(sky.radius_m)
-    openings = nodes, between_columns(nodes, width)
     shine = np.float32(table.reflectance), table.reflection
-    _gather(scratch, runs, camera, plane, strength, shine, openings, uncovered, points, patches)
+    own = TableView(plane, *camera, *strength, *shine, nodes, between_columns(nodes, out[0].shape[2]))
+    starts = np.concatenate([[0], np.cumsum(runs[:, 2] - runs[:, 1])])
+    count, firsts = int(starts[-1]), _neighbours(runs, starts)
+    points = TablePoints(np.empty((3, count), np.float32), *(np.empty(count, np.float32) for _ in range(5)))
+    patches = Patches(starts[firsts], np.zeros((len(firsts) - 1, 2, 3)), np.zeros((len(firsts) - 1, 4)))
+    _gather(scratch, runs, starts, own, uncovered, points)
+    _step(runs, firsts, own, uncovered.total.shape, patches)
     parts = np.full(count, NO_PART, np.float32)
     seen = lamp_share(scratch, light.casters, points.places, points.rooms, parts, points.lit, patches, False)
-    received = received_light(table.ambient, points.opened, points.lit, seen, points.glossy, points.mirrored)
-    for image, values in zip(out if glossy else out[:1], received, strict=False):
-        image.reshape(-1)[points.where] = values
+    found = received_light(table.ambient, points.opened, points.lit, seen, points.glossy, points.mirrored)
+    _put(runs, starts, *found, out)
 
 
 def open_nodes(
@@ -95,51 +117,82 @@ def _node_rays(height: int, width: int, focal: float) -> np.ndarray:
 
 
 @kernel
-def _gather(scratch, runs, camera, plane, strength, shine, openings, uncovered, points, patches):
-    """Fill in `TablePoints` and the steps of each run of pixels."""
-    S, (place, turn, focal, radius), (height, width) = scratch.slots, camera, uncovered.total.shape
-    pixel, at = f32(1.0 / focal), 0
+def _neighbours(runs, starts):
+    """First of each few runs that lie close together, then the number of all; starts: first point of each run."""
+    firsts, count = np.zeros(runs.shape[0] + 1, np.int64), 0
     for r in range(runs.shape[0]):
-        run = runs[r]
-        row, start, n = run[0], run[1], run[2] - run[1]
+        first = runs[firsts[count - 1]]
+        down, across = runs[r, 0] - first[0], abs(runs[r, 1] - first[1])
+        if (
+            count == 0
+            or down < 0
+            or down >= NEAR_ROWS
+            or across > NEAR_COLUMNS
+            or (starts[r + 1] - starts[firsts[count - 1]] > MOST)
+        ):
+            firsts[count] = r
+            count += 1
+    firsts[count] = runs.shape[0]
+    return firsts[: count + 1]
+
+
+@kernel
+def _gather(scratch, runs, starts, own, uncovered, points):
+    """Fill in `TablePoints` of runs of pixels."""
+    S, own, uncovered = scratch.slots, without_refcount(own), without_refcount(uncovered)
+    (height, width), plane = uncovered.total.shape, own.plane
+    pixel, glossy, middle = f32(1.0 / own.focal), own.reflectance > ZERO, (f32(width * 0.5), f32(height * 0.5))
+    for r in range(runs.shape[0]):
+        run, at = runs[r], starts[r]
+        row, start, n = run[0], run[1], starts[r + 1] - at
         m = blocks(n)
         aim_rays(S, run, height, width, pixel, uncovered)
-        open_run(S, n, openings[1], start, row)
+        open_run(S, n, own.columns, start, row)
         for i in range(n):
             if S[ROOM + i] < ONE:
-                x, y = S[RAY_X + i] * f32(focal) + f32(width * 0.5), f32(height * 0.5) - S[RAY_Y + i] * f32(focal)
-                S[OPEN + i] = between(openings[0], x * f32(1 / PITCH), y * f32(1 / PITCH))
-        meet_sphere(S, m, turn, place, radius, pixel)
-        look_below_horizon(S, m, turn, pixel)
+                x, y = S[RAY_X + i] * f32(own.focal) + middle[0], middle[1] - S[RAY_Y + i] * f32(own.focal)
+                S[OPEN + i] = between(own.nodes, x * f32(1 / PITCH), y * f32(1 / PITCH))
+        meet_sphere(S, m, own.turn, own.camera, own.radius, pixel)
+        look_below_horizon(S, m, own.turn, pixel)
         meet_plane(S, m, plane, pixel)
-        light_plane(S, m, *strength)
-        if shine[0] > ZERO:
-            glint(S, m, plane, strength[0], WIDTH, shine[0])
-            mirror(S, m, plane, shine[1])
-        _step(patches.steps[r], patches.planes[r], plane, S[RAY_X + n // 2], S[RAY_Y + n // 2], focal)
+        light_plane(S, m, own.lamp, own.power, own.lamp_radius)
+        if glossy:
+            glint(S, m, plane, own.lamp, WIDTH, own.reflectance)
+            mirror(S, m, plane, own.reflection)
         for i in range(n):
             x, y = S[RAY_X + i], S[RAY_Y + i]
             away = plane[9] / min(plane[0] * x + plane[1] * y - plane[2], f32(-1e-5))
             points.places[0, at + i], points.places[1, at + i], points.places[2, at + i] = away * x, away * y, -away
-            points.where[at + i] = (run[3] * height + row) * width + start + i
             points.rooms[at + i], points.opened[at + i] = S[ROOM + i], S[OPEN + i]
             points.lit[at + i] = S[LIT + i] if S[GROUND + i] > ZERO else ZERO
-            points.glossy[at + i] = S[GLOSS + i] if shine[0] > ZERO else ZERO
-            points.mirrored[at + i] = S[RESULT + i] if shine[0] > ZERO else ZERO
-        at += n
-        patches.starts[r + 1] = at
+            points.glossy[at + i] = S[GLOSS + i] if glossy else ZERO
+            points.mirrored[at + i] = S[RESULT + i] if glossy else ZERO
 
 
 @kernel
-def _step(steps, own, plane, x, y, focal):
-    """Steps on the surface from one pixel to the next, right and down, where a ray (x, y, -1) meets it; and the plane
-    itself."""
-    facing = min(plane[0] * x + plane[1] * y - plane[2], -1e-4)
-    away = plane[9] / facing / focal
-    ray_x, ray_y, ray_z = x, y, -ONE
-    for m in range(2):
-        tilt, sign = plane[m] / facing, 1.0 - 2.0 * m
-        steps[m, 0] = sign * away * ((1.0 - m) - ray_x * tilt)
-        steps[m, 1] = sign * away * (m - ray_y * tilt)
-        steps[m, 2] = -sign * away * ray_z * tilt
-    own[0], own[1], own[2], own[3] = plane[0], plane[1], plane[2], plane[9]
+def _put(runs, starts, received, mirrored, out):
+    """Put the light of each pixel into its place."""
+    for r in range(runs.shape[0]):
+        row, slot, offset = runs[r, 0], runs[r, 3], starts[r] - runs[r, 1]
+        for column in range(runs[r, 1], runs[r, 2]):
+            out[0][slot, row, column] = received[column + offset]
+            if out[1].size > 0:
+                out[1][slot, row, column] = mirrored[column + offset]
+
+
+@kernel
+def _step(runs, firsts, own, size, patches):
+    """Fill in the steps from one pixel to the next, right and down, where the ray (x, y, -1) in the middle of each
+    patch meets the surface, and the plane itself."""
+    plane = own.plane
+    for p in range(firsts.size - 1):
+        middle = runs[(firsts[p] + firsts[p + 1]) // 2]
+        row, start, past = middle[0], middle[1], middle[2]
+        ray = ((start + past - size[1]) / 2 / own.focal, (size[0] / 2 - row - 0.5) / own.focal, -1.0)
+        facing = min(plane[0] * ray[0] + plane[1] * ray[1] - plane[2], -1e-4)
+        away = plane[9] / facing / own.focal
+        for m in range(2):
+            tilt, sign = plane[m] / facing, 1.0 - 2.0 * m
+            for j in range(3):
+                patches.steps[p, m, j] = sign * away * ((1.0 if j == m else 0.0) - ray[j] * tilt)
+        patches.planes[p, :3], patches.planes[p, 3] = plane[:3], plane[9]

@@ -19,7 +19,7 @@ from evslip.utils.refcount import without_refcount
 OBJECT_PART, ARM_PART, NO_PART = 3, 4, 255
 """Numbers of bodies after those of the gripper in `hand`; the last one has no caster."""
 GROUP, FEW = 1024, 32
-"""Points that look for casters together, first many, then few: fewer cast fewer shadows, and more looking."""
+"""Points of a patch that look for casters together, first many, then few: fewer ask fewer casters, and more often."""
 PAST, RIM_M = f32(0.6), f32(0.005)
 """Room around points that share their casters: so much of their extent instead of half of it, and more."""
 GAP_M = 1e-6
@@ -85,23 +85,18 @@ def lamp_share(scratch, casters, places, rooms, parts, lit, patches, layered):
     where it is 0, nobody asks. layered: some casters may lie behind the points; see `hide_behind`.
     """
     S, casters, seen = scratch.slots, without_refcount(casters), np.ones(rooms.size, np.float32)
-    near, asked = np.empty(casters.parts.size, np.int64), np.empty(casters.parts.size, np.int64)
-    chosen, at, end, patch, few, count = np.empty(casters.edges.shape[0], np.int64), 0, 0, -1, 0, 0
+    asked, chosen = np.empty(casters.parts.size, np.int64), np.empty(casters.edges.shape[0], np.int64)
+    at, end, patch, count = 0, 0, 0, 0
     while at < seen.size:
-        begun = at == end
-        if begun:
-            end = min(at + GROUP, seen.size)
-            few = _find_near(near, casters, around(places[0, at:end], places[1, at:end], places[2, at:end]))
-        if begun or at == patches.starts[patch + 1]:
+        if at == end:
             while at >= patches.starts[patch + 1]:
                 patch += 1
-            count = _ask(asked, near[:few], casters, patches.planes[patch], patches.steps[patch])
-        if count == 0:
-            at = min(end, patches.starts[patch + 1])
-            continue
-        n = min(FEW, end - at, patches.starts[patch + 1] - at)
+            end = min(at + GROUP, patches.starts[patch + 1])
+            near = around(places[0, at:end], places[1, at:end], places[2, at:end])
+            count = _ask(asked, casters, near, patches.planes[patch], patches.steps[patch])
+        n = min(FEW, end - at) if count > 0 else end - at
         own, brightest = lit[at : at + n], ZERO
-        for i in range(n):
+        for i in range(n if count > 0 else 0):
             brightest = larger(brightest, own[i])
         if brightest > ZERO:
             _load(S, n, places[:, at : at + n], rooms[at : at + n], parts[at : at + n])
@@ -123,32 +118,23 @@ def _load(S, n, places, rooms, parts):
 
 
 @kernel
-def _find_near(found, casters, near):
-    """Fill in the casters that may shadow points `near`, as of `around`; returns how many."""
+def _ask(asked, casters, near, plane, steps):
+    """Choose the casters that may shadow points `near`, as of `around`, of which any corner lies above a plane, and set
+    how far their shadows are blurred over a pixel; returns how many. plane, steps: of `Patches`."""
     count = 0
-    for k in range(found.size):
-        if box_may_shadow(near, casters.boxes[k], casters.lamp_radius):
-            found[count] = k
-            count += 1
-    return count
-
-
-@kernel
-def _ask(asked, near, casters, plane, steps):
-    """Choose those of the casters `near` of which any corner lies above a plane, and set how far their shadows are
-    blurred over a pixel; returns how many. plane, steps: of `Patches`."""
-    count = 0
-    for k in near:
+    for k in range(asked.size):
         box, top = casters.boxes[k], -plane[3]
         for axis in range(3):
             along = plane[0] * box[3 * axis] + plane[1] * box[3 * axis + 1] + plane[2] * box[3 * axis + 2]
             top += abs(along) * box[15 + axis] - along * box[9 + axis]
         if top <= GAP_M:
             continue
+        pixel_steps(box, steps)
+        if not box_may_shadow(near, box, casters.lamp_radius):
+            continue
         asked[count] = k
         count += 1
         o = casters.outlines_of[k]
-        pixel_steps(box, steps)
         for j in range(2 if o >= 0 else 0):
             width = PIXEL_BLUR * _width(casters.outlines[o], j, steps)
             casters.outlines[o, 16 + j] = f32(min(width, casters.sizes[k]))
