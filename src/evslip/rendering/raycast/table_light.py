@@ -75,15 +75,16 @@ def light_table(
     """Draw the light of `uncovered.due_runs` into `out`: what the texture is multiplied with, and what is mirrored,
     (slots, height, width) each; the latter only where the table shines."""
     lamp, sky, table, plane = setting.lamp, setting.sky, setting.table, table_plane(view, setting)
-    nodes = open_nodes(scratch, *out[0].shape[1:], view, sky.radius_m, plane, light.blockers)
+    height, width = out[0].shape[1:]
+    nodes = open_nodes(scratch, height, width, view, sky.radius_m, plane, light.blockers)
     centre = (lamp.position - table_origin(view, table.tile_m)).astype(np.float32)
     camera = view.turn.astype(np.float32), view.camera.astype(np.float32), view.focal, np.float32(sky.radius_m)
     strength = centre, np.float32(lamp.luminance * lamp.radius_m**2), np.float32(lamp.radius_m)
     shine = np.float32(table.reflectance), table.reflection
-    own = TableView(plane, *camera, *strength, *shine, nodes, between_columns(nodes, out[0].shape[2]))
+    own = TableView(plane, *camera, *strength, *shine, nodes, between_columns(nodes, width))
     starts = np.concatenate([[0], np.cumsum(runs[:, 2] - runs[:, 1])])
     count, firsts = int(starts[-1]), _neighbours(runs, starts)
-    points = TablePoints(np.empty((3, count), np.float32), *(np.empty(count, np.float32) for _ in range(5)))
+    points = TablePoints(np.empty((3, count), np.float32), *np.empty((5, count), np.float32))
     patches = Patches(starts[firsts], np.zeros((len(firsts) - 1, 2, 3)), np.zeros((len(firsts) - 1, 4)))
     _gather(scratch, runs, starts, own, uncovered, points)
     _step(runs, firsts, own, uncovered.total.shape, patches)
