@@ -129,7 +129,8 @@ def _from_file(path: Path) -> Space:
             searched[name] = _range(path, name, value)
         elif isinstance(value, list):
             if not 0 < len(value) <= MOST_VALUES:
-                raise ConfigError(f"{path}: {name}: a list of {len(value):,} values; expected 1 to {MOST_VALUES:,}")
+                given = f"a list of {len(value):,} values" if value else "an empty list"
+                raise ConfigError(f"{path}: {name}: {given}; expected 1 to {MOST_VALUES:,} values")
             searched[name] = tuple(value)
         else:
             fixed[name] = value
