@@ -84,9 +84,8 @@ def _describe(items: np.ndarray, count: int, base: float, gain: float) -> None:
 def _describe_straight(items: np.ndarray, count: int) -> None:
     for j in range(count):
         items[rows.C0 + j], items[rows.C1 + j] = items[rows.LOG + j], items[rows.CHANGE + j]
-        items[rows.C2 + j] = items[rows.C3 + j] = items[rows.C4 + j] = items[rows.C5 + j] = items[rows.C6 + j] = items[
-            rows.C7 + j
-        ] = 0.0
+        items[rows.C2 + j], items[rows.C3 + j], items[rows.C4 + j] = 0.0, 0.0, 0.0
+        items[rows.C5 + j], items[rows.C6 + j], items[rows.C7 + j] = 0.0, 0.0, 0.0
 
 
 @compiled(error_model="numpy", _nrt=False)
@@ -118,12 +117,11 @@ def _refine(items: np.ndarray, count: int) -> bool:
         begin, end, before, sign = items[rows.FROM + j], items[rows.TO + j], items[rows.PLACE + j], items[rows.SIGN + j]
         d = _distance(items, j)
         begin, end, place = crossing.refine(d, begin, end, before, sign)
-        items[rows.FROM + j], items[rows.TO + j], items[rows.PLACE + j] = begin, end, place
         close = abs(place - before) < CLOSE
         # An empty stretch is where a search ends, whatever else is searched for.
         items[rows.FROM + j] = place if close else begin
-        items[rows.TO + j] = place if close else end
-        searching |= abs(place - before) >= CLOSE
+        items[rows.TO + j], items[rows.PLACE + j] = place if close else end, place
+        searching |= abs(place - before) >= CLOSE  # not `not close`: past the last item there may be no numbers
     return searching
 
 
@@ -133,12 +131,8 @@ def _conclude(items: np.ndarray, count: int, params: Parameters) -> None:
     refractory_us = params.refractory_us
     for j in range(count):
         c = _polynomial(items, j)
-        start_us, end_us, place, sign = (
-            items[rows.START_US + j],
-            items[rows.END_US + j],
-            items[rows.PLACE + j],
-            items[rows.SIGN + j],
-        )
+        start_us, end_us = items[rows.START_US + j], items[rows.END_US + j]
+        place, sign = items[rows.PLACE + j], items[rows.SIGN + j]
         reference, reset_us, leak = items[rows.REFERENCE + j], items[rows.RESET_US + j], items[rows.LEAK + j]
         on, off, resets = items[rows.ON + j], items[rows.OFF + j], items[rows.RESETS + j]
         noise_rise, noisy = items[rows.NOISE_RISE + j], items[rows.CANDIDATE_US + j] <= end_us
