@@ -129,23 +129,22 @@ def _compile(pipe: Connection, part: str, text: str) -> None:
         pipe.send(error)
 
 
-def _held(config: Config) -> Trajectory | None:
-    """Motion of the first sample that the robot can do and whose grasp holds, if there is one."""
+def _held(config: Config) -> tuple[Trajectory, tuple[int, int]] | None:
+    """Motion and recorded span of the first sample that the robot can do and whose grasp holds, if there is one."""
     for index in range(TRIED):
         with contextlib.suppress(PlanRejected, GraspFailed):
             trajectory = simulate(draw(config, index))
-            measure(trajectory)
-            return trajectory
+            return trajectory, measure(trajectory).span_us
     return None
 
 
 def _draw_sequence(config: Config) -> bool:
     """Draw frames in sequence: first light and foreground, then the backdrop."""
     absolute = config.camera.model_copy(update={"exposure": "absolute"})  # the other needs a frame before the first
-    trajectory = _held(config.model_copy(update={"camera": absolute}))
-    if trajectory is None:
+    held = _held(config.model_copy(update={"camera": absolute}))
+    if held is None:
         return False
-    first, last = measure(trajectory).span_us
+    trajectory, (first, last) = held
     middle = (first + last) // 2
     for _ in render_span(trajectory, (first, last), (middle, min(middle + SPAN_US, last)), size=SIZE):
         pass
@@ -155,11 +154,11 @@ def _draw_sequence(config: Config) -> bool:
 def _fire_and_draw(config: Config) -> bool:
     """Make events, then draw a single frame: the backdrop before the foreground, so that the two processes meet in the
     middle; what one has compiled by then the other loads."""
-    trajectory = _held(config)
-    _fire_events(draw(config, 0) if trajectory is None else trajectory.params)
-    if trajectory is None:
+    _fire_events(draw(config, 0))
+    held = _held(config)
+    if held is None:
         return False
-    span = measure(trajectory).span_us
+    trajectory, span = held
     for _ in render_span(trajectory, span, size=SIZE, times_us=np.array(span[:1])):
         pass
     return True
