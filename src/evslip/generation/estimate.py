@@ -1,4 +1,4 @@
-"""What a sample will cost, told before it is made, and refused where it cannot fit.
+"""Cost of a sample before it is made, and refusal of one that cannot fit.
 
 Events are counted from the noise that the parameters ask for, and what movement adds on average; measured on the
 presets (docs/explanation/benchmarks.md) and right to a factor of 3.
@@ -22,7 +22,7 @@ BASE_BYTES, PIXEL_BYTES, EVENT_BYTES, STORED_BYTES = 4e8, 250.0, 45.0, 3.1
 FRAMES, PIXEL_S, EVENT_S = 1500.0, 45e-9, 3e-7
 """Frames of a sample 346 pixels wide at 0.5 pixels a frame; processor time of a pixel of a frame, and of an event."""
 LARGE_BYTES, LARGE_S, LARGE_DISK = 2e9, 300.0, 1e11
-"""Memory and time of a sample, and size of a data set, that are told before it starts."""
+"""Memory and time of a sample, and size of a data set, from which on a person reads them before it starts."""
 
 
 class Estimate(NamedTuple):
@@ -61,8 +61,8 @@ def estimate(params: Params) -> Estimate:
 
 
 def require_room(one: Estimate | None, count: int, workers: int | None, root: Path) -> str | None:
-    """What to tell before `count` samples are made on this machine, if they are large. Raises ConfigError where not
-    even one of them fits into the memory, or all of them into three times the free disk."""
+    """A line for a person before `count` samples are made on this machine, if they are large. Raises ConfigError where
+    not even one of them fits into the memory, or all of them into three times the free disk."""
     if one is None:
         return None
     there, free = installed_memory(), free_disk(root)

@@ -66,7 +66,7 @@ def _one_at_a_time(save: Callable[[Any, Any], None], lock: Path) -> Callable[[An
 
 
 class Listener(event.Listener):
-    """Hears of each function of the package that is compiled, before and after; not of those that are loaded."""
+    """Calls for each function of the package that is compiled, before and after; not for those that are loaded."""
 
     def __init__(
         self,
@@ -85,10 +85,10 @@ class Listener(event.Listener):
     def end(self) -> None:
         event.unregister("numba:compile", self)
 
-    def _pass_on(self, tell: Callable[[Any], None], event: Any) -> None:
+    def _pass_on(self, call: Callable[[Any], None], event: Any) -> None:
         function = event.data["dispatcher"].py_func
         if function.__module__.startswith("evslip."):
-            tell(function)
+            call(function)
 
 
 def _say_once(_function: Any) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of any kind as one number a pixel, in the scale that the event camera is told to expect."""
+"""Pictures of any kind as one number a pixel, in the scale that the event camera expects."""
 
 import numpy as np
 
