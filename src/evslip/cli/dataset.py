@@ -97,7 +97,7 @@ def status(dataset: Positional[Path]) -> None:
         console.print(f"{name:>12}  {value}")
 
 
-def publish(dataset: Positional[Path], out: Positional[Path], *, settings: Publication = Publication()) -> None:  # noqa: B008
+def publish(dataset: Positional[Path], out: Positional[Path], *, settings: Publication = Publication()) -> None:
     """Write a data set as others want it: a card, Croissant metadata, a table, the records. Needs no network.
 
     Args:

@@ -32,7 +32,7 @@ def video(
     records: Positional[tuple[Path, ...]],
     *,
     out: Path,
-    settings: FilmSettings = FilmSettings(),  # noqa: B008
+    settings: FilmSettings = FilmSettings(),
 ) -> None:
     """Write a slow-motion video of a sample or a recording, of several side by side: frames, events, angle.
 

@@ -18,7 +18,7 @@ def import_(
     recording: Positional[Path],
     out: Positional[Path],
     *,
-    settings: Importing = Importing(),  # noqa: B008
+    settings: Importing = Importing(),
     length_s: float = 0.15,
 ) -> None:
     """Bring a real recording, or a sample of another simulator, into evslip's own format.
