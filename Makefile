@@ -2,10 +2,11 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --no-compile -c constraints.txt
 
 .PHONY: demo test docs reproduce reproduce-small clean
 
-demo: $(VENV)/ready
+demo: $(VENV)/demo
 	$(BIN)/evslip demo demo
 
 test: $(VENV)/ready
@@ -26,11 +27,16 @@ reproduce: $(VENV)/ready
 reproduce-small: $(VENV)/ready
 	$(BIN)/python experiments/reproduce.py --small
 
-$(VENV)/ready: pyproject.toml constraints.txt
+# The demo needs less than the tests. Pip's own lines say how far it is; Python compiles a module when it is first imported.
+$(VENV)/demo: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "evslip needs Python 3.11 or newer; say make PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[learn,view,dev,docs]'
+	$(INSTALL) -e '.[learn,view]'
+	touch $@
+
+$(VENV)/ready: $(VENV)/demo
+	$(INSTALL) -e '.[learn,view,dev,docs]'
 	touch $@
 
 clean:
