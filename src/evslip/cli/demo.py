@@ -78,8 +78,8 @@ def describe_truth(samples: "Dataset") -> list[str]:
     from scipy.spatial.transform import Rotation
 
     held, slipped = [], []
-    for record in samples:
-        truth = record.truth
+    for position in range(len(samples)):
+        truth = samples.read(position, events=False).truth
         if truth is None:
             continue
         turns = Rotation.from_quat(truth.rotation[truth.held], scalar_first=True)

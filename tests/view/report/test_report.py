@@ -82,9 +82,9 @@ class Page(html.parser.HTMLParser):
         return {str(a["id"]): json.loads(data) for a, data in self.scripts if a.get("type") == "application/json"}
 
 
-def picture(trajectory: Trajectory, t_us: int) -> np.ndarray:
+def pictures(trajectory: Trajectory, times_us: np.ndarray) -> list[np.ndarray]:
     shade = np.linspace(30, 220, 40, dtype=np.uint8)
-    return np.broadcast_to(shade[None, :, None], (30, 40, 3)).copy()
+    return [np.broadcast_to(shade[None, :, None], (30, 40, 3)).copy() for _ in times_us]
 
 
 def long_sample(index: int, split: str):
@@ -135,7 +135,7 @@ def model_dir(tmp_path: Path) -> Path:
 
 def test_the_page_shows_everything(tmp_path: Path, samples: Dataset, cut: Windows, model_dir: Path):
     cut.save(tmp_path / "w.h5")
-    path = write_report(tmp_path / "out" / "r.html", samples, tmp_path / "w.h5", model_dir, picture=picture)
+    path = write_report(tmp_path / "out" / "r.html", samples, tmp_path / "w.h5", model_dir, pictures=pictures)
     page = Page(path)
     parameters = {name for name in page.figures if name.startswith("parameter-")}
     assert len(parameters) > 10
@@ -154,10 +154,10 @@ def test_the_page_shows_everything(tmp_path: Path, samples: Dataset, cut: Window
     }
     places = [a["data-figure"] for _, a in page.elements if "data-figure" in a]
     assert sorted(map(str, places)) == sorted(page.figures)
-    pictures = [a for tag, a in page.elements if tag == "img"]
-    images = [a for a in pictures if "loading" not in a]
+    drawn = [a for tag, a in page.elements if tag == "img"]
+    images = [a for a in drawn if "loading" not in a]
     assert len(images) == 2 * 2 * 5  # two samples, with and without events, five phases
-    assert len(pictures) - len(images) == 6  # a thumbnail of every sample
+    assert len(drawn) - len(images) == 6  # a thumbnail of every sample
     for image in images:
         data = base64.b64decode(str(image["src"]).removeprefix("data:image/png;base64,"))
         assert Image.open(io.BytesIO(data)).size == (40, 30)
@@ -170,7 +170,7 @@ def test_the_page_shows_everything(tmp_path: Path, samples: Dataset, cut: Window
 
 
 def test_the_page_needs_no_network(tmp_path: Path, samples: Dataset):
-    page = Page(write_report(tmp_path / "r.html", samples, picture=picture))
+    page = Page(write_report(tmp_path / "r.html", samples, pictures=pictures))
     policy = next(str(a["content"]) for tag, a in page.elements if tag == "meta" and "http-equiv" in a)
     assert policy.startswith("default-src 'none'")
     assert "http" not in policy
@@ -180,28 +180,28 @@ def test_the_page_needs_no_network(tmp_path: Path, samples: Dataset):
 
 
 def test_names_cannot_become_markup(tmp_path: Path, samples: Dataset):
-    page = Page(write_report(tmp_path / "r.html", samples, picture=picture))
+    page = Page(write_report(tmp_path / "r.html", samples, pictures=pictures))
     assert "<data>" not in page.source
     assert "<data> & more" in page.text or "&lt;data&gt; &amp; more" in page.source
     (samples.root / "config.toml").write_text(samples.config_toml + "\n# </pre><script>alert(1)</script>\n")
-    page = Page(write_report(tmp_path / "r.html", open_dataset(samples.root), picture=picture))
+    page = Page(write_report(tmp_path / "r.html", open_dataset(samples.root), pictures=pictures))
     assert "<script>alert" not in page.source
 
 
 def test_parts_without_data_are_left_out(tmp_path: Path):
     held = make(tmp_path / "held", {"train": range(1, 3)})
-    page = Page(write_report(tmp_path / "r.html", held, picture=picture))
+    page = Page(write_report(tmp_path / "r.html", held, pictures=pictures))
     names = {name for name in page.figures if not name.startswith("parameter-")}
     assert names == {"cloud-hold", "theta", "samples", "rates", "polarity", "map", "noise-map"}
     assert "Training" not in page.text
     building.create(tmp_path / "empty", dump_config(CONFIG))
-    page = Page(write_report(tmp_path / "r.html", open_dataset(tmp_path / "empty"), picture=picture))
+    page = Page(write_report(tmp_path / "r.html", open_dataset(tmp_path / "empty"), pictures=pictures))
     assert page.figures == {}
 
 
 def test_a_model_without_an_evaluation_shows_its_training(tmp_path: Path, samples: Dataset, model_dir: Path):
     (model_dir / "evaluation.json").unlink()
-    page = Page(write_report(tmp_path / "r.html", samples, model_dir=model_dir, picture=picture))
+    page = Page(write_report(tmp_path / "r.html", samples, model_dir=model_dir, pictures=pictures))
     assert "training-loss" in page.figures
     assert "AUROC" not in page.text
 
@@ -209,14 +209,14 @@ def test_a_model_without_an_evaluation_shows_its_training(tmp_path: Path, sample
 def test_damaged_and_missing_parts_of_a_model_are_named(tmp_path: Path, samples: Dataset, model_dir: Path):
     (model_dir / "history.json").write_text("{")
     with pytest.raises(DataError, match=r"history\.json"):
-        write_report(tmp_path / "r.html", samples, model_dir=model_dir, picture=picture)
+        write_report(tmp_path / "r.html", samples, model_dir=model_dir, pictures=pictures)
     (model_dir / "history.json").write_text('{"epoch": 1}')
     with pytest.raises(DataError, match="list of tables"):
-        write_report(tmp_path / "r.html", samples, model_dir=model_dir, picture=picture)
+        write_report(tmp_path / "r.html", samples, model_dir=model_dir, pictures=pictures)
     with pytest.raises(DataError, match="no such folder"):
-        write_report(tmp_path / "r.html", samples, model_dir=tmp_path / "none", picture=picture)
+        write_report(tmp_path / "r.html", samples, model_dir=tmp_path / "none", pictures=pictures)
     with pytest.raises(DataError, match=r"neither model\.json nor evaluation\.json"):
-        write_report(tmp_path / "r.html", samples, model_dir=samples.root, picture=picture)
+        write_report(tmp_path / "r.html", samples, model_dir=samples.root, pictures=pictures)
     assert not (tmp_path / "r.html").exists()
 
 
@@ -284,7 +284,7 @@ def test_a_picture_survives_its_uri():
 
 
 def test_the_configuration_is_shown_as_it_is(tmp_path: Path, samples: Dataset):
-    page = Page(write_report(tmp_path / "r.html", samples, picture=picture))
+    page = Page(write_report(tmp_path / "r.html", samples, pictures=pictures))
     (tmp_path / "shown.toml").write_text(page.text[page.text.index("seed = ") :].partition("Two samples")[0])
     assert load_config(tmp_path / "shown.toml") == CONFIG
 
@@ -299,7 +299,7 @@ def test_a_browser_draws_the_page(
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         pytest.skip("needs a Chromium browser on the path")
-    path = write_report(tmp_path / "r.html", samples, cut, model_dir, picture=picture)
+    path = write_report(tmp_path / "r.html", samples, cut, model_dir, pictures=pictures)
     messages, requests = [], []
     with api.sync_playwright() as playwright:
         software_gl = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]

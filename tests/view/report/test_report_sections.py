@@ -41,8 +41,8 @@ def recording(t_us: list[int], x: list[int], p: list[int], size: tuple[int, int]
     return Record(kind="recording", name="r", size=size, events=events)
 
 
-def picture(trajectory, t_us: int) -> np.ndarray:
-    return np.full((30, 40, 3), t_us % 251, np.uint8)
+def pictures(trajectory, times_us: np.ndarray) -> list[np.ndarray]:
+    return [np.full((30, 40, 3), t_us % 251, np.uint8) for t_us in times_us]
 
 
 @pytest.fixture
@@ -244,19 +244,19 @@ def test_a_damaged_evaluation_is_named(tmp_path: Path, content: str, message: st
 
 def test_recordings_have_a_report_of_their_own(tmp_path: Path, samples: Dataset):
     real = recording(list(range(0, 300_000, 30)), [k % 4 for k in range(10_000)], [1, 0, 0, 0] * 2500)
-    page = write_report(tmp_path / "r.html", samples, compare=[real], picture=picture).read_text()
+    page = write_report(tmp_path / "r.html", samples, compare=[real], pictures=pictures).read_text()
     assert "Beside real recordings" in page and "25.0%" in page
     with pytest.raises(DataError, match="holds no events"):
-        write_report(tmp_path / "s.html", samples, compare=[recording([], [], [])], picture=picture)
+        write_report(tmp_path / "s.html", samples, compare=[recording([], [], [])], pictures=pictures)
     assert not (tmp_path / "s.html").exists()
 
 
 def test_only_so_many_pictures_are_drawn(samples: Dataset):
     asked = []
 
-    def counting(trajectory, t_us: int) -> np.ndarray:
-        asked.append(t_us)
-        return picture(trajectory, t_us)
+    def counting(trajectory, times_us: np.ndarray) -> list[np.ndarray]:
+        asked.extend(times_us)
+        return pictures(trajectory, times_us)
 
     found = survey(samples)
     page = gallery(samples, found, counting, 2)
@@ -335,7 +335,7 @@ def test_wrong_uses_of_the_command_are_told(tmp_path: Path, samples: Dataset, mo
     with pytest.raises(DataError, match=r"none\.aedat4"):
         report(samples.root, compare=(tmp_path / "none.aedat4",))
     with pytest.raises(DataError, match="is a file"):
-        write_report(tmp_path / "r.html", samples, model_dir=model / "model.json", picture=picture)
+        write_report(tmp_path / "r.html", samples, model_dir=model / "model.json", pictures=pictures)
     assert not (samples.root / "report.html").exists()
 
 
@@ -345,7 +345,7 @@ def test_the_gallery_sorts_and_filters(tmp_path: Path, samples: Dataset):
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         pytest.skip("needs a Chromium browser on the path")
-    path = write_report(tmp_path / "r.html", samples, picture=picture)
+    path = write_report(tmp_path / "r.html", samples, pictures=pictures)
     found = survey(samples)
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])

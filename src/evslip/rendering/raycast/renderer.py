@@ -56,8 +56,16 @@ def _joined(*boxes: Boxes) -> Boxes:
 class Raycaster:
     """Draws one sample, one colour channel, at one resolution."""
 
-    def __init__(self, params: Params, camera: Camera, held_travel_m: float, channel: int = LUMA):
-        """held_travel_m: finger travel while the object is held, as in `Openings`."""
+    def __init__(
+        self,
+        params: Params,
+        camera: Camera,
+        held_travel_m: float,
+        channel: int = LUMA,
+        openings: Openings | None = None,
+    ):
+        """held_travel_m: finger travel while the object is held, as in `Openings`; `openings`: those of another
+        channel, which are the same."""
         if not camera.is_mounted:
             raise ConfigError(
                 "renderer: raycast draws what the camera on the hand sees; use pathtrace for any other camera"
@@ -71,7 +79,7 @@ class Raycaster:
         self.albedo_row, self._is_glossy = RED + channel, self.setting.table.reflectance > 0
         self._body = make_body(params, camera, channel)
         self._arm = Arm(camera, GRIPPER_GLOSS)
-        self._openings = Openings(camera, held_travel_m)
+        self._openings = openings or Openings(camera, held_travel_m)
         self._current: Opening | None = None
         self._channels: list[Raycaster] = []
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
@@ -185,7 +193,8 @@ class Raycaster:
     def color(self, poses: ScenePoses, index: int, scale: float = 1.0) -> np.ndarray:
         """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""
         if not self._channels:
-            self._channels = [Raycaster(self.params, self._sensor, self._held_m, channel) for channel in range(3)]
+            own = self.params, self._sensor, self._held_m
+            self._channels = [Raycaster(*own, channel, self._openings) for channel in range(3)]
         return np.stack([one.draw(poses, index, scale)[0] for one in self._channels], -1)
 
     def _illumination(self) -> Illumination:

@@ -22,7 +22,7 @@ from evslip.view.report.sections.gallery import gallery
 from evslip.view.report.sections.header import configuration, key_figures, samples_figures
 from evslip.view.report.sections.labels import labels
 from evslip.view.report.sections.parameters import parameters
-from evslip.view.report.sections.strips import Picture, moments, strips
+from evslip.view.report.sections.strips import Pictures, moments, strips
 from evslip.view.report.sections.training import training
 from evslip.view.report.signature import signature
 from evslip.view.report.survey import Surveyed, spread, survey
@@ -45,24 +45,22 @@ def write_report(
     model_dir: str | Path | None = None,
     *,
     compare: Sequence[Record] = (),
-    picture: Picture | None = None,
+    pictures: Pictures | None = None,
     most_pictures: int = MOST_PICTURES,
 ) -> Path:
     """Write the page of a data set and return its path.
 
     `model_dir` may hold history.json (training curves) and evaluation.json.
-    `compare` are recordings whose events are set beside the data set's. `picture` draws a frame of a trajectory at a
-    time, sRGB uint8 (height, width, 3); default: the renderer. Parts for which there are no data are left out. Raises
+    `compare` are recordings whose events are set beside the data set's. `pictures` draws frames of a trajectory at some
+    times, sRGB uint8 (height, width, 3); default: the renderer. Parts for which there are no data are left out. Raises
     ConfigError, DataError, StorageError.
     """
     out = Path(out)
     cut = load_windows(windows) if isinstance(windows, str | Path) else windows
     config = configuration(dataset)  # first of all: one of another version is refused before anything is drawn
     detector = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
-    if picture is None:
-        from evslip.rendering import render_color
-
-        picture = render_color
+    if pictures is None:
+        from evslip.rendering import pictures
     settings = cut.settings if cut is not None else WindowSettings()
     examples, found = _examples(dataset), survey(dataset)
     shown = {record.name for record in examples.values()}
@@ -73,11 +71,11 @@ def write_report(
     parts = [
         samples_figures(dataset, cut, detector.accuracy),
         config,
-        strips(examples, picture),
+        strips(examples, pictures),
         clouds(examples),
         angles(examples, others, settings),
         labels(dataset, cut),
-        gallery(dataset, found, picture, most_pictures),
+        gallery(dataset, found, pictures, most_pictures),
         parameters(found),
         activity(counted, len(found)),
         _beside_real(dataset, found, compare),

@@ -12,7 +12,7 @@ from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import encoded, jpeg_uri, overlay
 from evslip.view.report import page
 from evslip.view.report.sections.names import short, swatch
-from evslip.view.report.sections.strips import SHOWN_US, Picture
+from evslip.view.report.sections.strips import SHOWN_US, Pictures
 from evslip.view.report.survey import Surveyed, spread
 
 WIDTH = 160
@@ -28,12 +28,12 @@ ORDERS = {
 }
 
 
-def gallery(dataset: Samples, found: Sequence[Surveyed], picture: Picture, most_pictures: int) -> str:
+def gallery(dataset: Samples, found: Sequence[Surveyed], pictures: Pictures, most_pictures: int) -> str:
     """A card for each sample; pictures of at most so many, evenly. Raises DataError."""
     if not found:
         return ""
     chosen = spread(list(found), most_pictures)
-    drawn = {s.position: thumbnail(dataset.read(s.position, events=not s.split), picture) for s in chosen}
+    drawn = {s.position: thumbnail(dataset.read(s.position, events=not s.split), pictures) for s in chosen}
     cards = "".join(_card(sample, drawn.get(sample.position)) for sample in found)
     moment = "as its object is about to be put down" if found[0].split else "in its middle"
     note = f"Every sample {moment}."
@@ -45,12 +45,12 @@ def gallery(dataset: Samples, found: Sequence[Surveyed], picture: Picture, most_
     return page.section("Samples", note, f'{_controls(found)}<div class="gallery">{cards}</div>')
 
 
-def thumbnail(record: Record, picture: Picture) -> str:
+def thumbnail(record: Record, pictures: Pictures) -> str:
     """A small JPEG as a URI: the end of the held time, or of a recording a frame or events in its middle."""
     if record.trajectory is not None and record.truth is not None:
         held = np.flatnonzero(record.truth.held)
         t_us = int(record.truth.t_us[held[-1]]) if len(held) else record.truth.span_us[1]
-        image = picture(record.trajectory, t_us)
+        (image,) = pictures(record.trajectory, np.array([t_us], np.int64))
     else:
         times = record.events.t_us
         t_us = int(times[len(times) // 2]) if len(times) else 0

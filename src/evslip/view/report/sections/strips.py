@@ -1,6 +1,6 @@
 """Two samples through their phases: frames, and frames with events."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from evslip.view.pictures.images import data_uri, overlay
 from evslip.view.report import page
 from evslip.view.report.sections.names import describe, swatch
 
-Picture = Callable[[Trajectory, int], np.ndarray]
-"""Draws a frame of a trajectory at a time, sRGB uint8 (height, width, 3)."""
+Pictures = Callable[[Trajectory, np.ndarray], Iterable[np.ndarray]]
+"""Draws frames of a trajectory at some times, sRGB uint8 (height, width, 3)."""
 UNSHOWN = ("approach", "release")
 """Phases that are not recorded; the strip shows all others, each in its middle."""
 SHOWN_US = 20_000
@@ -22,13 +22,13 @@ MOMENTS = 6
 """Pictures of a strip that has no phases."""
 
 
-def strips(examples: Mapping[str, Record], picture: Picture) -> str:
+def strips(examples: Mapping[str, Record], pictures: Pictures) -> str:
     """A row of pictures for each of some records, by label."""
     if not examples:
         return ""
     rows = []
     for label, record in examples.items():
-        cells = "".join(_cell(record, name, t_us, picture) for name, t_us in moments(label, record))
+        cells = "".join(_cells(label, record, pictures))
         rows.append(f"<h3>{swatch(label)}{describe(label, record)}</h3>" + f'<div class="strip">{cells}</div>')
     title = "Two samples through their phases"
     shown = "What the camera on the hand sees in the middle of each phase, drawn again from the stored poses; below it"
@@ -58,16 +58,25 @@ def moments(label: str, record: Record) -> Iterator[tuple[str, int]]:
             yield ("before the slip" if onset is not None and t_us < onset else label), t_us
 
 
-def _cell(record: Record, phase: str, t_us: int, picture: Picture) -> str:
-    source = FrameSource(record)
-    frame = source.at_or_white(t_us) if record.trajectory is None else picture(record.trajectory, t_us)
+def _cells(label: str, record: Record, pictures: Pictures) -> Iterator[str]:
+    shown, source = list(moments(label, record)), FrameSource(record)
+    times_us = np.array([t_us for _, t_us in shown], np.int64)
+    if record.trajectory is None:
+        frames = (source.at_or_white(t_us) for t_us in times_us.tolist())
+    else:
+        frames = pictures(record.trajectory, times_us)
+    for (phase, t_us), frame in zip(shown, frames, strict=True):
+        yield _cell(record, phase, t_us, frame, source.is_there)
+
+
+def _cell(record: Record, phase: str, t_us: int, frame: np.ndarray, is_drawn: bool) -> str:
     events = record.events.between(t_us - SHOWN_US, t_us)
     angle = ""
     if record.truth is not None:
         angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
     alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
     shown = [(overlay(frame, events), ", with events")]
-    if source.is_there:
+    if is_drawn:
         shown.insert(0, (frame, ""))
     images = "".join(f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">' for image, what in shown)
     caption = f"<b>{page.text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
