@@ -4,8 +4,8 @@ A disc with texture of `feature` pixels glides over a still ground of about twic
 pixels of motion from frame to frame. The events of each way to fill the gaps (`evslip events --interpolate`) are
 compared with those of the same scene rendered 32 times as often, by the same noiseless camera. Error: sum of
 |difference| of event counts over the sum of the reference's, per polarity, in cells of one pixel and the whole clip
-("where"), and of 8 x 8 pixels and a quarter of a frame's time ("where and when"). Without the extra rife its rows are
-left out.
+("where"), and of 8 x 8 pixels and a quarter of a frame's time ("where and when"). Without the extras flow and rife
+their rows are left out.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from evslip.codecs.clips.rife import smoothed
+from evslip.codecs.clips import flow, rife
 from evslip.codecs.clips.sources import TimedImage, held
 from evslip.events import EventCamera, Events
 from evslip.utils.errors import MissingExtraError
@@ -85,7 +85,8 @@ def main() -> None:
         ways = {
             "none": lambda slow=slow: held(slow),
             "linear": lambda slow=slow: slow,
-            f"rife, {options.upsample}": lambda slow=slow: smoothed(slow, options.upsample, "linear"),
+            f"flow, {options.upsample}": lambda slow=slow: flow.smoothed(slow, options.upsample, "linear"),
+            f"rife, {options.upsample}": lambda slow=slow: rife.smoothed(slow, options.upsample, "linear"),
             f"rendered at {FPS * options.upsample} Hz": lambda motion=motion: clip(
                 options.frames, motion, options.upsample, options.feature
             ),

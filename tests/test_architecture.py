@@ -11,6 +11,7 @@ import evslip
 PACKAGE = Path(evslip.__file__).parent
 USERS = {
     "torch": ("learn", "codecs.clips.rife", "cli.doctor"),
+    "cv2": ("codecs.clips.flow",),
     "mujoco": ("physics",),
     "pydantic": ("config", "view.pictures.replay"),
     "pydantic_core": ("config",),

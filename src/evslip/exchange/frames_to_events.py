@@ -19,7 +19,7 @@ from evslip.exchange.frames_to_events_settings import FrameConversion
 from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.version import __version__
 
-INTERPOLATIONS = ("linear", "none", "rife")
+INTERPOLATIONS = ("linear", "none", "flow", "rife")
 Push = Callable[[Events, float], None]
 """Takes the next events, and the time up to which there are no others."""
 Watcher = Callable[[float], AbstractContextManager[Push]]
@@ -113,7 +113,7 @@ def require_other(path: Path, clip: Clip) -> None:
 def describe(conversion: FrameConversion, clip: Clip, camera: EventCamera) -> dict[str, Any]:
     """The settings of a conversion as JSON has them, every parameter of the camera resolved."""
     said = {name: str(value) if isinstance(value, Path) else value for name, value in vars(conversion).items()}
-    if conversion.interpolate != "rife":
+    if conversion.interpolate not in ("flow", "rife"):
         del said["upsample"]
     parameters = {name: _as_json(value) for name, value in asdict(camera.model).items()}
     return {"evslip": __version__, **said, "intensity": clip.intensity, "size": clip.size} | {"parameters": parameters}
@@ -133,10 +133,14 @@ def _between(frames: Iterator[TimedImage], conversion: FrameConversion, clip: Cl
         raise ConfigError(f"interpolate: {conversion.interpolate!r} is unknown; expected one of {known}")
     if conversion.interpolate == "none":
         return held(frames)
-    if conversion.interpolate == "rife":
-        from evslip.codecs.clips.rife import smoothed
+    if conversion.interpolate == "flow":
+        from evslip.codecs.clips import flow
 
-        return smoothed(frames, conversion.upsample, clip.intensity)
+        return flow.smoothed(frames, conversion.upsample, clip.intensity)
+    if conversion.interpolate == "rife":
+        from evslip.codecs.clips import rife
+
+        return rife.smoothed(frames, conversion.upsample, clip.intensity)
     return frames
 
 

@@ -25,11 +25,11 @@ class FrameConversion:
     """Meaning of the frames' numbers. uint8: codes of 0 to 255, mapped to log intensity as v2e does; srgb: such codes,
     decoded to light first; linear: light, white = 1 (255 for bytes). Default: linear for floats, uint8 for others."""
     interpolate: str = "linear"
-    """Between two frames: linear|none|rife. linear: log intensity changes evenly (in mode v2e: its events come evenly).
-    none: a frame stands still until the next one comes. rife: a neural network invents frames that follow the motion,
-    for slow videos of fast motion; needs the extra rife."""
+    """Between two frames: linear|none|flow|rife. linear: log intensity changes evenly (in mode v2e: its events come
+    evenly). none: a frame stands still until the next one comes. flow: frames brought along optical flow, for slow
+    videos of fast motion; needs the extra flow. rife: frames by a neural network; needs the extra rife."""
     upsample: int = 8
-    """Intervals that rife makes of one: 2, 4, 8, 16 or 32."""
+    """Intervals that flow or rife make of one: 2 to 64; rife: 2, 4, 8, 16 or 32."""
     seed: int = 0
     """Seed of the noise and the mismatch."""
     parameters: dict[str, Any] = field(default_factory=dict)

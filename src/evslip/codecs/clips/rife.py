@@ -20,6 +20,7 @@ import numpy as np
 
 from evslip.codecs.clips.grey import encode_srgb
 from evslip.codecs.clips.sources import TimedImage
+from evslip.codecs.clips.upsampling import upsampled
 from evslip.events.sensor.optics import WHITE, Intensity, decode_srgb
 from evslip.utils.errors import ConfigError, MissingExtraError
 
@@ -68,32 +69,23 @@ class Rife:
 
 
 def smoothed(frames: Iterable[TimedImage], upsample: int, intensity: Intensity) -> Iterator[TimedImage]:
-    """Every interval cut into `upsample` equal ones, a power of two. Frames in
-    between have the bodies of the nearer frame; all are float32.
+    """Every interval cut into `upsample` equal ones, a power of two (see `upsampled`).
 
-    intensity: what the images are, as for EventCamera; the network sees display codes. Two equal frames are left as
-    they are. Raises ConfigError, MissingExtraError.
+    intensity: what the images are, as for EventCamera; the network sees display codes. Raises ConfigError,
+    MissingExtraError.
     """
     if upsample not in UPSAMPLES:
         raise ConfigError(f"upsample: {upsample!r} is wrong, expected one of {', '.join(map(str, UPSAMPLES))}")
     network = Rife()
-    return _between(frames, upsample, intensity, network)
 
+    def invent(first: np.ndarray, second: np.ndarray) -> Iterator[np.ndarray]:
+        pictures = [_to_codes(first, intensity), _to_codes(second, intensity)]
+        while len(pictures) <= upsample:
+            halves = [network.middle(a, b) for a, b in pairwise(pictures)]
+            pictures = [p for pair in zip(pictures[:-1], halves, strict=True) for p in pair] + pictures[-1:]
+        return (_from_codes(picture, intensity) for picture in pictures[1:-1])
 
-def _between(frames: Iterable[TimedImage], upsample: int, intensity: Intensity, network: Rife) -> Iterator[TimedImage]:
-    before: TimedImage | None = None
-    for frame in frames:
-        if before is not None and not np.array_equal(before[1], frame[1]):
-            pictures = [_to_codes(before[1], intensity), _to_codes(frame[1], intensity)]
-            while len(pictures) <= upsample:
-                halves = [network.middle(a, b) for a, b in pairwise(pictures)]
-                pictures = [p for pair in zip(pictures[:-1], halves, strict=True) for p in pair] + pictures[-1:]
-            for number in range(1, upsample):
-                time_us = before[0] + (frame[0] - before[0]) * number / upsample
-                nearer = before if 2 * number <= upsample else frame
-                yield time_us, _from_codes(pictures[number], intensity), nearer[2]
-        yield frame[0], frame[1].astype(np.float32), frame[2]
-        before = frame
+    return upsampled(frames, upsample, invent)
 
 
 def _to_codes(image: np.ndarray, intensity: Intensity) -> np.ndarray:
