@@ -120,12 +120,7 @@ def by_tonic(windows: Sequence[WindowEvents], bins: int) -> Callable[[], object]
     from tonic.transforms import ToFrame  # pyright: ignore[reportMissingImports]
 
     transform = ToFrame(sensor_size=(200, 250, 2), n_time_bins=bins)
-    kind = [("x", "<i2"), ("y", "<i2"), ("t", "<i8"), ("p", "<i1")]
-    events = []
-    for window in windows:
-        structured = np.empty(len(window.t_us), kind)
-        structured["x"], structured["y"], structured["t"], structured["p"] = window.x, window.y, window.t_us, window.p
-        events.append(structured)
+    events = [window.to_structured() for window in windows]
 
     def run() -> None:
         for sample in events:
@@ -137,7 +132,7 @@ def by_tonic(windows: Sequence[WindowEvents], bins: int) -> Callable[[], object]
 def each(binner: Binner, windows: Sequence[WindowEvents]) -> None:
     """Bin every window; keep none, as training does not."""
     for window in windows:
-        binner(*window)
+        binner(*window.columns)
 
 
 def best_ms(work: Callable[[], object], repeats: int) -> float:

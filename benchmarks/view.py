@@ -55,7 +55,7 @@ def make_list(root: Path, first: Record, count: int) -> None:
     """A data set of `count` samples; all but the first have hardly an event."""
     building.create(root, dump_config(CONFIG))
     building.add(root, first, record_file.encode(first))
-    few = Events(*(column[:: max(1, first.events.count // 100)] for column in first.events[:4]))
+    few = Events(*(column[:: max(1, first.events.count // 100)] for column in first.events.columns))
     for index in range(1, count):
         params = evslip.draw(CONFIG, index)
         assert first.trajectory is not None

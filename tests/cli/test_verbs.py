@@ -196,7 +196,7 @@ def test_a_recording_is_converted(tmp_path):
 
 def test_a_recording_is_looked_into_labelled_windowed_and_published(tmp_path):
     events = random_events(np.random.default_rng(0), 5000, (346, 260), labelled=False)
-    events = events._replace(t_us=np.sort(np.random.default_rng(1).integers(0, 1_000_000, 5000)))
+    events = events.replace(t_us=np.sort(np.random.default_rng(1).integers(0, 1_000_000, 5000)))
     write_events(tmp_path / "a.aedat4", events, (346, 260))
     shown = evslip("info", tmp_path / "a.aedat4")
     assert shown.returncode == 0

@@ -22,7 +22,7 @@ MOST_COLUMNS = {".evt2.raw": 2048, ".raw": 2048, ".dat": 16384, ".es": 65535}
 def spread(seed: int, count: int, size: tuple[int, int], within_us: int, start_us: int = 0) -> Events:
     rng = np.random.default_rng(seed)
     t_us = start_us + np.sort(rng.integers(0, within_us + 1, count))
-    return random_events(rng, count, size, labelled=False)._replace(t_us=t_us)
+    return random_events(rng, count, size, labelled=False).replace(t_us=t_us)
 
 
 def raw(header: str, words: list[int], dtype: str) -> bytes:
@@ -30,7 +30,7 @@ def raw(header: str, words: list[int], dtype: str) -> bytes:
 
 
 def rows(events: Events) -> list[tuple[int, int, int, int]]:
-    return [(int(t), int(x), int(y), int(p)) for t, x, y, p in zip(*events[:4], strict=True)]
+    return [(int(t), int(x), int(y), int(p)) for t, x, y, p in zip(*events.columns, strict=True)]
 
 
 def words_by_brute_force(encoding: str, body: bytes) -> list[tuple[int, int, int, int]]:
@@ -89,7 +89,7 @@ def test_the_last_time_and_the_largest_sensor_are_held_and_no_more(tmp_path: Pat
         path.unlink()
     for t_us in (np.array([-1, 0]), np.array([0, latest + 1])):
         with pytest.raises(DataError, match=f"the format holds 0 to {latest} us"):
-            write_events(path, events._replace(t_us=t_us), (most, most))
+            write_events(path, events.replace(t_us=t_us), (most, most))
     with pytest.raises(DataError, match=f"the format has {most} at most"):
         write_events(path, events, (most, most + 1))
     assert not path.exists()
@@ -255,7 +255,7 @@ def test_real_and_written_prophesee_files_agree_event_by_event(tmp_path: Path, s
         path = tmp_path / f"a{suffix}"
         write_events(path, events, (640, 480))
     theirs = library.Wizard(encoding=encoding).read(str(path))
-    for mine, name in zip(events[:4], "txyp", strict=True):
+    for mine, name in zip(events.columns, "txyp", strict=True):
         np.testing.assert_array_equal(mine, theirs[name])
 
 
@@ -265,7 +265,7 @@ def test_written_evt3_agrees_event_by_event(tmp_path: Path, count: int):
     events = spread(0, count, (640, 480), 1_000_000_000)
     write_events(tmp_path / "a.raw", events, (640, 480))
     theirs = np.concatenate(list(library.events_stream_from_file(tmp_path / "a.raw")))
-    for mine, name in zip(events[:4], ("t", "x", "y", "on"), strict=True):
+    for mine, name in zip(events.columns, ("t", "x", "y", "on"), strict=True):
         np.testing.assert_array_equal(mine, theirs[name])
 
 

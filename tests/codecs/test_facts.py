@@ -52,7 +52,7 @@ def test_facts_are_those_of_a_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(source, "BLOCK_BYTES", 800)
     rng = np.random.default_rng(seed)
     steps = rng.integers(0, step, count)
-    events = random_events(rng, count, labelled=False)._replace(t_us=np.cumsum(steps))
+    events = random_events(rng, count, labelled=False).replace(t_us=np.cumsum(steps))
     write_events(tmp_path / "a.dat", events, (40, 30))
     expected = by_brute_force(events, (40, 30), 1500)
     facts = facts_of(tmp_path / "a.dat", 1500)

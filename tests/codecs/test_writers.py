@@ -11,7 +11,7 @@ from evslip.codecs import read_events, source
 from evslip.codecs.arrays import hdf5, hdf5_sink, npz
 from evslip.codecs.settings import read_settings
 from evslip.codecs.writers import writing
-from evslip.events import Events
+from evslip.events.stream import FIELDS, Events
 from evslip.utils import atomic
 from evslip.utils.errors import DataError, StorageError
 
@@ -42,7 +42,7 @@ def write(path, events: Events, pieces: int) -> None:
 
 
 def assert_equal(a: Events, b: Events) -> None:
-    for x, y in zip(a, b, strict=True):
+    for x, y in ((getattr(a, name), getattr(b, name)) for name in FIELDS):
         assert (x is None) == (y is None)
         if x is not None and y is not None:
             assert x.dtype == y.dtype

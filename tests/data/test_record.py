@@ -50,7 +50,7 @@ def records(draw_from: st.DrawFn) -> Record:
         kind="recording",
         name=draw_from(st.sampled_from(["desk", "größe 1"])),
         size=(40, 30),
-        events=events._replace(t_us=events.t_us * draw_from(st.sampled_from([1, 10**6])) + start),
+        events=events.replace(t_us=events.t_us * draw_from(st.sampled_from([1, 10**6])) + start),
         stats=draw_from(st.dictionaries(st.sampled_from("abc"), st.integers(-5, 2**40))),
     )
 
@@ -126,11 +126,11 @@ def test_an_event_costs_at_most_three_and_a_half_bytes(tmp_path: Path):
         (lambda s: {"truth": None}, "needs its parameters"),
         (lambda s: {"index": 9}, "its parameters are those of"),
         (lambda s: {"rejection": ("tipped", "")}, "rejection is"),
-        (lambda s: {"events": s.events._replace(t_us=s.events.t_us[::-1])}, "never decrease"),
-        (lambda s: {"events": s.events._replace(x=s.events.x[:-1])}, "events/x"),
-        (lambda s: {"events": s.events._replace(p=s.events.p.astype(np.uint8))}, "events/p"),
-        (lambda s: {"events": s.events._replace(body=s.events.x.astype(np.uint8))}, "events/body"),
-        (lambda s: {"events": s.events._replace(cause=np.full(200, 4, np.uint8))}, "events/cause"),
+        (lambda s: {"events": s.events.replace(t_us=s.events.t_us[::-1])}, "never decrease"),
+        (lambda s: {"events": s.events.replace(x=s.events.x[:-1])}, "events/x"),
+        (lambda s: {"events": s.events.replace(p=s.events.p.astype(np.uint8))}, "events/p"),
+        (lambda s: {"events": s.events.replace(body=s.events.x.astype(np.uint8))}, "events/body"),
+        (lambda s: {"events": s.events.replace(cause=np.full(200, 4, np.uint8))}, "events/cause"),
         (lambda s: {"trajectory": s.trajectory._replace(joints=s.trajectory.joints[:, :8])}, "joints"),
         (lambda s: {"trajectory": s.trajectory._replace(params=PARAMS)}, "other parameters"),
         (lambda s: {"trajectory": s.trajectory._replace(floor_force_n=np.full(5, np.nan))}, "not finite"),
@@ -297,7 +297,7 @@ def test_provenance_names_versions():
 
 def test_the_offset_of_the_times_is_guarded_too(tmp_path: Path):
     sample = simulated()
-    sample = dataclasses.replace(sample, events=sample.events._replace(t_us=sample.events.t_us - 2**40))
+    sample = dataclasses.replace(sample, events=sample.events.replace(t_us=sample.events.t_us - 2**40))
     whole = record_file.encode(sample)
     place = whole.index((-(2**40) + int(simulated().events.t_us[0])).to_bytes(8, "little", signed=True))
     for byte in range(8):

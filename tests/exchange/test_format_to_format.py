@@ -12,6 +12,7 @@ from evslip.codecs import read_events, write_events
 from evslip.codecs.facts import facts_of
 from evslip.data import record_file
 from evslip.data.record_file import read_recording
+from evslip.events.stream import FIELDS
 from evslip.exchange.format_to_format import convert_format
 from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.selection import Selection
@@ -45,12 +46,12 @@ def test_a_part_is_what_a_loop_would_keep(seed: int, x: int, y: int, data: st.Da
     first = int(events.t_us[0])
     expected = [
         (int(t), int(column) - x, int(row) - y, bool(on), int(body), int(cause))
-        for t, column, row, on, body, cause in zip(*events, strict=True)  # pyright: ignore[reportArgumentType]
+        for t, column, row, on, body, cause in zip(*(getattr(events, name) for name in FIELDS), strict=True)
         if x <= column < x + width and y <= row < y + height and start * 1000 <= t - first < end * 1000
         if polarity is None or on == (polarity == "on")
     ]
     shift = expected[0][0] if from_zero and expected else 0
-    assert [tuple(row) for row in zip(*(column.tolist() for column in kept), strict=True)] == [  # pyright: ignore
+    assert [tuple(row) for row in zip(*(getattr(kept, name).tolist() for name in FIELDS), strict=True)] == [
         (t - shift, *rest) for t, *rest in expected
     ]
     assert selector.size == (width, height)
@@ -67,11 +68,11 @@ def test_what_is_lost_is_said(tmp_path: Path):
 
 def test_times_of_a_clock_are_shifted_on_demand(tmp_path: Path):
     events = random_events(np.random.default_rng(0), 50, labelled=False)
-    write_events(tmp_path / "a.npz", events._replace(t_us=events.t_us + 1_605_537_493_718_345), (40, 30))
+    write_events(tmp_path / "a.npz", events.replace(t_us=events.t_us + 1_605_537_493_718_345), (40, 30))
     with pytest.raises(DataError, match=r"a\.raw: times from .* the format holds 0 to .*--from-zero"):
         convert_format(tmp_path / "a.npz", tmp_path / "a.raw")
     convert_format(tmp_path / "a.npz", tmp_path / "a.raw", Selection(from_zero=True))
-    assert_equal(read_events(tmp_path / "a.raw"), events._replace(t_us=events.t_us - events.t_us[0]))
+    assert_equal(read_events(tmp_path / "a.raw"), events.replace(t_us=events.t_us - events.t_us[0]))
 
 
 @pytest.mark.parametrize(

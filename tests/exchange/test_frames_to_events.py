@@ -13,7 +13,8 @@ from PIL import Image
 from evslip.codecs.clips import rife
 from evslip.codecs.settings import read_settings
 from evslip.data.record_file import read_recording
-from evslip.events import EventCamera, Events
+from evslip.events import EventCamera
+from evslip.events.stream import FIELDS, Events
 from evslip.exchange.frames_to_events import FrameConversion, convert_frames, open_frames
 from evslip.utils.errors import DataError, EvslipError, MissingExtraError
 from evslip.view.pictures.preview import preview
@@ -45,7 +46,7 @@ def run(conversion: FrameConversion, out, **options) -> Events:
 
 
 def same(a: Events, b: Events) -> bool:
-    pairs = zip(a, b, strict=True)
+    pairs = [(getattr(a, name), getattr(b, name)) for name in FIELDS]
     return all(np.array_equal(x, y) for x, y in pairs if x is not None and y is not None)
 
 

@@ -34,7 +34,7 @@ def long_events(seconds: float = 2.0, start_us: int = 0, count: int = 4000, seed
     rng = np.random.default_rng(seed)
     times = start_us + np.sort(rng.integers(0, round(seconds * 1e6), count))
     times[0] = start_us
-    return random_events(rng, count, SIZE, labelled=False)._replace(t_us=times)
+    return random_events(rng, count, SIZE, labelled=False).replace(t_us=times)
 
 
 @pytest.fixture

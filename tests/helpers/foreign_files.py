@@ -33,7 +33,7 @@ def bag(path: Path, events: Events, size: tuple[int, int], images: list[np.ndarr
             header = head(number, time(0, 0), "dvs")
             rows = [
                 event(int(x), int(y), time(int(t) // 10**6, int(t) % 10**6 * 1000 + 999), bool(p))
-                for t, x, y, p in zip(*events.select(part)[:4], strict=True)
+                for t, x, y, p in zip(*events[part].columns, strict=True)
             ]
             message: Any = array(header, size[1], size[0], cast(Any, rows))
             writer.write(topic, number, store.serialize_ros1(message, rosbag._KINDS[0]))

@@ -6,7 +6,7 @@ from evslip.config.loading import load_config
 from evslip.config.params import Params
 from evslip.data.record import Record
 from evslip.draws.draw import draw
-from evslip.events.stream import Events
+from evslip.events.stream import FIELDS, Events
 from evslip.physics.episodes import Episode
 from evslip.physics.motion.phases import PHASE_NAMES
 from evslip.physics.trajectory import Trajectory
@@ -79,6 +79,9 @@ def assert_equal(one: object, other: object) -> None:
         np.testing.assert_array_equal(one, other)
     elif isinstance(one, Record) and isinstance(other, Record):
         for name in Record.__dataclass_fields__:
+            assert_equal(getattr(one, name), getattr(other, name))
+    elif isinstance(one, Events) and isinstance(other, Events):
+        for name in FIELDS:
             assert_equal(getattr(one, name), getattr(other, name))
     elif isinstance(one, tuple) and isinstance(other, tuple):
         assert len(one) == len(other)

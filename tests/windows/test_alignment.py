@@ -62,4 +62,4 @@ def test_records_of_two_sensors_make_no_windows():
 def _shifted(events: Events, dx: int, dy: int, size: tuple[int, int]) -> Events:
     x, y = events.x.astype(int) - dx, events.y.astype(int) - dy
     inside = np.flatnonzero((x >= 0) & (x < size[0]) & (y >= 0) & (y < size[1]))
-    return events.select(inside)._replace(x=x[inside].astype(np.uint16), y=y[inside].astype(np.uint16))
+    return events.select(inside).replace(x=x[inside].astype(np.uint16), y=y[inside].astype(np.uint16))

@@ -24,7 +24,7 @@ def sets(tmp_path_factory: pytest.TempPathFactory) -> list[Samples]:
     for folder in ("near", "far"):
         (home / folder).mkdir()
         for number, record in enumerate(slip_records(4)):
-            events = record.events if folder == "near" else record.events._replace(p=~record.events.p)
+            events = record.events if folder == "near" else record.events.replace(p=~record.events.p)
             write(home / folder / f"{number}.h5", replace(record, kind="recording", split=None, events=events))
     return [open_samples(home / folder) for folder in ("near", "far")]
 

@@ -55,12 +55,12 @@ def _parts(path: Path, bottom: int) -> Iterator[Events]:
         content = np.concatenate([rest, block])
         most = len(content) // _EVENT_BYTES
         events = Events(*(np.empty(most, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_)))
-        count, used, now = _decode(content, now, *events[:4])
+        count, used, now = _decode(content, now, *events.columns)
         rest = content[used:].copy()
         # A copy where many bytes were not events: a view would keep the whole arrays alive.
         events = events.select(slice(count) if count > most // 2 else np.arange(count))
         # A row below the bottom stays beyond the sensor for the caller to see.
-        yield events._replace(y=((bottom - events.y.astype(np.int32)) % 65536).astype(np.uint16))
+        yield events.replace(y=((bottom - events.y.astype(np.int32)) % 65536).astype(np.uint16))
     if len(rest):
         raise DataError(f"{path}: truncated in the last event")
 
@@ -80,7 +80,7 @@ class Sink(sink.Sink):
         if events.count:
             overflows = int((np.diff(events.t_us, prepend=self._now) // _LONGEST_STEP).sum())
             content = np.empty(_EVENT_BYTES * events.count + overflows, np.uint8)
-            _encode(*events[:4], self._now, self._bottom, content)
+            _encode(*events.columns, self._now, self._bottom, content)
             self._now = int(events.t_us[-1])
             self.put(content.tobytes())
 

@@ -44,7 +44,7 @@ class Selector:
             kept = self.events(events, first_us)
             if self._selection.from_zero and kept.count:
                 zero_us = int(kept.t_us[0]) if zero_us is None else zero_us
-                kept = kept._replace(t_us=kept.t_us - zero_us)
+                kept = kept.replace(t_us=kept.t_us - zero_us)
             yield kept
             if self._selection.slice_s is not None and last_us >= first_us + round(self._selection.slice_s[1] * 1e6):
                 return
@@ -65,7 +65,7 @@ class Selector:
         if not (left or top or self._selection.rotate or self._selection.flip):
             return events
         x, y = self._turned(events.x.astype(np.int32) - left, events.y.astype(np.int32) - top)
-        return events._replace(x=x.astype(np.uint16), y=y.astype(np.uint16))
+        return events.replace(x=x.astype(np.uint16), y=y.astype(np.uint16))
 
     def image(self, image: np.ndarray) -> np.ndarray:
         """Selected part of a picture of the sensor, of shape (height, width, ...)."""

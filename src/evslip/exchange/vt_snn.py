@@ -33,7 +33,7 @@ def export_windows(windows: Windows, out: str | Path) -> int:
     for i in range(len(windows)):
         name = "rotate" if windows.label[i] == Label.SLIP else "stable"
         counts[name] += 1
-        t_us, x, y, p = windows[i]
+        t_us, x, y, p = windows[i].columns
         events = Events(t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p)
         write_events(home / f"{name}_{counts[name]:0{digits}d}_td.mat", events, size)
     return len(windows)

@@ -141,7 +141,7 @@ def crop(events: Events, settings: WindowSettings) -> Events:
     """The events in the crop, columns and rows (uint8) counted from its corner."""
     x, y = events.x.astype(np.int32) - settings.left, events.y.astype(np.int32) - settings.top
     inside = np.flatnonzero((x >= 0) & (x < settings.width) & (y >= 0) & (y < settings.height))
-    return events.select(inside)._replace(x=x[inside].astype(np.uint8), y=y[inside].astype(np.uint8))
+    return events.select(inside).replace(x=x[inside].astype(np.uint8), y=y[inside].astype(np.uint8))
 
 
 def _append(

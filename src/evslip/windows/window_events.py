@@ -5,8 +5,6 @@ An event is the time since the one before (7 bits) with its polarity (1 bit), it
 lies there: 14,000 windows of 40,000 events take 1.7 GB.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from evslip.events.stream import Events
@@ -15,17 +13,11 @@ from evslip.utils.jit import compiled
 PAUSE = 127
 
 
-class WindowEvents(NamedTuple):
-    """The events of one window in its crop, in order of time."""
+class WindowEvents(Events):
+    """The events of one window in its crop, in order of time: `t_us` in microseconds since the window's start, uint32;
+    `x` and `y` columns and rows in the crop, uint8; `p` the polarity, bool; without labels."""
 
-    t_us: np.ndarray
-    """Microseconds since the window's start, uint32 of shape (n,)."""
-    x: np.ndarray
-    """Columns in the crop, uint8 of shape (n,)."""
-    y: np.ndarray
-    """Rows in the crop, uint8 of shape (n,)."""
-    p: np.ndarray
-    """Polarity, bool of shape (n,)."""
+    __slots__ = ()
 
     @classmethod
     def of(cls, cropped: Events, start_us: int) -> "WindowEvents":
@@ -72,7 +64,7 @@ def pack(events: WindowEvents) -> np.ndarray:
     """Events in order of time as uint8 of shape (entries, 3)."""
     last = int(events.t_us[-1]) if len(events.t_us) else 0
     out = np.empty((len(events.t_us) + last // PAUSE + 1, 3), np.uint8)
-    return out[: _pack(*events, out)].copy()
+    return out[: _pack(*events.columns, out)].copy()
 
 
 def unpack(packed: np.ndarray, number: int) -> WindowEvents | None:
@@ -81,4 +73,4 @@ def unpack(packed: np.ndarray, number: int) -> WindowEvents | None:
         return None
     columns = (np.empty(number, kind) for kind in (np.uint32, np.uint8, np.uint8, np.bool_))
     events = WindowEvents(*columns)
-    return events if _unpack(packed, *events) == number else None
+    return events if _unpack(packed, *events.columns) == number else None

@@ -49,8 +49,8 @@ def test_a_pattern_moved_in_time_moves_along_the_time_axis() -> None:
     """The public code views (B, C, H, W, T) as (B, C, T, H, W): there, time is scrambled over rows and columns."""
     network = CNN3d()
     early = random_window(0, 2000)
-    early = early._replace(t_us=np.sort(early.t_us % 40_000).astype(np.uint32))
-    late = early._replace(t_us=(early.t_us + 16_000).astype(np.uint32))  # 16 ms: 35 bins, 7 strides
+    early = early.replace(t_us=np.sort(early.t_us % 40_000).astype(np.uint32))
+    late = early.replace(t_us=(early.t_us + 16_000).astype(np.uint32))  # 16 ms: 35 bins, 7 strides
     one, other = dense([network.prepare(early)], network.grid)[0], dense([network.prepare(late)], network.grid)[0]
     torch.testing.assert_close(other[:, 35:], one[:, :-35])
     assert not other[:, :35].any()

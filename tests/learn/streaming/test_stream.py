@@ -31,7 +31,7 @@ def test_answers_equal_those_on_the_windows(model: Path) -> None:
     start_us = HELD.start * 1000
     events = record.events.between(start_us, 2_400_000)
     first = Events(np.array([start_us]), np.zeros(1, np.uint16), np.zeros(1, np.uint16), np.ones(1, bool))
-    events = Events(*(np.concatenate([a, b]) for a, b in zip(first[:4], events[:4], strict=True)))
+    events = Events(*(np.concatenate([a, b]) for a, b in zip(first.columns, events.columns, strict=True)))
     windows = windows_of([record], WindowSettings(balance=False, hold_deg=1, hold_mm=2))
     found = detect(model, events, SIZE, hop_s=0.16)
     which = np.isin(found.t_us, windows.start_us + 160_000)

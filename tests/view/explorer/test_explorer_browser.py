@@ -121,7 +121,7 @@ def moving(tmp_path: Path) -> Path:
     trajectory = evslip.simulate(params)
     truth = measure(trajectory)
     events = random_events(np.random.default_rng(0), 500)
-    events = events._replace(t_us=events.t_us + truth.span_us[0])
+    events = events.replace(t_us=events.t_us + truth.span_us[0])
     root = tmp_path / "moving"
     building.create(root, dump_config(CONFIG))
     sample = dataclasses.replace(simulated(0), params=params, trajectory=trajectory, truth=truth, events=events)

@@ -25,7 +25,7 @@ def test_every_window_has_its_pictures(tmp_path: Path):
     truth = measure(trajectory)
     events = random_events(np.random.default_rng(0), 3000)
     first, last = truth.span_us
-    events = events._replace(t_us=first + events.t_us * (last - first) // 50_000)
+    events = events.replace(t_us=first + events.t_us * (last - first) // 50_000)
     root = tmp_path / "data"
     building.create(root, dump_config(CONFIG))
     sample = dataclasses.replace(simulated(0), params=params, trajectory=trajectory, truth=truth, events=events)

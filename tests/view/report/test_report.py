@@ -101,7 +101,7 @@ def long_sample(index: int, split: str):
     truth = Truth(t_us, angle, rotation, np.zeros((n, 3)), held, (800_000, 6_700_000), 2_000_000 if slips else None)
     arrays = [np.ones((n, 7)), np.ones((n, 7)), np.zeros((n, 9)), np.zeros((n, 2)), np.zeros(n)]
     events = random_events(rng, 4000)
-    events = events._replace(t_us=np.sort(rng.integers(800_000, 6_700_000, 4000)))
+    events = events.replace(t_us=np.sort(rng.integers(800_000, 6_700_000, 4000)))
     return dataclasses.replace(sample, truth=truth, trajectory=Trajectory(sample.params, t_us, *arrays), events=events)
 
 

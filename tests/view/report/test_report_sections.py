@@ -183,7 +183,7 @@ def test_the_pictures_of_a_window_show_its_events(tmp_path: Path):
     assert strip.shape == (3, 3 * 4 + 2 * 3, 3)
     coloured = np.argwhere(np.ptp(strip.astype(int), axis=2) > 100).tolist()
     assert coloured == [[0, 0], [0, 7 + 1], [0, 14 + 2]]
-    cut = record.events._replace(t_us=record.events.t_us - 1_000_000)
+    cut = record.events.replace(t_us=record.events.t_us - 1_000_000)
     np.testing.assert_array_equal(of_events(cut, settings), strip)
     failure = Failure("train/0000003", 1_000_000, True, 0.1)
     failures.save_pictures(tmp_path, [(failure, strip)])

@@ -9,7 +9,7 @@ import numpy as np
 
 from evslip.codecs.source import BLOCK_EVENTS, Source, check_count
 from evslip.events.checks import check_events, check_size
-from evslip.events.stream import Events
+from evslip.events.stream import FIELDS, Event, Events
 from evslip.utils import atomic, npz
 from evslip.utils.errors import DataError
 
@@ -18,10 +18,10 @@ def stream(path: Path) -> Source:
     """The events and the sensor's (width, height). Raises DataError."""
     with npz.archive(path) as archive:
         found = npz.names(archive)
-        lacking = [name for name in (*Events._fields[:4], "size") if name not in found]
+        lacking = [name for name in (*Event._fields, "size") if name not in found]
         if lacking:
             raise DataError(f"{path}: lacks {', '.join(lacking)}; expected the arrays t_us, x, y, p and size")
-        names = [name for name in Events._fields if name in found]
+        names = [name for name in FIELDS if name in found]
         shapes = {}
         for name in names:
             with npz.member(archive, name, path) as stored:
@@ -49,7 +49,7 @@ def write(path: Path, events: Events, size: tuple[int, int], settings: str | Non
     """Write atomically; `settings`: JSON text for the array of that name. Raises StorageError."""
     check_events(events, size, path)
     buffer = io.BytesIO()
-    arrays = {name: column for name, column in events._asdict().items() if column is not None}
+    arrays = {name: getattr(events, name) for name in FIELDS if getattr(events, name) is not None}
     if settings is not None:
         arrays["settings"] = np.array(settings)
     np.savez_compressed(buffer, size=np.array(size), **arrays)

@@ -50,7 +50,7 @@ class Sink(sink.Sink):
 
     def push(self, events: Events) -> None:
         """The next events."""
-        events = concatenate([self._waiting, Events(*events[:4])])
+        events = concatenate([self._waiting, Events(*events.columns)])
         full = events.count - events.count % _PACKET
         for start in range(0, full, _PACKET):
             self._packet(events.select(slice(start, start + _PACKET)))
@@ -66,7 +66,7 @@ class Sink(sink.Sink):
 
     def _packet(self, events: Events) -> None:
         rows = np.zeros(events.count, EVENT)
-        for name, column in zip(("t", "x", "y", "on"), events[:4], strict=True):
+        for name, column in zip(("t", "x", "y", "on"), events.columns, strict=True):
             rows[name] = column
         data = lz4.frame.compress(buffer(b"EVTS", Vector(events.count, rows.tobytes())))
         span = int(events.t_us[0]), int(events.t_us[-1])

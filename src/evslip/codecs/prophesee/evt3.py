@@ -29,7 +29,7 @@ class Decoder:
         count = _decode(words, self._state.copy(), False, *nothing)
         columns = (np.empty(count, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_))
         events = Events(*columns)
-        _decode(words, self._state, True, *events[:4])
+        _decode(words, self._state, True, *events.columns)
         return events
 
 
@@ -45,7 +45,7 @@ class Encoder:
             return np.empty(0, np.uint16)
         steps = (int(events.t_us[-1]) >> 22) - (max(int(self._state[0]), 0) >> 10) + 2
         words = np.empty(4 * events.count + 2 * steps, np.uint16)
-        return words[: _encode(*events[:4], self._state, words)]
+        return words[: _encode(*events.columns, self._state, words)]
 
 
 @compiled()

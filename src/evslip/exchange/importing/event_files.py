@@ -41,7 +41,7 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
     return replace(
         known,
         size=selector.size,
-        events=events._replace(t_us=events.t_us - zero_us),
+        events=events.replace(t_us=events.t_us - zero_us),
         footage=selector.footage(footage, zero_us) if how.frames else None,
         notes=known.notes | {name: text for name, text in notes.items() if text and name not in known.notes},
     )

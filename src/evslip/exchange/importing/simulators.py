@@ -89,7 +89,7 @@ def _events_of(folder: Path, zero_us: int, footage: Footage | None, how: Importi
         events = concatenate(list(source.parts))
         if stated is not None and stated != how.simulated_size:
             raise ConfigError(f"{files[0]}: from a sensor of {stated[0]} x {stated[1]} pixels; expected --size of it")
-        return events._replace(t_us=events.t_us - zero_us), files[0].name
+        return events.replace(t_us=events.t_us - zero_us), files[0].name
     if footage is None:
         raise DataError(f"{folder}: neither events nor frames")
     from evslip.codecs.clips.grey import to_grey

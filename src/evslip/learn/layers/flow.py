@@ -116,4 +116,4 @@ def normal_flow(events: WindowEvents, size: tuple[int, int]) -> np.ndarray:
 def thinned(events: WindowEvents, most: int = MOST_EVENTS) -> WindowEvents:
     """At most so many events, evenly taken."""
     step = -(-len(events.t_us) // most) or 1
-    return WindowEvents(*(column[::step] for column in events))
+    return events[::step]

@@ -38,7 +38,7 @@ def counts(events: WindowEvents, size: tuple[int, int], length_us: int, bins: in
     `size` is the crop's (width, height).
     """
     out = np.zeros((bins, 2, cells(size[1], pool), cells(size[0], pool)), np.float32)
-    _count(*events, length_us, bins, pool, out)
+    _count(*events.columns, length_us, bins, pool, out)
     return out
 
 
@@ -46,5 +46,5 @@ def voxel_grid(events: WindowEvents, size: tuple[int, int], length_us: int, bins
     """Sum of polarities (+1, -1), each shared between the two nearest of `bins` points in time: float32 (bins, rows,
     columns). Zhu et al. 2019."""
     out = np.zeros((bins, cells(size[1], pool), cells(size[0], pool)), np.float32)
-    _voxels(*events, length_us, pool, out)
+    _voxels(*events.columns, length_us, pool, out)
     return out

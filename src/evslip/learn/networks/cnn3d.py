@@ -45,7 +45,7 @@ class CNN3d(Network):
         self.head = nn.Linear(8 * shape[0] * shape[1] * shape[2], 2)
 
     def prepare(self, events: WindowEvents) -> Occupancy:
-        return self._binner(*events)
+        return self._binner(*events.columns)
 
     def forward(self, batch: Sequence[Occupancy]) -> torch.Tensor:
         if self.device.type == "cpu":

@@ -34,7 +34,7 @@ class MLP(Network):
         self.head = nn.Linear(32, 2)
 
     def prepare(self, events: WindowEvents) -> Occupancy:
-        return self._binner(*events)
+        return self._binner(*events.columns)
 
     def forward(self, batch: Sequence[Occupancy]) -> torch.Tensor:
         if self.device.type == "cpu":

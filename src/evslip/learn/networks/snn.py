@@ -44,7 +44,7 @@ class SNN(Network):
 
     def prepare(self, events: WindowEvents) -> Patterns:
         """The input neurons' spikes."""
-        return self.input_neurons(self._binner(*events))
+        return self.input_neurons(self._binner(*events.columns))
 
     def forward(self, batch: Sequence[Patterns]) -> torch.Tensor:
         return torch.log1p(self.spikes(batch).sum(-1))

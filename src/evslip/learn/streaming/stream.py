@@ -96,7 +96,7 @@ class Detector:
                 f"{(now - self._next_us) / 1e6:,.0f} s pushed at once, answered every {self._hop_us / 1e6:g} s: "
                 f"expected at most {MOST_ANSWERS:,} answers, a longer hop_s, or shorter pieces"
             )
-        self._kept = concatenate([self._kept, crop(Events(*events[:4]), self._crop)])
+        self._kept = concatenate([self._kept, crop(Events(*events.columns), self._crop)])
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
         bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
         counts = bounds[1] - bounds[0]

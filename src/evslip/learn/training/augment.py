@@ -33,9 +33,9 @@ class Augmentation:
         if s.time_dropout:
             length = self._geometry.length_us * s.time_dropout * rng.random()
             start = rng.random() * (self._geometry.length_us - length)
-            events = _kept(events, (events.t_us < start) | (events.t_us >= start + length))
+            events = events[(events.t_us < start) | (events.t_us >= start + length)]
         if s.event_dropout:
-            events = _kept(events, rng.random(len(events.t_us)) >= s.event_dropout * rng.random())
+            events = events[rng.random(len(events)) >= s.event_dropout * rng.random()]
         if s.noise_hz:
             events = merged(events, shot_noise(s.noise_hz * rng.random() ** 2, self._geometry, rng))
         if self._noise is not None:
@@ -53,15 +53,14 @@ class Augmentation:
 
 def flipped(events: WindowEvents, width: int) -> WindowEvents:
     """Mirrored left to right."""
-    return events._replace(x=(width - 1 - events.x).astype(np.uint8))
+    return events.replace(x=(width - 1 - events.x).astype(np.uint8))
 
 
 def shifted(events: WindowEvents, dx: int, dy: int, geometry: Geometry) -> WindowEvents:
     """Moved by so many pixels; what leaves the crop is lost."""
     x, y = events.x.astype(np.int16) + dx, events.y.astype(np.int16) + dy
     inside = (x >= 0) & (x < geometry.width) & (y >= 0) & (y < geometry.height)
-    moved = events._replace(x=x.astype(np.uint8), y=y.astype(np.uint8))
-    return _kept(moved, inside)
+    return events.replace(x=x.astype(np.uint8), y=y.astype(np.uint8))[inside]
 
 
 def shot_noise(rate_hz: float, geometry: Geometry, rng: np.random.Generator) -> WindowEvents:
@@ -78,11 +77,8 @@ def shot_noise(rate_hz: float, geometry: Geometry, rng: np.random.Generator) -> 
 def merged(events: WindowEvents, others: WindowEvents) -> WindowEvents:
     """Both, in order of time."""
     order = np.argsort(np.concatenate([events.t_us, others.t_us]), kind="stable")
-    return WindowEvents(*(np.concatenate([one, other])[order] for one, other in zip(events, others, strict=True)))
-
-
-def _kept(events: WindowEvents, which: np.ndarray) -> WindowEvents:
-    return WindowEvents(*(column[which] for column in events))
+    pairs = zip(events.columns, others.columns, strict=True)
+    return WindowEvents(*(np.concatenate(pair)[order] for pair in pairs))
 
 
 def _noise(path: str, windows: WindowSettings) -> Events:

@@ -140,7 +140,7 @@ def _of_windows(data: "EvaluationData", wanted: dict[str, list[Failure]]) -> Ite
     assert cut is not None  # asked before
     for failure in (one for some in wanted.values() for one in some):
         for i in np.flatnonzero((cut.name == failure.name) & (cut.start_us == failure.start_us))[:1]:
-            t_us, x, y, p = cut[int(i)]
+            t_us, x, y, p = cut[int(i)].columns
             yield failure, of_events(Events(t_us.astype(np.int64), x, y, p), cut.settings)
 
 
