@@ -5,6 +5,7 @@ A new verb is a function whose docstring is its help, and one line in VERBS.
 """
 
 import ast
+import contextlib
 import importlib
 import io
 import os
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from evslip.utils.errors import ConfigError, EvslipError
+from evslip.utils.progress import shown
 from evslip.utils.version import __version__
 
 DESCRIPTION = "Event-camera data for slip detection: generate, label, train, measure."
@@ -47,6 +49,9 @@ VERBS = {
     "doctor": "doctor",
 }
 """File of each verb's function; it is imported when the verb is named, so that --help is quick."""
+
+ENDLESS = ("view", "label")
+"""Verbs that end when a person wants it: their progress is none of ours."""
 
 
 def main() -> None:
@@ -103,13 +108,14 @@ def run(words: list[str]) -> None:
     from evslip.cli.usage import understood
 
     verb, *rest = words
-    function = getattr(importlib.import_module(f"evslip.cli.{VERBS[verb]}"), function_of(verb))
-    try:
-        understood(function, verb, rest)()
-    except ModuleNotFoundError as error:
-        from evslip.cli.doctor import remedy
+    with contextlib.nullcontext() if verb in ENDLESS else shown(verb):
+        function = getattr(importlib.import_module(f"evslip.cli.{VERBS[verb]}"), function_of(verb))
+        try:
+            understood(function, verb, rest)()
+        except ModuleNotFoundError as error:
+            from evslip.cli.doctor import remedy
 
-        raise remedy(error) from None
+            raise remedy(error) from None
 
 
 def function_of(verb: str) -> str:

@@ -8,8 +8,9 @@ from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
 from evslip.exchange.publishing.publication import Publication
-from evslip.utils.console import console, progress_bar
+from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
+from evslip.utils.progress import Step
 
 if TYPE_CHECKING:
     from evslip.generation.progress import Made
@@ -106,7 +107,7 @@ def publish(dataset: Positional[Path], out: Positional[Path], *, settings: Publi
     """
     from evslip.exchange.publishing.publish import publish as run
 
-    with progress_bar("publish", None) as advance:
+    with Step("publish") as advance:
         count = run(dataset, out, settings, advance)
     console.print(f"{out}: {count} samples, README.md and croissant.json")
 

@@ -28,6 +28,7 @@ def demo(out: Positional[Path] = Path("demo"), *, count: int = 24, workers: int 
     """
     if count < 6:
         raise ConfigError(f"count: {count} is out of range, expected 6 or more, to have both labels on both sides")
+    console.print(f"{out}: {count} samples, windows of them, a detector, its scores, a report")
     from evslip.config.loading import load_config
     from evslip.data.dataset import open_dataset
     from evslip.generation.generate import generate

@@ -6,8 +6,9 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from evslip.cli.options import Split
-from evslip.utils.console import console, print_table, progress_bar
+from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
+from evslip.utils.progress import Step
 from evslip.windows.settings import Align
 
 
@@ -57,7 +58,7 @@ def evaluate(
     examined = open_evaluation_data(data, split)
     found = []
     for model in models:
-        with progress_bar(f"evaluate {model.name}", examined.steps) as advance:
+        with Step(f"evaluate {model.name}", examined.steps) as advance:
             found.append(
                 evaluate_model(model, examined, hop_s=hop_s, resamples=resamples, align=align, progress=advance)
             )

@@ -5,8 +5,9 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from evslip.utils.console import console, progress_bar
+from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
+from evslip.utils.progress import Step
 from evslip.view.pictures.film_settings import FilmSettings
 
 Times = Annotated[UseAppendAction[tuple[float, ...]], arg(metavar="SECONDS")]
@@ -48,7 +49,7 @@ def video(
     if not records:
         raise ConfigError("records: expected one or more files")
     film = Film([read_recording(path) for path in records], settings)
-    with progress_bar("video", len(film)) as advance:
+    with Step("video", len(film)) as advance:
         film.write(out, advance)
     console.print(f"{out}: {len(film)} pictures")
 
@@ -69,7 +70,7 @@ def rerun(source: Positional[Path], out: Positional[Path], *, count: int = 4) ->
         raise ConfigError(f"count: {count} is out of range, expected 1 or more")
     shelf = open_shelf(source)
     number = min(count, len(shelf))
-    with progress_bar("rerun", number) as advance:
+    with Step("rerun", number) as advance:
         write_rerun(out, (shelf.read(position) for position in range(number)), advance)
     console.print(f"{out}: {number} samples")
 
@@ -157,7 +158,7 @@ def render(
         from evslip.rendering.pathtrace.variant import describe
 
         console.print(describe())
-    with progress_bar("render", len(times_us)) as advance:
+    with Step("render", len(times_us)) as advance:
         replay(stored, out, times_us, size=shape, view=camera, color=color, outputs=names, progress=advance)
     console.print(f"{out}: {len(times_us)} pictures")
 

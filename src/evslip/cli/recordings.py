@@ -7,7 +7,7 @@ from tyro.conf import Positional, arg
 
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selection import Flip, Rotation
-from evslip.utils.console import console, progress_bar
+from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 
 RESTLESS = 3.0
@@ -73,8 +73,7 @@ def convert(
     from evslip.exchange.selection import Selection
 
     selection = Selection(crop, slice, polarity, from_zero, rotate, flip)
-    with progress_bar("events", None) as advance:
-        done = convert_format(source, out, selection, advance)
+    done = convert_format(source, out, selection)
     console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
@@ -101,8 +100,7 @@ def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) ->
     if json:
         print(dumps(facts_of(file, gap_us).as_json() | {"record": known}, indent=2))
         return
-    with progress_bar("events", None) as advance:
-        facts = facts_of(file, gap_us, advance)
+    facts = facts_of(file, gap_us)
     for line in [*facts.lines(gap_us), *(f"{name:>9}  {text}" for name, text in known.items())]:
         console.print(line)
 

@@ -6,8 +6,9 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from evslip.cli.options import HIDDEN, Split, given, options_of
-from evslip.utils.console import console, progress_bar
+from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
+from evslip.utils.progress import Step
 from evslip.windows.settings import WindowSettings
 
 CROP = ("left", "top", "width", "height", "sensor_width", "sensor_height")
@@ -59,5 +60,5 @@ def windows(
     if visualize is not None:
         from evslip.view.pictures.window_pictures import write_windows
 
-        with progress_bar("windows", len(cut)) as advance:
+        with Step("windows", len(cut)) as advance:
             write_windows(visualize, cut, sets[0], advance)

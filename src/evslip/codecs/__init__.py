@@ -35,7 +35,9 @@ def open_events(path: str | Path) -> "Source":
 
 def raw_source(path: str | Path) -> "Source":
     """The events of a file as they are, even out of order or beyond the sensor. Raises DataError as `open_events`."""
-    return format_of(path).codec.stream(Path(path))
+    from evslip.codecs.source import counted
+
+    return counted(format_of(path).codec.stream(Path(path)), Path(path))
 
 
 def write_events(path: str | Path, events: Events, size: tuple[int, int] | None = None) -> None:

@@ -1,6 +1,5 @@
 """Facts of a file of events, found in one reading part by part, in memory that does not grow with the file."""
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -89,17 +88,15 @@ class Facts:
         return [f"{name:>9}  {value}" for name, value in rows.items()]
 
 
-def facts_of(path: str | Path, gap_us: int = PEAK_US, progress: Callable[[int], None] = lambda count: None) -> Facts:
+def facts_of(path: str | Path, gap_us: int = PEAK_US) -> Facts:
     """Read a file of events of any known format. Disorder and pixels beyond the sensor are counted, not refused.
 
-    gap_us: from which length on a pause counts. progress: called with the number of events that were read. Raises
-    DataError.
+    gap_us: from which length on a pause counts. Raises DataError.
     """
     source = raw_source(path)
     counts = _Counts(source.size, gap_us)
     for events in source.parts:
         counts.add(events)
-        progress(events.count)
     return counts.facts(format_of(path).name)
 
 

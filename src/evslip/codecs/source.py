@@ -9,6 +9,7 @@ import numpy as np
 from evslip.events.checks import StreamChecker, extent
 from evslip.events.stream import Events, concatenate
 from evslip.utils.errors import DataError
+from evslip.utils.progress import Step
 
 BLOCK_BYTES = 1 << 21
 """Bytes of a file that are decoded at once."""
@@ -31,6 +32,18 @@ class Source(NamedTuple):
     """The sensor's (width, height) as the file states it; None: it does not, the events' extent stands in for it."""
     parts: Iterator[Events]
     """The stream in pieces of any size, decoded when asked for. Order and extent are not checked: see `checked`."""
+
+
+def counted(source: Source, path: Path) -> Source:
+    """The same source, whose events are counted while they are read."""
+
+    def parts() -> Iterator[Events]:
+        with Step(f"{path.name}, events") as read:
+            for part in source.parts:
+                yield part
+                read(part.count)
+
+    return source._replace(parts=parts())
 
 
 def checked(source: Source, where: object) -> Iterator[Events]:

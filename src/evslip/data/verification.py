@@ -6,6 +6,7 @@ from pathlib import Path
 from evslip.data import requested
 from evslip.data.journal import read_journals
 from evslip.data.layout import JOURNAL, SAMPLES, is_temporary, sample_path, sha256_of
+from evslip.utils.progress import over
 from evslip.utils.seeds import SPLITS
 
 
@@ -25,7 +26,7 @@ def find_problems(root: Path, splits: tuple[str, ...], progress: Callable[[int, 
         if is_temporary(path):
             problems.append(f"{path}: a temporary file left behind")
     problems += [f"{p}: surplus, not a journal" for p in kept if p.suffix != ".jsonl" and not is_temporary(p)]
-    for done, path in enumerate(present, 1):
+    for done, path in enumerate(over("files", present), 1):
         if is_temporary(path):
             problems.append(f"{path}: a temporary file left behind")
         elif path not in expected:

@@ -9,6 +9,7 @@ from evslip.draws import provoked_slips
 from evslip.draws.draw import draw
 from evslip.draws.draw_plan import make_plan
 from evslip.draws.splits import TEXTURE, domain, is_divided
+from evslip.utils.progress import over
 
 
 class Separation(NamedTuple):
@@ -43,7 +44,7 @@ def separate(config: Config, counts: Mapping[str, int]) -> Separation:
     values: dict[str, dict[str, set[Any]]] = defaultdict(lambda: {split: set() for split in counts})
     kinds: dict[str, dict[str, set[str]]] = defaultdict(lambda: {split: set() for split in counts})
     for split, count in counts.items():
-        for index in range(count):
+        for index in over(f"{split} samples", range(count)):
             params = draw(config, index, split)
             for key in _drawn_keys(config, index, split):
                 section, name = key.split(".")

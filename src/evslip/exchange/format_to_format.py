@@ -1,6 +1,5 @@
 """Conversion from one format of events to another, of all or a part, in memory that does not grow with the file."""
 
-from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +9,6 @@ from evslip.codecs import format_of, open_events
 from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
 from evslip.data.record_file import is_record
-from evslip.events.stream import Events
 from evslip.exchange.selection import EVERYTHING, Selection
 from evslip.exchange.selector import Selector
 from evslip.utils.errors import DataError
@@ -31,16 +29,11 @@ class ConvertedFormat(NamedTuple):
     """Kinds of data that the source holds and the file that was written does not."""
 
 
-def convert_format(
-    source: str | Path,
-    out: str | Path,
-    selection: Selection = EVERYTHING,
-    progress: Callable[[int], None] = lambda count: None,
-) -> ConvertedFormat:
+def convert_format(source: str | Path, out: str | Path, selection: Selection = EVERYTHING) -> ConvertedFormat:
     """Read the events of a file of any known format and write those of `selection` in the format of `out`'s suffix.
 
-    A file that does not state the sensor's size is read twice, first for its extent. progress: called with the number
-    of events that were read. Raises DataError, ConfigError for a selection that cannot be, StorageError.
+    A file that does not state the sensor's size is read twice, first for its extent. Raises DataError,
+    ConfigError for a selection that cannot be, StorageError.
     """
     source, out = Path(source), Path(out)
     format_of(source)
@@ -53,7 +46,7 @@ def convert_format(
     count = on = start_us = end_us = 0
     labelled = False
     with writing(out, selector.size) as push:
-        for events in selector.of(_watched(open_events(source).parts, progress)):
+        for events in selector.of(open_events(source).parts):
             push(events)
             if events.count:
                 start_us, end_us = start_us if count else int(events.t_us[0]), int(events.t_us[-1])
@@ -63,9 +56,3 @@ def convert_format(
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) else ()
     return ConvertedFormat(count, on, start_us, end_us, selector.size, lost)
-
-
-def _watched(parts: Iterable[Events], progress: Callable[[int], None]) -> Iterator[Events]:
-    for events in parts:
-        yield events
-        progress(events.count)

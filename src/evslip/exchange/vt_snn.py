@@ -13,6 +13,7 @@ from evslip.events.stream import Events
 from evslip.exchange.importing.event_files import read_event_file
 from evslip.exchange.importing.settings import Importing
 from evslip.utils.errors import DataError
+from evslip.utils.progress import over
 from evslip.windows.label import Label
 from evslip.windows.window_set import Windows
 
@@ -30,7 +31,7 @@ def export_windows(windows: Windows, out: str | Path) -> int:
     counts = {"rotate": 0, "stable": 0}
     digits = max(2, len(str(len(windows))))
     size = windows.settings.width, windows.settings.height
-    for i in range(len(windows)):
+    for i in over("files of VT-SNN", range(len(windows))):
         name = "rotate" if windows.label[i] == Label.SLIP else "stable"
         counts[name] += 1
         t_us, x, y, p = windows[i].columns
@@ -58,7 +59,7 @@ def import_vt_snn(
         width, height = zip(*(_extent(file) for file in files), strict=True)
         common = max(width), max(height)
     written = []
-    for file in files:
+    for file in over("files", files):
         label = LABELS.get(file.name.split("_")[0].lower())
         made = replace(read_event_file(file, Importing(frames=False, size=size), from_zero=False), size=common)
         if label is not None:

@@ -15,6 +15,7 @@ from evslip.events.frame import BODIES, OBJECT
 from evslip.events.stream import Events
 from evslip.physics.truth import Truth
 from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.progress import over
 from evslip.windows.alignment import laid_on
 from evslip.windows.distinct import Distinct
 from evslip.windows.label import Label
@@ -35,7 +36,7 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     settings = settings or WindowSettings()
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
     dropped, first, seen = 0, "", Distinct()
-    for record in records:
+    for record in over("records", records):
         if not first:
             settings, first = laid_on(settings, record.size), record.name
             if not settings.sees_the_sensor:

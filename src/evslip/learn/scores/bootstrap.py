@@ -9,6 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from evslip.utils.progress import over
+
 RESAMPLES = 1000
 _AT_ONCE = 4_000_000
 """Weights held in memory at one time."""
@@ -42,5 +44,6 @@ def intervals(
     if counts.shape[1] < 2 or not len(counts):
         return dict.fromkeys(figures(np.ones((1, len(trajectory)))))
     step = max(1, _AT_ONCE // max(1, len(trajectory)))
-    parts = [figures(counts[first : first + step][:, trajectory]) for first in range(0, len(counts), step)]
+    blocks = over("intervals", range(0, len(counts), step))
+    parts = [figures(counts[first : first + step][:, trajectory]) for first in blocks]
     return {name: interval(np.concatenate([part[name] for part in parts])) for name in parts[0]}

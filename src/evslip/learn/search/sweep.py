@@ -25,6 +25,7 @@ from evslip.learn.training.train import TrainResult, split, train
 from evslip.learn.training.training_state import digest_of
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
+from evslip.utils.progress import Step
 from evslip.windows.window_set import Windows
 
 JOURNAL, TRIALS = "journal.log", "trials"
@@ -114,14 +115,17 @@ def sweep(
     study = _open(out, settings)
     _identify(study, out, settings, windows)
     split(windows, settings.training({}))  # too little data is no trial's fault: say so before any
-    while True:
-        _take_up(study)
-        if _counted(study) >= settings.trials:
-            return read_sweep(out)
-        trial = study.ask()
-        _run(study, trial, windows, out, settings)
-        if callback:
-            callback(_trial(study.trials[trial.number]))
+    with Step("trials") as step:
+        step.begin(settings.trials, _counted(study))
+        while True:
+            _take_up(study)
+            step.done = _counted(study)
+            if step.done >= settings.trials:
+                return read_sweep(out)
+            trial = study.ask()
+            _run(study, trial, windows, out, settings)
+            if callback:
+                callback(_trial(study.trials[trial.number]))
 
 
 def read_sweep(out: str | Path) -> Sweep:

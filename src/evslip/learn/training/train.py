@@ -3,12 +3,12 @@
 import json
 import math
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 import torch
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from torch.nn.modules.batchnorm import _BatchNorm
 
 from evslip.learn.checkpoint import Description, save_model
@@ -23,6 +23,7 @@ from evslip.learn.training.training_state import STATE, TrainingState, training_
 from evslip.utils import atomic
 from evslip.utils.console import console
 from evslip.utils.errors import DataError
+from evslip.utils.progress import Step, shown
 from evslip.windows.label import Label
 from evslip.windows.window_set import Windows
 
@@ -83,11 +84,12 @@ def train(
     failure = None
     with (
         logs(out, settings, len(state.history) + 1, wandb) as log,
-        _Bar(settings, len(training), len(state.history), quiet) as show,
+        nullcontext() if quiet else shown("train"),
+        _Course(settings, len(training), len(state.history), quiet) as course,
     ):
         try:
             while not finished(state, settings):
-                row = _epoch(state, training, validation, settings, augmentation, show)
+                row = _epoch(state, training, validation, settings, augmentation, course)
                 state.history.append({"epoch": len(state.history) + 1, **row})
                 if row["val_loss"] < min((h["val_loss"] for h in state.history[:-1]), default=math.inf):
                     state.keep_best()
@@ -184,7 +186,7 @@ def _epoch(
     validation: Windows,
     settings: TrainSettings,
     augmentation: Augmentation,
-    show: "_Bar",
+    course: "_Course",
 ) -> dict[str, float]:
     """One pass over the training windows; loss and accuracy on both sides after it."""
     network, optimiser = state.network, state.optimiser
@@ -210,7 +212,7 @@ def _epoch(
         total += loss.item() * len(chosen)
         right += int((logits.argmax(1) == labels).sum())
         seen += len(chosen)
-        show.batch(epoch, total / seen, right / seen)
+        course.batch(epoch, total / seen, right / seen)
     settle_norms(network, training, rng)
     scores = probabilities(network, validation)
     truth = validation.label == Label.SLIP
@@ -222,7 +224,7 @@ def _epoch(
         "val_accuracy": float(((scores >= 0.5) == truth).mean()),
         "val_auroc": auroc(validation.label, scores),
     }
-    show.epoch(epoch, row)
+    course.epoch(epoch, row)
     return row
 
 
@@ -247,23 +249,21 @@ def settle_norms(network: Network, windows: Windows, rng: np.random.Generator) -
         norm.momentum = momentum
 
 
-class _Bar(Progress):
-    """Progress of training: a bar that fits a line of 80 characters; without a terminal a line an epoch."""
+class _Course(Step):
+    """A training under way; without a terminal with a line an epoch."""
 
     def __init__(self, settings: TrainSettings, windows: int, done: int, quiet: bool):
-        columns = (TextColumn(settings.model), BarColumn(8), TimeRemainingColumn(), TextColumn("{task.fields[scores]}"))
-        super().__init__(*columns, console=console, disable=quiet or not console.is_terminal)
+        super().__init__(settings.model)
         steps = math.ceil(windows / settings.batch)
-        self._bar = self.add_task("", total=steps * settings.epochs, completed=steps * done, scores="")
+        self.begin(steps * settings.epochs, steps * done)
         self._epochs, self._prints, self._validation = settings.epochs, not quiet and not console.is_terminal, ""
 
     def batch(self, epoch: int, loss: float, accuracy: float) -> None:
-        scores = f"{epoch}/{self._epochs} loss {loss:.3f} accuracy {accuracy:.3f}{self._validation}"
-        self.update(self._bar, advance=1, scores=scores)
+        self.note = f"{epoch}/{self._epochs} loss {loss:.3f} accuracy {accuracy:.3f}{self._validation}"
+        self()
 
     def epoch(self, epoch: int, row: dict[str, float]) -> None:
         self._validation = f", validation {row['val_loss']:.3f} {row['val_accuracy']:.3f}"
-        scores = f"{epoch}/{self._epochs} loss {row['loss']:.3f} accuracy {row['accuracy']:.3f}{self._validation}"
-        self.update(self._bar, scores=scores)
+        self.note = f"{epoch}/{self._epochs} loss {row['loss']:.3f} accuracy {row['accuracy']:.3f}{self._validation}"
         if self._prints:
-            console.print(scores)
+            console.print(self.note)

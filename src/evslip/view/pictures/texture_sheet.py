@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from evslip.scene.textures import library
 from evslip.utils.atomic import write_bytes
 from evslip.utils.errors import ConfigError
+from evslip.utils.progress import over
 
 SIDE_PX, GAP_PX, CAPTION_PX = 160, 6, 16
 COLUMNS = 12
@@ -31,7 +32,7 @@ def write_sheet(path: Path, names: Sequence[str]) -> None:
 def contact_sheet(names: Sequence[str]) -> Image.Image:
     """The sheet as an image; a panorama is four thumbnails wide and shows its upper half."""
     places, row, column, width = [], 0, 0, 0
-    for _, family in groupby(names, lambda name: name.rpartition("-")[0] or str(Path(name).parent)):
+    for _, family in groupby(over("textures", names), lambda name: name.rpartition("-")[0] or str(Path(name).parent)):
         row, column = row + (column > 0), 0
         for name in family:
             picture = library.load(name, is_background=True)

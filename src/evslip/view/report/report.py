@@ -10,6 +10,7 @@ from evslip.data.layout import CONFIG
 from evslip.data.record import Record
 from evslip.data.samples import Samples
 from evslip.utils.errors import DataError
+from evslip.utils.progress import over
 from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
 from evslip.view.report import page
@@ -66,7 +67,7 @@ def write_report(
     shown = {record.name for record in examples.values()}
     others = [sample.truth for sample in found if sample.truth is not None and sample.name not in shown]
     counted = Activity()
-    for sample in spread(found, MOST_COUNTED):
+    for sample in over("activity", spread(found, MOST_COUNTED)):
         counted.add(dataset.read(sample.position))
     parts = [
         samples_figures(dataset, cut, detector.accuracy),
@@ -130,7 +131,7 @@ def _examples(dataset: Samples) -> dict[str, Record]:
 def _beside_real(dataset: Samples, found: Sequence[Surveyed], compare: Sequence[Record]) -> str:
     if not compare:
         return ""
-    own = (dataset.read(sample.position) for sample in spread(list(found), MOST_COMPARED))
+    own = (dataset.read(sample.position) for sample in over("comparison", spread(list(found), MOST_COMPARED)))
     signatures = [signature(dataset.root.absolute().name, own), *(signature(one.name, [one]) for one in compare)]
     for record, its in zip(compare, signatures[1:], strict=True):
         if its is None:

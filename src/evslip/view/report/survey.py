@@ -7,6 +7,7 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.data.samples import Samples
 from evslip.physics.truth import Truth
+from evslip.utils.progress import over
 from evslip.view.report.facts import doubt_of, facts_of
 
 MOST_TRUTHS = 62
@@ -32,7 +33,7 @@ class Surveyed(NamedTuple):
 
 def survey(dataset: Samples) -> list[Surveyed]:
     """All samples in the order of the data set. Raises DataError."""
-    return [_surveyed(dataset, position) for position in range(len(dataset))]
+    return [_surveyed(dataset, position) for position in over("samples", range(len(dataset)))]
 
 
 def spread(found: list[Surveyed], most: int) -> list[Surveyed]:

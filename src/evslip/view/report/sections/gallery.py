@@ -8,6 +8,7 @@ from PIL import Image
 
 from evslip.data.record import Record
 from evslip.data.samples import Samples
+from evslip.utils.progress import over
 from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import encoded, jpeg_uri, overlay
 from evslip.view.report import page
@@ -32,7 +33,7 @@ def gallery(dataset: Samples, found: Sequence[Surveyed], pictures: Pictures, mos
     """A card for each sample; pictures of at most so many, evenly. Raises DataError."""
     if not found:
         return ""
-    chosen = spread(list(found), most_pictures)
+    chosen = over("pictures", spread(list(found), most_pictures))
     drawn = {s.position: thumbnail(dataset.read(s.position, events=not s.split), pictures) for s in chosen}
     cards = "".join(_card(sample, drawn.get(sample.position)) for sample in found)
     moment = "as its object is about to be put down" if found[0].split else "in its middle"
