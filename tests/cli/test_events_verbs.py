@@ -13,7 +13,7 @@ from evslip.cli import main
 from evslip.cli.events import PixelOptions, parameters_of
 from evslip.data.record_file import read_recording
 from evslip.events import EventCamera, save_noise_map
-from evslip.events.presets import PARAMETERS
+from evslip.events.pixel_model import PARAMETERS
 
 
 @pytest.fixture
@@ -79,7 +79,7 @@ def evslip(monkeypatch, text: str) -> int:
         ("clip.npz OUT --camera davis", ["davis", "davis346"]),
         ("clip.npz OUT --mode quick", ["quick", "accurate, v2e"]),
         ("clip.npz OUT --intensity log", ["log", "srgb"]),
-        ("clip.npz OUT --interpolate cubic", ["cubic", "linear, none, rife"]),
+        ("clip.npz OUT --interpolate cubic", ["cubic", "linear, none, flow, rife"]),
         ("clip.npz OUT --theta 9", ["theta", "9"]),
         ("clip.npz OUT --theta high", ["--theta", "'high'"]),
         ("clip.npz OUT --theta-on high", ["theta_on", "'high'", ".npy"]),

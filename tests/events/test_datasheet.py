@@ -5,7 +5,8 @@ import pytest
 
 from evslip.codecs import read_events
 from evslip.events.datasheet import UNITS, datasheet, meanings, presets_table
-from evslip.events.presets import LIMITS, PARAMETERS, PRESETS
+from evslip.events.pixel_model import LIMITS, PARAMETERS
+from evslip.events.presets import PRESETS
 from evslip.utils.errors import ConfigError
 from shared_data import shared
 

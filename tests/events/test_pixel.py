@@ -167,6 +167,54 @@ def test_an_hour_of_stillness_does_not_drift():
     assert_same(once, often, 0)
 
 
+@pytest.mark.parametrize("refractory_us", [0.0, 800.0])
+def test_leak_grows_with_light(refractory_us):
+    dark_hz, light_hz, each, seconds = 0.5, 4.0, 2000, 10.0
+    luminances = np.repeat([0.02, 0.3, 1.0, 2.5], each)
+    even = {"leak_spread": 0.0, "leak_jitter": 0.0, "refractory_us": refractory_us}
+    sensor = camera(len(luminances), leak_rate_hz=dark_hz, leak_light_hz=light_hz, **even)
+    events = follow(sensor, [0, 1e6 * seconds], np.log(np.tile(luminances + DARK, (2, 1))))
+    assert np.all(events.cause == LEAK)
+    rates = np.bincount(events.x // each, minlength=4) / (each * seconds)
+    # A pixel at rest leaks evenly from a random phase: its count is within one of the rate.
+    expected = dark_hz + light_hz * np.array([0.02, 0.3, 1.0, 2.5])
+    np.testing.assert_allclose(rates, 1 / (1 / expected + 1e-6 * refractory_us), rtol=0.005)
+
+
+def test_leak_follows_the_light_from_one_event_to_the_next():
+    sensor = camera(500, leak_rate_hz=0.0, leak_light_hz=5.0, leak_spread=0.0, leak_jitter=0.0, theta=0.2)
+    dim, bright = math.log(0.05 + DARK), math.log(1.0 + DARK)
+    logs = np.array([[dim], [dim], [bright], [bright]]) * np.ones(500)
+    events = follow(sensor, [0, 5e6, 5.01e6, 10.01e6], logs)
+    early, late = events.t_us < 5e6, events.t_us > 5.1e6
+    assert np.sum((events.cause == LEAK) & early) / (500 * 5.0) == pytest.approx(0.25, rel=0.1)
+    assert np.sum((events.cause == LEAK) & late) / (500 * 4.91) == pytest.approx(5.0, rel=0.02)
+
+
+def test_shot_noise_has_its_share_of_on_and_of_white():
+    count, rate = 3000, 20.0
+    sensor = camera(count, shot_rate_hz=rate, shot_on_share=0.8, shot_white=0.5, theta=0.5)
+    events = follow(sensor, [0, 1e7], np.full((2, count), math.log(1.0 + DARK)))
+    assert events.count == pytest.approx(0.5 * rate * 10 * count, rel=0.01)
+    assert events.p.mean() == pytest.approx(0.8, abs=0.01)
+
+
+def test_the_corner_without_light_is_a_share_of_that_at_white():
+    log, change = math.log(1e-6 + DARK), 0.5
+    for share in (0.01, 0.5):
+        sensor = camera(theta_on=change * (1 - math.exp(-1)), cutoff_hz=40.0, cutoff_dark=share)
+        events = follow(sensor, [0, 1, 1e8], [[log], [log + change], [log + change]])
+        luminance = math.exp(log + change) - DARK
+        corner = 40.0 * (share + (1 - share) * luminance)
+        assert events.t_us[0] == pytest.approx(1e6 / (2 * math.pi * corner), rel=1e-4)
+
+
+def test_spreads_of_the_thresholds_apart():
+    sensor = EventCamera("clean", size=(200, 100), sigma_on=0.01, sigma_off=0.04)
+    assert sensor.theta_on.std() == pytest.approx(0.01, rel=0.05)
+    assert sensor.theta_off.std() == pytest.approx(0.04, rel=0.05)
+
+
 @pytest.mark.parametrize("luminance", [0.0, 0.25, 1.0, 4.0])
 def test_shot_noise_falls_with_intensity(luminance):
     pixels, rate, seconds = 2000, 5.0, 40

@@ -9,7 +9,7 @@ from tyro.conf import Positional, arg
 
 from evslip.cli.options import HIDDEN, given, options_of
 from evslip.events.datasheet import UNITS
-from evslip.events.presets import LIMITS, MAPS, PARAMETERS, PixelModel
+from evslip.events.pixel_model import LIMITS, MAPS, PARAMETERS, PixelModel
 from evslip.exchange.frames_to_events_settings import FrameConversion
 from evslip.utils.console import console, progress_bar
 from evslip.utils.errors import ConfigError, DataError

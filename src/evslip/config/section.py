@@ -43,14 +43,16 @@ class Within:
 
 @dataclass(frozen=True)
 class OneOf:
-    """The names that a field may hold."""
+    """The names that a field may hold, or paths of files with a suffix."""
 
     names: tuple[str, ...]
+    suffix: str | None = None
 
     def check(self, name: str, value: Any) -> None:
         for choice in choices(value):
-            if choice not in self.names:
-                raise wrong(name, f"{choice!r} is unknown; expected one of {', '.join(self.names)}")
+            if choice not in self.names and not (self.suffix and str(choice).endswith(self.suffix)):
+                file = f", or a {self.suffix} file" if self.suffix else ""
+                raise wrong(name, f"{choice!r} is unknown; expected one of {', '.join(self.names)}{file}")
 
 
 class Section(BaseModel):

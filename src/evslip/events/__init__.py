@@ -13,13 +13,15 @@ if TYPE_CHECKING:
     from evslip.events.batch import EventCameras
     from evslip.events.camera import EventCamera
     from evslip.events.noise_map import load_noise_map, measure_noise, save_noise_map
-    from evslip.events.presets import PRESETS, PixelModel
+    from evslip.events.pixel_model import PixelModel
+    from evslip.events.presets import PRESETS
 
 _LAZY = {
     "batch": ("EventCameras",),
     "camera": ("EventCamera",),
     "noise_map": ("load_noise_map", "measure_noise", "save_noise_map"),
-    "presets": ("PRESETS", "PixelModel"),
+    "pixel_model": ("PixelModel",),
+    "presets": ("PRESETS",),
 }
 __all__ = [
     "CAUSES",

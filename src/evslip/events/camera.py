@@ -7,8 +7,9 @@ from typing import Any, Literal
 import numpy as np
 
 from evslip.events.frame import NO_BODY, Frame
+from evslip.events.pixel_model import FOREIGN
 from evslip.events.pixels.accurate import AccuratePixels
-from evslip.events.presets import FOREIGN, resolve
+from evslip.events.presets import resolve
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.frame_checks import checked_image, checked_mask, checked_time
 from evslip.events.sensor.optics import INTENSITIES, Intensity
@@ -37,7 +38,7 @@ class EventCamera:
     about a pixel from one to the next. The output depends on the frames, the parameters and the seed: not on threads,
     nor on how frames are grouped into calls.
 
-    preset: a name of `presets.PRESETS`.
+    preset: a name of `presets.PRESETS`, or the path of a .toml file, see `preset_file`.
     size: (width, height) in pixels.
     seed: 0 to 2**64 - 1; 0 is a seed like any other.
     mode: "accurate": the rules of `pixel`; "v2e": those of v2e, see `v2e`.

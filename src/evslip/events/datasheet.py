@@ -5,8 +5,10 @@ import inspect
 import textwrap
 from typing import Any
 
-from evslip.events.presets import LIMITS, PARAMETERS, PRESETS, UNITS, PixelModel
-from evslip.utils.errors import ConfigError
+import numpy as np
+
+from evslip.events.pixel_model import LIMITS, PARAMETERS, UNITS, PixelModel
+from evslip.events.presets import PRESETS, named
 
 
 def meanings() -> dict[str, str]:
@@ -24,13 +26,12 @@ def meanings() -> dict[str, str]:
 
 def datasheet(preset: str, width: int = 110) -> str:
     """A preset in full, a parameter a line, meanings folded at `width` columns. Raises ConfigError."""
-    if preset not in PRESETS:
-        raise ConfigError(f"camera preset {preset!r} is unknown; expected one of {', '.join(PRESETS)}")
+    model = named(preset)
     head = f"{'parameter':<20}{'value':>8} {'unit':<8}{'limits':<17}"
     lines = [head + "meaning"]
     for name, text in meanings().items():
         low, high = LIMITS[name]
-        start = f"{name:<20}{_shown(getattr(PRESETS[preset], name)):>8} {UNITS[name]:<8}{f'{low:g} to {high:.3g}':<17}"
+        start = f"{name:<20}{_shown(getattr(model, name)):>8} {UNITS[name]:<8}{f'{low:g} to {high:.3g}':<17}"
         folded = textwrap.wrap(text, max(width - len(head), 30))
         lines += [left + right for left, right in zip([start] + [" " * len(head)] * len(folded), folded, strict=False)]
     return "\n".join(lines) + "\n"
@@ -47,4 +48,6 @@ def presets_table() -> str:
 
 
 def _shown(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"{np.mean(value):.3g} mean"
     return "-" if value is None else f"{value:g}"

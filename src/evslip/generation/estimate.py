@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from evslip.config.params import Params
-from evslip.events.presets import PRESETS
+from evslip.events.presets import named
 from evslip.physics.motion.phases import phase_times
 from evslip.utils.errors import ConfigError
 
@@ -45,9 +45,9 @@ def estimate(params: Params) -> Estimate:
     """Cost of the sample of these parameters."""
     camera, sensor, render = params.camera, params.sensor, params.render
     pixels, seconds = camera.width * camera.height, max(end for _, end in phase_times(params).values()) / 1e6
-    model = PRESETS[sensor.preset]
+    model = named(sensor.preset)
     rates = (
-        model.leak_rate_hz if sensor.leak_rate_hz is None else sensor.leak_rate_hz,
+        model.leak_rate_hz + model.leak_light_hz if sensor.leak_rate_hz is None else sensor.leak_rate_hz,
         model.shot_rate_hz if sensor.shot_rate_hz is None else sensor.shot_rate_hz,
     )
     events = pixels * (sum(rates) * seconds + MOVING_EVENTS)

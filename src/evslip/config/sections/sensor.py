@@ -3,14 +3,16 @@
 from typing import Annotated, Generic
 
 from evslip.config.section import N, OneOf, S, Section, Within, usual
-from evslip.events.presets import LIMITS, PRESETS
+from evslip.events.pixel_model import LIMITS
+from evslip.events.preset_file import SUFFIX
+from evslip.events.presets import PRESETS
 
 
 class SensorSpec(Section, Generic[N, S]):
     """The event pixels: a preset, and what differs from it."""
 
-    preset: Annotated[S, OneOf(tuple(PRESETS))] = usual("davis346")
-    """Name of an EventCamera preset."""
+    preset: Annotated[S, OneOf(tuple(PRESETS), SUFFIX)] = usual("davis346")
+    """Name of an EventCamera preset, or the path of one in a .toml file (evslip calibrate)."""
     theta: Annotated[N | None, Within(*LIMITS["theta"])] = None
     """Contrast threshold of both polarities, in ln units."""
     sigma: Annotated[N | None, Within(*LIMITS["sigma"])] = None

@@ -6,11 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from evslip.events.pixel_model import PixelModel
 from evslip.events.pixels import ideal, kernel, pixel, state
 from evslip.events.pixels.ideal import Ranges
 from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import Epoch, Pixels, Response
-from evslip.events.presets import PixelModel
 from evslip.events.sensor.exponential import logarithms
 from evslip.events.sensor.frame_buffer import GROUP, FrameBuffer, Frames
 from evslip.events.sensor.mismatch import draw_pixels, shared_parameters

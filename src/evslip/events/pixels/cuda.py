@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import cuda as numba_cuda
 
+from evslip.events.pixel_model import PixelModel
 from evslip.events.pixels import pixel, screen
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.pixels.crossing import CLOSE, MOST_STEPS, bracket, refine, slope, value
@@ -33,7 +34,6 @@ from evslip.events.pixels.pixel import (
     word_of,
 )
 from evslip.events.pixels.state import CURRENT, LAG, RESIDUE
-from evslip.events.presets import PixelModel
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.optics import Intensity
 from evslip.events.sensor.random_numbers import CANDIDATE, uniforms
@@ -158,7 +158,8 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
                 reset_us = time_us + params.refractory_us
                 reference = level if params.refractory_us == 0.0 else np.nan
                 state[0, RESETS] += 1.0
-                leak = next_leak(params, state[0, MEAN_LEAK], p, int(state[0, RESETS]))
+                current = current_0 * math.exp(change * place)
+                leak = next_leak(params, state[0, MEAN_LEAK], p, int(state[0, RESETS]), current)
         log_0, current_0, lag_0, noise_0, start_us = log_0 + change, current_1, lag_1, noise_0 + noise_rise, end_us
     state[0, REFERENCE], state[0, RESET_US] = reference, reset_us
     state[0, LEAK_SLOPE], state[0, CANDIDATE_US] = leak, candidate_us

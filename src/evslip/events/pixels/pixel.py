@@ -35,8 +35,8 @@ REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, ON, OFF, MEAN_LEAK = rang
 """State of a pixel since its last event: ref, NaN while held in reset; when ref was taken, or will be while it is NaN;
 slope of the leak in ln units per microsecond since then; time of the next candidate of the noise process, infinite
 without noise; number of resets so far, which is a counter of the random numbers. Constants: ON and OFF contrast
-thresholds in ln units, infinite when dead; mean slope of the leak. All this is used together, and fills one line of the
-cache."""
+thresholds in ln units, infinite when dead; mean slope of the leak at white. All this is used together, and fills one
+line of the cache."""
 NOISE_PROCESS = 5
 CANDIDATES, RATE, HOT_SHARE, ON_SHARE, PHASE = range(NOISE_PROCESS)
 """Noise process of a pixel, seldom used: number of candidates so far, which is a counter too; highest rate per
@@ -55,6 +55,10 @@ class Parameters(NamedTuple):
     gain: float
     """Addition to it for each unit of photocurrent."""
     refractory_us: float
+    leak_base: float
+    """Leak without photocurrent, as a share of that at white."""
+    leak_gain: float
+    """Addition to it for each unit of photocurrent; 0: the same leak in any light, leak_base is 1."""
     leak_jitter: float
     """Standard deviation of the leak from one reset to the next, relative."""
     shot_dark: float
@@ -70,10 +74,12 @@ class Parameters(NamedTuple):
 
 
 @compiled(error_model="numpy", forceinline=True, _nrt=False)
-def next_leak(params: Parameters, mean: float, pixel: int, resets: int) -> float:
-    """Slope of the leak after a reset; never negative."""
+def next_leak(params: Parameters, at_white: float, pixel: int, resets: int, current: float) -> float:
+    """Slope of the leak after a reset; never negative. at_white: its mean there; current: photocurrent at the reset,
+    from which it is at most a threshold away until the next one."""
     # Four uniform numbers add up to nearly a normal one, of variance 1/3, in a third of the time.
     a, b, c, d = uniforms(params.seed, pixel, LEAK, resets)
+    mean = at_white * max(0.0, params.leak_base + params.leak_gain * current)
     return mean * max(0.0, 1.0 + params.leak_jitter * math.sqrt(3.0) * (a + b + c + d - 2.0))
 
 

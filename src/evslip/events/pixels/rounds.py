@@ -141,7 +141,8 @@ def _conclude(items: np.ndarray, count: int, params: Parameters) -> None:
         push = crossing.slope(c, place) - noise_rise
         items[rows.CAUSE + j] = cause_of(sign * push, sign * noise_rise, sign * drift)
         level = reference + (on if sign > 0.0 else -off) - leak * (time_us - reset_us)
-        leak_1 = next_leak(params, items[rows.MEAN + j], int(items[rows.PIXEL + j]), int(resets) + 1)
+        current = exp(items[rows.LOG + j] + items[rows.CHANGE + j] * place) if params.leak_gain != 0.0 else 0.0
+        leak_1 = next_leak(params, items[rows.MEAN + j], int(items[rows.PIXEL + j]), int(resets) + 1, current)
         reset_1_us = time_us + refractory_us
         # Whether it cannot fire again: it moves one way only, and not far enough.
         release = min((reset_1_us - start_us) / span_us, 1.0)

@@ -98,7 +98,7 @@ def begin(image: np.ndarray, response: Response, time_us: float, pixels: Pixels,
         single = image[p] * np.float32(factor) + np.float32(offset)
         pixels.screen[CURRENT, p] = np.float32(current) if factor == 0.0 else single
         state[REFERENCE], state[RESETS] = ln(current), 0.0
-        leak = next_leak(params, state[MEAN_LEAK], p, ZERO)
+        leak = next_leak(params, state[MEAN_LEAK], p, ZERO, current)
         state[LEAK_SLOPE] = leak
         state[RESET_US] = time_us - (process[PHASE] * state[ON] / leak if leak > 0.0 else 0.0)
         state[CANDIDATE_US] = next_candidate(params, process[RATE], p, ZERO, time_us)

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from evslip.events.pixel_model import PixelModel
 from evslip.events.pixels import pixel
 from evslip.events.pixels.pixel import Parameters
-from evslip.events.presets import PixelModel
-from evslip.events.sensor.optics import FULL, KNEE, Intensity, dark_offset
+from evslip.events.sensor.optics import FULL, KNEE, WHITE, Intensity, dark_offset
 from evslip.events.sensor.random_numbers import DEFECT, normal_maps, uniform_maps
 
 LEAST_THRESHOLD = 0.01
@@ -17,12 +17,14 @@ LEAST_THRESHOLD = 0.01
 def thresholds(model: PixelModel, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """ON and OFF contrast thresholds, from standard normal maps of shape (2, height, width)."""
     maps = []
-    for value, normal in zip((model.theta_on, model.theta_off), normals, strict=True):
+    for value, spread, normal in zip(
+        (model.theta_on, model.theta_off), (model.sigma_on, model.sigma_off), normals, strict=True
+    ):
         if isinstance(value, np.ndarray):
             maps.append(value)
         else:
-            mean = model.theta if value is None else value
-            maps.append(np.maximum(mean + model.sigma * normal, LEAST_THRESHOLD))
+            mean, sigma = model.theta if value is None else value, model.sigma if spread is None else spread
+            maps.append(np.maximum(mean + sigma * normal, LEAST_THRESHOLD))
     return maps[0], maps[1]
 
 
@@ -43,9 +45,9 @@ def draw_pixels(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[n
         on_noise = (model.theta if model.theta_on is None else model.theta_on) / on
     if not isinstance(model.theta_off, np.ndarray):
         off_noise = (model.theta if model.theta_off is None else model.theta_off) / off
-    on_rate = 0.5 * model.shot_rate_hz * on_noise
-    off_rate = 0.5 * model.shot_rate_hz * off_noise
-    leak_rate = model.leak_rate_hz * leak_map(model, normals[2])
+    on_rate = model.shot_on_share * model.shot_rate_hz * on_noise
+    off_rate = (1.0 - model.shot_on_share) * model.shot_rate_hz * off_noise
+    leak_rate = (model.leak_rate_hz + model.leak_light_hz) * leak_map(model, normals[2])  # at white
     phase, *defects = uniform_maps(key, count, DEFECT).reshape(3, *shape)
     hot_rate = np.where(defects[0] < model.hot_share, model.hot_rate_hz, 0.0)
     if model.noise_map is not None:
@@ -69,16 +71,25 @@ def shared_parameters(model: PixelModel, intensity: Intensity, seed: int) -> Par
     key: Any = np.uint64(seed)
     measured = model.noise_map is not None
     corner = 1e-6 * 2.0 * np.pi * model.cutoff_hz
+    base, gain = corner * (KNEE - dark) / FULL, corner / FULL
+    if model.cutoff_dark != KNEE / FULL:
+        gain = corner * (1.0 - model.cutoff_dark) / WHITE
+        base = corner * model.cutoff_dark - gain * dark
+    shot_fall = 1.0 - model.shot_white
+    leak = model.leak_rate_hz + model.leak_light_hz
+    leak_gain = model.leak_light_hz / leak / WHITE if leak > 0.0 else 0.0
     return Parameters(
         seed=key,
         lowpass=model.cutoff_hz > 0,
-        base=corner * (KNEE - dark) / FULL,
-        gain=corner / FULL,
+        base=base,
+        gain=gain,
         refractory_us=model.refractory_us,
+        leak_base=1.0 - leak_gain * (WHITE + dark),
+        leak_gain=leak_gain,
         leak_jitter=model.leak_jitter,
-        shot_dark=1.0 if measured else 1.0 - 0.75 * (KNEE - dark) / FULL,
-        shot_slope=0.0 if measured else 0.75 / FULL,
-        shot_least=0.25,
+        shot_dark=1.0 if measured else 1.0 - shot_fall * (KNEE - dark) / FULL,
+        shot_slope=0.0 if measured else shot_fall / FULL,
+        shot_least=model.shot_white,
         photoreceptor_noise=model.photoreceptor_noise,
         # At most a quarter of the time constant at white, and a power of two, so that grid times are exact.
         noise_step_us=2.0 ** math.floor(math.log2(0.25 / corner)) if corner > 0 else 1.0,

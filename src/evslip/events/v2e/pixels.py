@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evslip.events.presets import PixelModel
+from evslip.events.pixel_model import PixelModel
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.mismatch import leak_map, thresholds
 from evslip.events.sensor.optics import FULL, KNEE, WHITE, Intensity, decode_srgb, linear_to_log

@@ -1,0 +1,106 @@
+"""Presets of the event camera as files: TOML, with maps of the pixels beside it, as `evslip calibrate` writes them.
+
+format = "evslip camera preset"
+version = 1
+maps = "camera.npz"     # optional: parameters that differ from pixel to pixel, arrays of an .npz file beside it
+
+[pixels]                # any parameter of `PixelModel`; the others keep their defaults
+theta_on = 0.31
+
+[fit]                   # where the values come from; not read
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evslip.events.pixel_model import LIMITS, MAPS, PARAMETERS, PixelModel
+from evslip.utils import npz
+from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.files import read_text
+from evslip.utils.toml import parse_toml
+
+SUFFIX, FORMAT, VERSION = ".toml", "evslip camera preset", 1
+MOST_BYTES, MOST_MAP_BYTES = 1 << 20, 1 << 30
+
+
+def read(path: str | Path) -> PixelModel:
+    """The parameters of a preset's file. Raises ConfigError."""
+    path = Path(path)
+    try:
+        tree = parse_toml(read_text(path, MOST_BYTES))
+    except (DataError, ValueError) as error:
+        text = str(error)
+        raise ConfigError(text if text.startswith(str(path)) else f"{path}: not valid TOML: {text}") from None
+    if tree.get("format") != FORMAT:
+        raise ConfigError(f"{path}: not a camera preset; expected format = {FORMAT!r}")
+    if tree.get("version") != VERSION:
+        raise ConfigError(f"{path}: version: {tree.get('version')!r} is not known, expected {VERSION}")
+    unknown = set(tree) - {"format", "version", "maps", "pixels", "fit"}
+    if unknown:
+        raise ConfigError(f"{path}: {min(unknown)}: unknown key, expected maps, pixels or fit")
+    numbers = tree.get("pixels", {})
+    if not isinstance(numbers, dict):
+        raise ConfigError(f"{path}: pixels: expected a section")
+    values: dict[str, Any] = {name: _number(path, name, value) for name, value in numbers.items()}
+    if "maps" in tree:
+        values |= _maps(path, tree["maps"])
+    return PixelModel(**values)
+
+
+def text(model: PixelModel, fit: Mapping[str, Mapping[str, Any]], maps: str | None = None) -> str:
+    """A preset's file: the numbers of a model that are not the defaults, and by parameter what is known of the fit."""
+    lines = [f'format = "{FORMAT}"', f"version = {VERSION}"]
+    if maps is not None:
+        lines.append(f'maps = "{maps}"')
+    lines += ["", "[pixels]"]
+    for name in PARAMETERS:
+        value = getattr(model, name)
+        if value is not None and not isinstance(value, np.ndarray) and value != getattr(PixelModel(), name):
+            lines.append(f"{name} = {float(value):.6g}")
+    for name, entries in fit.items():
+        lines += ["", f"[fit.{name}]", *(f"{key} = {_toml(value)}" for key, value in entries.items())]
+    return "\n".join(lines) + "\n"
+
+
+def maps_of(model: PixelModel) -> dict[str, np.ndarray]:
+    """Parameters of a model that differ from pixel to pixel."""
+    return {name: value for name in MAPS if isinstance(value := getattr(model, name), np.ndarray)}
+
+
+def _number(path: Path, name: str, value: Any) -> float:
+    if name not in PARAMETERS:
+        raise ConfigError(f"{path}: pixels.{name}: unknown parameter, expected one of {', '.join(PARAMETERS)}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or name in ("leak_map", "noise_map"):
+        raise ConfigError(f"{path}: pixels.{name}: {str(value)[:40]!r} is wrong, expected a number")
+    low, high = LIMITS[name]
+    if not low <= value <= high:
+        raise ConfigError(f"{path}: pixels.{name}: {str(value)[:40]} is out of range, expected {low:g} to {high:g}")
+    return float(value)
+
+
+def _maps(path: Path, name: Any) -> dict[str, np.ndarray]:
+    if not isinstance(name, str) or Path(name).name != name or not name.endswith(".npz"):
+        raise ConfigError(f"{path}: maps: {str(name)[:80]!r} is wrong, expected the name of an .npz file beside it")
+    beside = path.with_name(name)
+    try:
+        with npz.archive(beside) as archive:
+            unknown = npz.names(archive) - set(MAPS)
+            if unknown:
+                raise DataError(f"{min(unknown)}: unknown map, expected {', '.join(MAPS)}")
+            each = sorted(npz.names(archive))
+            return {one: npz.array(archive, one, beside, MOST_MAP_BYTES).astype(np.float64) for one in each}
+    except (DataError, OSError, ValueError) as error:
+        raise ConfigError(f"{beside}: not maps of a camera preset ({' '.join(str(error).split())[:160]})") from None
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    return f"{float(value):.6g}" if isinstance(value, float | np.floating) else str(value)
