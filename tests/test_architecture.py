@@ -1,6 +1,8 @@
 """Which part of the package may use which heavy library, so that each half stands alone."""
 
+import importlib
 import re
+import tomllib
 from pathlib import Path
 
 import grimp
@@ -54,6 +56,26 @@ def test_the_two_halves_meet_at_the_file_format_alone(imports):
     """Generation never imports torch, learning never mujoco, at any distance, but through modules that are lazy."""
     for half, library in (("evslip.generation", "torch"), ("evslip.learn", "mujoco")):
         assert imports.find_shortest_chain(half, library, as_packages=True) is None
+
+
+def test_hints_to_install_work_away_from_the_repository():
+    extras = tomllib.loads((PACKAGE.parents[1] / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    named: set[str] = set()
+    for path in PACKAGE.rglob("*.py"):
+        text = path.read_text()
+        assert not re.search(r"constraints\.txt|pip install (-|[^'\"]*\[)", text), (
+            f"{path}: a hint for this repository alone"
+        )
+        named.update(*(match.split(",") for match in re.findall(r"'evslip\[([\w,]+)\]'", text)))
+    assert {"learn", "ray", "photo", "ros"} <= named <= set(extras)
+
+
+@pytest.mark.parametrize("package", ["evslip", "evslip.events", "evslip.learn", "evslip.learn.networks"])
+def test_lazy_packages_list_their_names(package):
+    module = importlib.import_module(package)
+    shown = {name for name in dir(module) if not name.startswith("_")}
+    assert shown == set(module.__all__)
+    assert all(getattr(module, name) is not None for name in shown)
 
 
 def test_there_are_few_rooms_and_few_files_in_each():

@@ -89,3 +89,7 @@ def __getattr__(name: str) -> Any:
         globals()[name] = value  # `render`, `generate`, `simulate`: the function, not the module of that name
         return value
     raise AttributeError(f"module 'evslip' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return ["__version__", *__all__]

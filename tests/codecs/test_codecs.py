@@ -304,11 +304,34 @@ def test_a_small_file_of_endless_events_is_refused_by_its_shapes(tmp_path: Path,
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "t_us,x,y,p\n5,7,3,1\n9,8,4,0\n",
+        "5,7,3,1\n9,8,4,0\n",
+        " 5, 7, 3, 1\r\n 9, 8, 4, 0",
+        "5,7,3,1\n9,8,4,-1\n",
+        "t,x,y,p\n5,7,3,1\n9,8,4,0\n",
+        '\ufeffx,y,"timestamp","polarity"\n7,3,5,1\n8,4,9,0\n',
+    ],
+)
+def test_csv_is_read_with_its_head_and_without(tmp_path: Path, text: str):
+    (tmp_path / "a.csv").write_bytes(text.encode())
+    events = Events(np.array([5, 9]), np.array([7, 8], "u2"), np.array([3, 4], "u2"), np.array([True, False]))
+    assert_equal(read_events(tmp_path / "a.csv"), events)
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("x,y\n", "expected the line t_us,x,y,p"),
         ("t_us,x,y,p\n1,2,3\n", "four columns"),
         ("t_us,x,y,p\n1,2,3,2\n", "four columns"),
+        ("1,2,3\n", "four columns"),
+        ("1,2,3,1,0\n", "four columns"),
+        ("0.001,2,3,1\n", "not a table"),
+        ("time,x,y,p\n1,2,3,1\n", "begins with 'time,x,y,p', expected the line t_us,x,y,p, or four whole numbers"),
+        ("t,x,x,p\n1,2,3,1\n", "begins with"),
+        ("", "the file is empty"),
         ("t_us,x,y,p\n1,-2,3,1\n", "four columns"),
         ("t_us,x,y,p\n1,70000,3,1\n", "four columns"),
         ("t_us,x,y,p\n1,2,3,up\n", "not a table"),

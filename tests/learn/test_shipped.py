@@ -1,6 +1,7 @@
 """The detector that comes with the package, by name, wherever a model is named."""
 
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -113,3 +114,16 @@ def test_the_shipped_detector_tells_a_slip_from_a_hold_that_it_has_not_seen() ->
     held = np.interp(still.t_us, holds.truth.t_us, holds.truth.held) == 1
     # At 0.78 it gives one false alarm a minute on the test set.
     assert held.sum() > 100 and still.p_slip[held].max() < 0.75 and np.mean(still.p_slip[held] >= 0.5) < 0.02
+
+
+@pytest.mark.slow
+def test_the_example_of_the_quickstart_finds_a_slip(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    config = config_from_text((checkpoint.FOLDER / "default" / "config.toml").read_text())
+    sample = make_record(draw(config, 12, "test"))
+    record_file.write(tmp_path / "recording.h5", sample)
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).parents[2] / "docs/tutorials/quickstart.md").read_text()
+    (code,) = (code for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if 'Detector("default")' in code)
+    exec(code, {})
+    times = [float(line.split()[0]) for line in capsys.readouterr().out.splitlines()]
+    assert sample.onset_us is not None and any(0 < t - sample.onset_us / 1e6 < 0.1 for t in times)

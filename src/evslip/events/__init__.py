@@ -44,3 +44,7 @@ def __getattr__(name: str) -> Any:
         if name in names:
             return getattr(importlib.import_module(f"evslip.events.{module}"), name)
     raise AttributeError(f"module 'evslip.events' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

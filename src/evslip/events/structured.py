@@ -25,7 +25,7 @@ _NAMES = {
     "y": ("y",),
     "p": ("p", "polarity", "pol", "on"),
 }
-"""Names of a field in other packages' arrays, by its own."""
+"""Names of a column in other packages' arrays and tables, by its own."""
 _MOST = np.iinfo(np.int16).max
 
 
@@ -65,7 +65,12 @@ def columns_of(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
     return t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p > 0
 
 
+def own_name(name: str) -> str | None:
+    """Column of Events that a name of another package means; None if none."""
+    return next((own for own, names in _NAMES.items() if name in names), None)
+
+
 def _found(dtype: np.dtype) -> dict[str, str]:
     """Own name of each field of a dtype that is known."""
-    own = {name: own for own, names in _NAMES.items() for name in names}
-    return {name: own[name] for name in dtype.names or () if name in own}
+    known = ((name, own_name(name)) for name in dtype.names or ())
+    return {name: own for name, own in known if own}

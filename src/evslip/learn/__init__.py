@@ -64,5 +64,9 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'evslip.learn' has no attribute {name!r}")
     if not all(map(find_spec, ("torch", "safetensors", "tensorboard"))):
-        raise MissingExtraError("detectors need PyTorch; pip install -c constraints.txt 'evslip[learn]'")
+        raise MissingExtraError("detectors need PyTorch; pip install 'evslip[learn]'")
     return getattr(importlib.import_module(f"evslip.learn.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -91,7 +91,7 @@ def _pair(nir: Any, nodes: dict[str, Any], edges: list[tuple[str, str]], name: s
 
 def _nir() -> Any:
     if not find_spec("nir"):
-        raise MissingExtraError("NIR files need nir; pip install -c constraints.txt 'evslip[nir]'")
+        raise MissingExtraError("NIR files need nir; pip install 'evslip[nir]'")
     import nir
 
     return nir

@@ -170,6 +170,6 @@ def _opencv() -> Any:
         import cv2
     except ImportError:
         raise MissingExtraError(
-            "interpolate flow needs the package opencv-python-headless: pip install 'evslip[flow]' -c constraints.txt"
+            "interpolate flow needs the package opencv-python-headless: pip install 'evslip[flow]'"
         ) from None
     return cv2

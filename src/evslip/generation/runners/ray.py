@@ -107,7 +107,7 @@ def _ray() -> Any:
     try:
         import ray
     except ImportError:
-        raise MissingExtraError("runner: ray is not installed; pip install -c constraints.txt 'evslip[ray]'") from None
+        raise MissingExtraError("runner: ray is not installed; pip install 'evslip[ray]'") from None
     return ray
 
 

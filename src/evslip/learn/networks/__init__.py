@@ -40,6 +40,10 @@ def __getattr__(name: str) -> Any:
     return getattr(importlib.import_module(f"{_HERE}.network"), name)
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def register(network: str) -> None:
     """Allow a class, `module:Class`, to be imported where a model's folder names it, too. Raises ConfigError unless it
     is a network."""

@@ -142,7 +142,7 @@ def read_sweep(out: str | Path) -> Sweep:
 
 def _open(out: Path, settings: SweepSettings | None):
     if not find_spec("optuna"):
-        raise MissingExtraError("sweeps need Optuna; pip install -c constraints.txt 'evslip[learn,sweep]'")
+        raise MissingExtraError("sweeps need Optuna; pip install 'evslip[learn,sweep]'")
     import optuna
     from optuna.storages import JournalStorage
     from optuna.storages.journal import JournalFileBackend

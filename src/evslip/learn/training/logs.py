@@ -24,7 +24,7 @@ def logs(folder: Path, settings: TrainSettings, first_epoch: int, wandb: bool) -
     Raises MissingExtraError.
     """
     if wandb and not find_spec("wandb"):
-        raise MissingExtraError("--wandb needs Weights & Biases; pip install -c constraints.txt 'evslip[wandb]'")
+        raise MissingExtraError("--wandb needs Weights & Biases; pip install 'evslip[wandb]'")
     from torch.utils.tensorboard import SummaryWriter
 
     run = None

@@ -31,7 +31,7 @@ _PLACES = (
 def check_installed() -> None:
     """Raise MissingExtraError where Mitsuba is missing; imports nothing."""
     if importlib.util.find_spec("mitsuba") is None:
-        raise MissingExtraError("the path tracer needs Mitsuba; pip install 'evslip[photo]' -c constraints.txt")
+        raise MissingExtraError("the path tracer needs Mitsuba; pip install 'evslip[photo]'")
 
 
 @cache
