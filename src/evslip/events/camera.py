@@ -172,7 +172,7 @@ class EventCamera:
                 process()
                 parts = processor.events()
         if any(part.body is not None for part in parts):
-            parts = [p if p.body is not None else p._replace(body=np.full(p.count, NO_BODY, np.uint8)) for p in parts]
+            parts = [p if p.body is not None else p.replace(body=np.full(p.count, NO_BODY, np.uint8)) for p in parts]
         return concatenate(parts)
 
     def _take(self, t_us: float, image: Any, bodies: Any, length: int, process: Callable[[], object]) -> None:

@@ -103,8 +103,6 @@ class Events:
         """The same events with some columns changed."""
         return replace(self, **changes)
 
-    _replace = replace
-
     def to_structured(self, layout: Layout = "tonic") -> np.ndarray:
         """One structured array of shape (n,), without the labels: tonic's (x, y int16, t int64, p bool), or that of
         dv-processing (timestamp int64, x, y int16, polarity int8). Raises DataError for pixels beyond 32,767."""
