@@ -39,13 +39,14 @@ VERBS = {
     "convert": "recordings",
     "import": "recordings",
     "info": "recordings",
+    "realism": "realism",
     "detect": "detect",
     "export": "detect",
     "view": "look",
     "video": "look",
     "rerun": "look",
-    "label": "label",
-    "label-agreement": "label",
+    "label": "recordings",
+    "label-agreement": "recordings",
     "doctor": "doctor",
 }
 """File of each verb's function; it is imported when the verb is named, so that --help is quick."""

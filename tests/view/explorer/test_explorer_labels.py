@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evslip.cli.label import label_agreement
+from evslip.cli.recordings import label_agreement
 from evslip.data.intervals import Interval, read_intervals, write_intervals
 from evslip.utils.errors import DataError
 from evslip.view.explorer.agreement import agreement

@@ -1,0 +1,27 @@
+"""Settings of a score of realism. Light to import, for the command line."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, kw_only=True)
+class RealismSettings:
+    """Which part of a recording is scored, and how its frames become events."""
+
+    start_s: float | None = None
+    """Beginning of what is scored, seconds after the recording's first event; default: the first time both have."""
+    end_s: float | None = None
+    """End of it; default: the last time both have."""
+    seed: int = 0
+    """Seed of the camera; the floor takes the next one. Also of the classifier."""
+    interpolate: Literal["linear", "flow"] = "flow"
+    """Between the recording's frames: log intensity changes evenly (linear), or frames are brought along optical flow
+    (flow), for which the extra flow is needed."""
+    upsample: int = 20
+    """Intervals that flow makes of one, 2 to 64."""
+    intensity: Literal["uint8", "srgb", "linear"] = "uint8"
+    """Meaning of the frames' codes. uint8: mapped to log intensity as v2e does; srgb: decoded; linear: light."""
+    mode: Literal["accurate", "v2e"] = "accurate"
+    """Rules of the pixels."""
+    classifier: bool = True
+    """Train the classifier of the two-sample test; half a minute."""

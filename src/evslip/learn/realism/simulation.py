@@ -1,0 +1,52 @@
+"""Events that a simulated camera makes of the frames of a recording."""
+
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+
+from evslip.codecs.clips.grey import to_grey
+from evslip.data.footage import Footage
+from evslip.events.camera import EventCamera
+from evslip.events.stream import Events, concatenate
+from evslip.learn.realism.settings import RealismSettings
+from evslip.utils.errors import ConfigError
+
+_AT_ONCE = 256
+"""Frames that are made before the cameras see them."""
+
+
+def simulated_events(
+    footage: Footage, preset: str, seeds: tuple[int, ...], settings: RealismSettings, end_us: int
+) -> list[Events]:
+    """Events up to `end_us` that a camera of each seed makes, from the first frame on. Raises ConfigError,
+    MissingExtraError."""
+    height, width = footage.images.shape[1:3]
+    cameras = [
+        EventCamera(preset, size=(width, height), seed=seed, mode=settings.mode, intensity=settings.intensity)
+        for seed in seeds
+    ]
+    parts: list[list[Events]] = [[] for _ in cameras]
+    frames = frames_between(footage, settings, end_us)
+    # Frames are made once for all cameras, and not kept.
+    while batch := list(islice(frames, _AT_ONCE)):
+        for camera, made in zip(cameras, parts, strict=True):
+            made.append(camera.run(batch))
+    return [concatenate(made) for made in parts]
+
+
+def frames_between(
+    footage: Footage, settings: RealismSettings, end_us: int
+) -> Iterator[tuple[float, np.ndarray, np.ndarray | None]]:
+    """The frames of a recording and those that the settings put between them, up to the first at or after `end_us`."""
+    if settings.interpolate not in ("linear", "flow"):
+        raise ConfigError(f"interpolate: {settings.interpolate!r} is unknown; expected one of linear, flow")
+    distinct = np.concatenate([[True], np.diff(footage.t_us) > 0])
+    number = int(np.searchsorted(footage.t_us, end_us)) + 1
+    timed = zip(footage.t_us[:number].tolist(), footage.images[:number], distinct[:number], strict=True)
+    frames = ((float(t_us), to_grey(image, settings.intensity), None) for t_us, image, new in timed if new)
+    if settings.interpolate == "linear":
+        return frames
+    from evslip.codecs.clips import flow
+
+    return flow.smoothed(frames, settings.upsample, settings.intensity)
