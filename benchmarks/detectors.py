@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from evslip.learn import NETWORKS, TrainSettings, build_model, evaluate, train
-from evslip.windows.window_set import Windows, load_windows
+from evslip.windows.window_set import Windows, open_windows
 
 
 def main() -> None:
@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("--epochs", type=int, help="most passes; default: what suits each network")
     parser.add_argument("--protocol", default="trajectory", choices=["trajectory", "paper"])
     options = parser.parse_args()
-    windows, test = load_windows(options.train), load_windows(options.test) if options.test else None
+    windows, test = open_windows(options.train), open_windows(options.test) if options.test else None
     where = f"{len(test)} test windows" if test else "validation windows"
     print(f"| network | parameters | accuracy, % of {where} | AUROC | training, min |\n|---|---|---|---|---|")
     for name in options.networks:

@@ -25,7 +25,7 @@ from evslip.learn.checkpoint import Description, load_model, read_description, s
 from evslip.learn.networks import build_model
 from evslip.utils.errors import EvslipError
 from evslip.windows.cutting import windows_of
-from evslip.windows.window_set import WindowSettings, load_windows
+from evslip.windows.window_set import WindowSettings, open_windows
 
 INTEGERS = (-(2**63), -(2**62), -1, 0, 1, 2, 255, 2**31 - 1, 2**32, 2**40, 2**62, 2**63 - 1)
 REALS = (float("nan"), float("inf"), float("-inf"), 1e300, -1e30, -1.0, 0.0, 1e-300, 0.5)
@@ -76,7 +76,7 @@ def _as_record(path: Path) -> None:
 
 
 def _as_windows(path: Path) -> None:
-    windows = load_windows(path)
+    windows = open_windows(path)
     windows.summary()
     with contextlib.suppress(EvslipError):
         for number in range(len(windows)):

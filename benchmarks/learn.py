@@ -23,7 +23,7 @@ from evslip.learn.layers.occupancy import Binner, dense
 from evslip.learn.networks.cnn3d import CNN3d
 from evslip.learn.networks.mlp import MLP
 from evslip.learn.networks.snn import SNN
-from evslip.windows.window_set import WindowEvents, load_windows
+from evslip.windows.window_set import WindowEvents, open_windows
 
 
 def main() -> None:
@@ -39,7 +39,7 @@ def main() -> None:
         numba.set_num_threads(options.threads)
     windows = [made_up(seed) for seed in range(options.batch)]
     if options.windows:
-        stored = load_windows(options.windows)
+        stored = open_windows(options.windows)
         order = np.random.default_rng(0).permutation(len(stored))[: options.batch]
         windows = [stored[int(i)] for i in order]
     events = np.mean([len(window.t_us) for window in windows])

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from evslip.physics.truth import Truth, angular_difference, measure
     from evslip.rendering import render
     from evslip.utils.errors import EvslipError
+    from evslip.windows.window_set import open_windows
 
 _HOME = {
     "Config": "config.config",
@@ -46,6 +47,7 @@ _HOME = {
     "measure": "physics.truth",
     "onset_mass": "physics.onset",
     "open_dataset": "data.dataset",
+    "open_windows": "windows.window_set",
     "read_events": "codecs",
     "render": "rendering",
     "simulate": "physics.simulation",
@@ -72,6 +74,7 @@ __all__ = [
     "measure",
     "onset_mass",
     "open_dataset",
+    "open_windows",
     "read_events",
     "render",
     "simulate",

@@ -24,7 +24,7 @@ from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
 from evslip.exchange.format_to_format import convert_format
 from evslip.utils.errors import ConfigError, DataError, EvslipError, PlanRejected
-from evslip.windows.window_set import load_windows
+from evslip.windows.window_set import open_windows
 from sample_records import CONFIG, random_events, simulated
 
 
@@ -98,7 +98,7 @@ def test_a_pipe_is_refused_wherever_a_file_is_due(tmp_path: Path, suffix: str):
     readers = [read_events, open_events, read_recording, facts_of]
     readers += [lambda path: convert_format(path, tmp_path / "b.csv")]
     if suffix in HDF5.suffixes:
-        readers += [load_windows, record_file.read]
+        readers += [open_windows, record_file.read]
     if suffix in known_suffixes(writing=True):
         readers += [lambda path: convert_format(tmp_path / "whole.h5", path)]
     for reader in readers:

@@ -15,7 +15,7 @@ from evslip.data import record_file
 from evslip.exchange.format_to_format import convert_format
 from evslip.utils import hdf5
 from evslip.utils.errors import DataError
-from evslip.windows.window_set import load_windows
+from evslip.windows.window_set import open_windows
 from sample_records import simulated
 
 SECRET = b"root:x:0:0:secret"
@@ -48,7 +48,7 @@ READERS = (
     record_file.read_recording,
     facts_of,
     read_settings,
-    load_windows,
+    open_windows,
     lambda path: convert_format(path, path.with_name("out.csv")),
 )
 

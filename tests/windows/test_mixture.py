@@ -13,7 +13,7 @@ from evslip.data.samples import Samples
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.cutting import windows_of
 from evslip.windows.mixture import mixture, plain_name, set_names
-from evslip.windows.window_set import load_windows
+from evslip.windows.window_set import open_windows
 from slip_records import slip_records
 
 
@@ -35,7 +35,7 @@ def test_trajectories_of_different_sets_stay_apart(sets: list[Samples], tmp_path
     assert {name.partition(":")[0] for name in both.name} == {"near", "far"}
     assert {plain_name(name) for name in both.name} == set(alone.name)
     both.save(tmp_path / "both.h5")
-    parts = load_windows(tmp_path / "both.h5").split_by_trajectory(0.5)
+    parts = open_windows(tmp_path / "both.h5").split_by_trajectory(0.5)
     assert not set(parts[0].name) & set(parts[1].name)
 
 

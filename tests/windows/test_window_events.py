@@ -31,6 +31,14 @@ def test_unpacking_undoes_packing(gaps: list[int]) -> None:
         assert one.dtype == other.dtype
 
 
+@given(st.lists(st.sampled_from([0, 5, 127, 300]), max_size=20), st.integers(0, 2**32))
+def test_packing_keeps_columns_and_rows_beyond_256(gaps: list[int], seed: int) -> None:
+    x, y = np.random.default_rng(seed).integers(0, 65536, (2, len(gaps)), np.uint16)
+    events = WindowEvents(*events_of(gaps).columns[:1], x, y, events_of(gaps).p)
+    back = unpack(pack(events), len(gaps))
+    assert back == events and back is not None and back.x.dtype == np.uint16
+
+
 def test_another_number_of_events_is_found() -> None:
     packed = pack(events_of([5, 300, 0, 7]))
     assert unpack(packed, 3) is None and unpack(packed, 5) is None and unpack(packed, 100) is None

@@ -19,7 +19,7 @@ from evslip.utils.errors import ConfigError, DataError, StorageError
 from evslip.windows.cutting import Movement, label_of, movements, windows_of
 from evslip.windows.label import Label
 from evslip.windows.settings import LabelMode
-from evslip.windows.window_set import Windows, WindowSettings, load_windows
+from evslip.windows.window_set import Windows, WindowSettings, open_windows
 from slip_records import HELD, STEPS, slip_record, slip_records, slip_windows, truth_of, turning
 
 ALL = WindowSettings(balance=False)
@@ -192,7 +192,7 @@ def test_too_few_trajectories_to_split() -> None:
 
 def test_file_round_trip_has_equal_content_and_bytes(windows: Windows, tmp_path) -> None:
     windows.save(tmp_path / "one.h5")
-    back = load_windows(tmp_path / "one.h5")
+    back = open_windows(tmp_path / "one.h5")
     back.save(tmp_path / "two.h5")
     assert back.settings == windows.settings and back.dropped == windows.dropped
     for i in range(len(windows)):
@@ -218,34 +218,34 @@ def test_truncated_file(saved, share: float) -> None:
     data = saved.read_bytes()
     saved.write_bytes(data[: int(len(data) * share)])
     with pytest.raises(DataError, match=r"windows\.h5"):
-        load_windows(saved)
+        open_windows(saved)
 
 
 def test_foreign_missing_and_folder(saved, tmp_path) -> None:
     with pytest.raises(DataError, match="absent"):
-        load_windows(tmp_path / "absent.h5")
+        open_windows(tmp_path / "absent.h5")
     with pytest.raises(DataError):
-        load_windows(tmp_path)
+        open_windows(tmp_path)
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["x"] = [1, 2]
     with pytest.raises(DataError, match="not one that `evslip windows` wrote"):
-        load_windows(tmp_path / "other.h5")
+        open_windows(tmp_path / "other.h5")
     (tmp_path / "text.h5").write_text("hello")
     with pytest.raises(DataError, match="not an HDF5 file"):
-        load_windows(tmp_path / "text.h5")
+        open_windows(tmp_path / "text.h5")
 
 
 def test_a_file_from_before_the_modes_has_the_default_one(saved, windows: Windows) -> None:
     with h5py.File(saved, "r+") as file:
         del file.attrs["labels"]
-    assert load_windows(saved).settings == windows.settings
+    assert open_windows(saved).settings == windows.settings
 
 
 def test_another_version(saved) -> None:
     with h5py.File(saved, "r+") as file:
         file.attrs["version"] = 99
     with pytest.raises(DataError, match="version 99"):
-        load_windows(saved)
+        open_windows(saved)
 
 
 @pytest.mark.parametrize(
@@ -256,7 +256,7 @@ def test_arrays_that_contradict_one_another(saved, name: str, value: int) -> Non
     with h5py.File(saved, "r+") as file:
         file[name][3] = value  # pyright: ignore[reportIndexIssue]
     with pytest.raises(DataError, match="contradict"):
-        load_windows(saved)
+        open_windows(saved)
 
 
 @pytest.mark.parametrize(
@@ -283,7 +283,7 @@ def test_settings_of_a_file_are_checked(saved, name: str, value: object, message
     with h5py.File(saved, "r+") as file:
         file.attrs[name] = value
     with pytest.raises(DataError, match=message) as caught:
-        load_windows(saved)
+        open_windows(saved)
     assert str(saved) in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -293,14 +293,14 @@ def test_movement_that_is_no_number(saved, name: str, value: float) -> None:
     with h5py.File(saved, "r+") as file:
         file[name][3] = value  # pyright: ignore[reportIndexIssue]
     with pytest.raises(DataError, match=f"{name}: .* of window 3"):
-        load_windows(saved)
+        open_windows(saved)
 
 
 def test_a_missing_setting_is_named(saved) -> None:
     with h5py.File(saved, "r+") as file:
         del file.attrs["hop_s"]
     with pytest.raises(DataError, match="hop_s is missing; expected all settings"):
-        load_windows(saved)
+        open_windows(saved)
 
 
 def test_a_record_comes_but_once() -> None:
@@ -334,7 +334,7 @@ def test_flipped_bits_are_found(saved, windows: Windows) -> None:
         damaged[place] ^= 1 << int(rng.integers(8))
         saved.write_bytes(bytes(damaged))
         try:
-            back = load_windows(saved)
+            back = open_windows(saved)
         except DataError:
             continue
         # A bit that nothing reads: then nothing has changed.
@@ -358,7 +358,8 @@ def test_unwritable_place(windows: Windows, tmp_path) -> None:
         {"hop_s": -1},
         {"hold_deg": 2.0},
         {"hold_mm": 3.0},
-        {"width": 257},
+        {"width": 0},
+        {"width": 8400},
         {"height": 0},
         {"left": 346},
         {"top": -250},

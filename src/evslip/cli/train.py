@@ -38,10 +38,10 @@ def train(
         wandb: Log to Weights & Biases, too; WANDB_MODE=offline keeps it on this machine.
     """
     from evslip.learn import train as run
-    from evslip.windows.window_set import load_windows
+    from evslip.windows.window_set import open_windows
 
     settings = TrainSettings.of(**{"model": TrainSettings.model} | given(settings))
-    result = run(load_windows(windows), out, settings, wandb=wandb)
+    result = run(open_windows(windows), out, settings, wandb=wandb)
     console.print(f"{out}: {result.summary()}")
 
 
@@ -79,7 +79,7 @@ def sweep(
     from evslip.learn.search.spaces import space_of
     from evslip.learn.search.sweep import Trial
     from evslip.view.evaluation.sweep import sweep_table, write_sweep
-    from evslip.windows.window_set import load_windows
+    from evslip.windows.window_set import open_windows
 
     settings = SweepSettings(model, space_of(space, model), trials, sampler, pruner, goal, seed)
 
@@ -88,7 +88,7 @@ def sweep(
         value = trial.error or ("" if trial.value is None else f"{goal} {trial.value:.4f}")
         console.print(f"trial {trial.number}: {trial.state} {value} ({drawn})")
 
-    found = run(load_windows(windows), out, settings, report)
+    found = run(open_windows(windows), out, settings, report)
     write_sweep(found)
     print_table(sweep_table(found, most=10, short=True))
     if found.best is not None:

@@ -20,6 +20,7 @@ def windows(
     *,
     settings: Annotated[WindowSettings, arg(constructor=WindowOptions)],
     split: Split | None = None,
+    whole_sensor: bool = False,
     visualize: Path | None = None,
     vt_snn: Path | None = None,
 ) -> None:
@@ -30,6 +31,7 @@ def windows(
             write. Recordings have windows where a person's labels say slip or hold. Of several, windows carry the name
             of their folder, and all must be from sensors of one size.
         split: Only this split; default: all there is.
+        whole_sensor: Cut the whole sensor out, instead of 200 x 250 pixels around its middle.
         visualize: Folder for a video and single pictures of every window, named by label and change of angle; 17 files
             and about 4 s a window.
         vt_snn: Folder in which to write the windows in VT-SNN's layout, too: prophesee_recordings/rotate_01_td.mat ...
@@ -52,7 +54,7 @@ def windows(
         from evslip.view.pictures.window_pictures import check_folder
 
         check_folder(visualize)
-    cut = windows_of(mixture(sets), settings)
+    cut = windows_of(mixture(sets), settings, whole_sensor)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")
     if vt_snn is not None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from evslip.learn.streaming.stream import Detection, Detector, detect
     from evslip.learn.training.settings import TrainSettings
     from evslip.learn.training.train import TrainResult, train
+    from evslip.learn.window_datasets import WindowDataset, WindowStream
 
 _HOME = {
     "NETWORKS": "networks",
@@ -32,6 +33,8 @@ _HOME = {
     "SweepSettings": "search.sweep",
     "TrainResult": "training.train",
     "TrainSettings": "training.settings",
+    "WindowDataset": "window_datasets",
+    "WindowStream": "window_datasets",
     "build_model": "networks",
     "detect": "streaming.stream",
     "evaluate": "evaluation.evaluation",
@@ -50,6 +53,8 @@ __all__ = [
     "SweepSettings",
     "TrainResult",
     "TrainSettings",
+    "WindowDataset",
+    "WindowStream",
     "build_model",
     "detect",
     "evaluate",

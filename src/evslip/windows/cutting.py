@@ -19,19 +19,22 @@ from evslip.utils.progress import over
 from evslip.windows.alignment import laid_on
 from evslip.windows.distinct import Distinct
 from evslip.windows.label import Label
-from evslip.windows.window_events import WindowEvents, pack
+from evslip.windows.window_events import WindowEvents, pack, pixel_dtype
 from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, map_shape
 
 RECENT_S = 0.2
 """A pixel in the dark goes on firing for about this long after a slip has ended."""
 
 
-def windows_of(records: Iterable[Record], settings: WindowSettings | None = None) -> Windows:
+def windows_of(
+    records: Iterable[Record], settings: WindowSettings | None = None, whole_sensor: bool = False
+) -> Windows:
     """Cut records into labelled windows that lie wholly in the held time, or in one of a person's intervals, which go
     before. A window without events is one, too, but none begins after the recording's end.
 
-    On records of another sensor than that of the settings the crop lies as far from the centre. Raises DataError if
-    there is not one window, and for records of different sensors, a crop beyond them, and a record that comes twice.
+    On records of another sensor than that of the settings the crop lies as far from the centre; with `whole_sensor` it
+    is the sensor. Raises DataError if there is not one window, and for records of different sensors, a crop beyond
+    them, and a record that comes twice.
     """
     settings = settings or WindowSettings()
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
@@ -39,6 +42,7 @@ def windows_of(records: Iterable[Record], settings: WindowSettings | None = None
     for record in over("records", records):
         if not first:
             settings, first = laid_on(settings, record.size), record.name
+            settings = settings.of_whole_sensor() if whole_sensor else settings
             if not settings.sees_the_sensor:
                 raise ConfigError(settings.beyond())
         elif record.size != settings.sensor:
@@ -139,10 +143,11 @@ def label_of(movement: Movement, settings: WindowSettings) -> Label:
 
 
 def crop(events: Events, settings: WindowSettings) -> Events:
-    """The events in the crop, columns and rows (uint8) counted from its corner."""
+    """The events in the crop, columns and rows (see `pixel_dtype`) counted from its corner."""
     x, y = events.x.astype(np.int32) - settings.left, events.y.astype(np.int32) - settings.top
     inside = np.flatnonzero((x >= 0) & (x < settings.width) & (y >= 0) & (y < settings.height))
-    return events.select(inside).replace(x=x[inside].astype(np.uint8), y=y[inside].astype(np.uint8))
+    dtype = pixel_dtype(settings.width, settings.height)
+    return events.select(inside).replace(x=x[inside].astype(dtype), y=y[inside].astype(dtype))
 
 
 def _append(

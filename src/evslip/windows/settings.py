@@ -1,7 +1,7 @@
 """How windows are cut and labelled. Light to import, for the command line."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 from evslip.utils.errors import ConfigError, DataError
@@ -11,6 +11,8 @@ Align = Literal["centre", "corner"]
 """How the crop lies on a sensor of another size: as far from its centre, or from its first pixel, as it did."""
 OFF_CENTRE_PX = 5
 """The usual crop lies so many rows below the centre, and reaches beyond a sensor that is hardly higher than it."""
+MOST_PIXELS = 1 << 21
+"""Pixels of a crop, 1920x1080 and more: the network with the most weights, `mlp`, then takes 1 GB."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,9 @@ class WindowSettings:
     top: int = 10
     """First row of the crop."""
     width: int = 200
-    """Columns of the crop, at most 256."""
+    """Columns of the crop."""
     height: int = 250
-    """Rows of the crop, at most 256."""
+    """Rows of the crop."""
     sensor_width: int = 346
     """Columns of the sensor that the windows are from."""
     sensor_height: int = 260
@@ -67,16 +69,21 @@ class WindowSettings:
         if not (1 <= self.sensor_width <= 65536 and 1 <= self.sensor_height <= 65536):
             raise ConfigError(f"sensor of {self.sensor_width}x{self.sensor_height}: expected 1 to 65536 a side")
         across = -self.width < self.left < self.sensor_width and -self.height < self.top < self.sensor_height
-        if not (1 <= self.width <= 256 and 1 <= self.height <= 256 and across):
+        if not (self.width >= 1 and self.height >= 1 and self.width * self.height <= MOST_PIXELS and across):
             raise ConfigError(
-                f"crop of {self.width}x{self.height} from ({self.left}, {self.top}): expected 1 to 256 columns and "
-                f"rows on the sensor of {self.sensor_width}x{self.sensor_height}"
+                f"crop of {self.width}x{self.height} from ({self.left}, {self.top}): expected columns and rows on the "
+                f"sensor of {self.sensor_width}x{self.sensor_height}, at most {MOST_PIXELS / 1e6:.1f} million pixels"
             )
 
     @property
     def sensor(self) -> tuple[int, int]:
         """Width and height of the sensor."""
         return self.sensor_width, self.sensor_height
+
+    def of_whole_sensor(self) -> "WindowSettings":
+        """These settings with a crop that is the sensor."""
+        width, height = self.sensor
+        return replace(self, left=0, top=0, width=width, height=height)
 
     @property
     def sees_the_sensor(self) -> bool:

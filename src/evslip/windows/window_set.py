@@ -1,8 +1,10 @@
 """Many labelled windows, in memory and as one file."""
 
 import zlib
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any, SupportsIndex, overload
 
 import h5py
 import numpy as np
@@ -11,12 +13,15 @@ from evslip.events.frame import BODIES
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
 from evslip.windows.label import Label
+from evslip.windows.labelled_events import LabelledEvents
 from evslip.windows.settings import WindowSettings, stored_settings
-from evslip.windows.window_events import WindowEvents, unpack
+from evslip.windows.window_events import WindowEvents, pixel_dtype, unpack
 
-__all__ = ["WindowEvents", "WindowSettings", "Windows", "load_windows"]
+__all__ = ["WindowEvents", "WindowSettings", "Windows", "open_windows"]
 
-FORMAT, VERSION = "evslip windows", 2
+FORMAT = "evslip windows"
+VERSIONS = {2: np.dtype(np.uint8), 3: np.dtype(np.uint16)}
+"""Versions of the format, with the dtype of packed events; 3 is for crops of more than 256 columns or rows."""
 MAP_PX = 16
 """Side of the parts of the picture in which the object's events are counted."""
 
@@ -27,7 +32,7 @@ class Windows:
 
     settings: WindowSettings
     packed: np.ndarray
-    """Entries of `evslip.windows.window_events.pack`, uint8 of shape (m, 3), possibly mapped from a file."""
+    """Entries of `evslip.windows.window_events.pack`, of shape (m, 3), possibly mapped from a file."""
     first: np.ndarray
     """Window i has the entries first[i] to last[i]; int64 of shape (n,)."""
     last: np.ndarray
@@ -57,18 +62,46 @@ class Windows:
     def __len__(self) -> int:
         return len(self.label)
 
-    def __getitem__(self, index: int) -> WindowEvents:
-        """The events of a window. Raises DataError if they are damaged."""
+    @overload
+    def __getitem__(self, index: SupportsIndex) -> WindowEvents: ...
+    @overload
+    def __getitem__(self, index: slice | np.ndarray) -> "Windows": ...
+    def __getitem__(self, index: Any) -> "WindowEvents | Windows":
+        """The events of a window, or some of the windows, as `take`. Raises DataError if they are damaged."""
+        if isinstance(index, slice) or np.ndim(index):
+            return self.take(index)
         entries = self.packed[self.first[index] : self.last[index]]
         whole = zlib.crc32(entries.data) == self.checksum[index]
         events = unpack(entries, int(self.events[index])) if whole else None
-        if events is None:
+        width, height = self.settings.width, self.settings.height
+        if events is None or events.x.max(initial=0) >= width or events.y.max(initial=0) >= height:
             where = f"{self.name[index]}, {self.start_us[index]} us"
             raise DataError(f"the events of window {index} ({where}) are damaged; make the windows again")
         return events
 
-    def take(self, which: np.ndarray) -> "Windows":
-        """The windows of an index array or mask. Their events stay where they are."""
+    def __getstate__(self) -> dict[str, Any]:
+        # Another process maps the file again: it gets no copy of the events.
+        packed = self.packed
+        if not isinstance(packed, np.memmap):
+            return self.__dict__
+        return self.__dict__ | {"packed": (str(packed.filename), packed.dtype, "r", packed.offset, packed.shape)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        if isinstance(state["packed"], tuple):
+            with atomic.storage_errors(state["packed"][0]):
+                self.__dict__["packed"] = np.memmap(*state["packed"])
+
+    def labelled_events(
+        self,
+        transform: Callable[[np.ndarray], Any] | None = None,
+        target_transform: Callable[[int], Any] | None = None,
+    ) -> LabelledEvents:
+        """The windows as tonic's data sets give theirs: pairs of a structured array and a label."""
+        return LabelledEvents(self, transform, target_transform)
+
+    def take(self, which: slice | np.ndarray) -> "Windows":
+        """The windows of a slice, an index array or a mask. Their events stay where they are."""
         return replace(self, **{name: getattr(self, name)[which] for name in _PER_WINDOW})
 
     def balanced(self, seed: int = 0) -> "Windows":
@@ -144,14 +177,16 @@ class Windows:
         atomic.write_bytes(Path(path), hdf5.image(self._fill))
 
     def _fill(self, file: h5py.File) -> None:
-        file.attrs.update({"format": FORMAT, "version": VERSION, "dropped": self.dropped, **asdict(self.settings)})
+        dtype = pixel_dtype(self.settings.width, self.settings.height)
+        version = next(version for version, packed in VERSIONS.items() if packed == dtype)
+        file.attrs.update({"format": FORMAT, "version": version, "dropped": self.dropped, **asdict(self.settings)})
         ends = np.cumsum(self.last - self.first)
         changed = {"last": ends, "first": ends - (self.last - self.first), "name": np.char.encode(self.name, "utf-8")}
-        for name, (dtype, _) in _ARRAYS.items():
+        for name, (kind, _) in _ARRAYS.items():
             values = changed.get(name, getattr(self, name))
-            hdf5.put(file, name, values if name == "name" else values.astype(dtype))
+            hdf5.put(file, name, values if name == "name" else values.astype(kind))
         # Neither in pieces nor compressed: so it can be mapped into memory.
-        packed = file.create_dataset("packed", (int(ends[-1]) if len(ends) else 0, 3), np.uint8)
+        packed = file.create_dataset("packed", (int(ends[-1]) if len(ends) else 0, 3), dtype)
         for i, end in enumerate(ends):
             if self.last[i] > self.first[i]:
                 packed[end - (self.last[i] - self.first[i]) : end] = self.packed[self.first[i] : self.last[i]]
@@ -174,20 +209,21 @@ _ARRAYS = {
 _PER_WINDOW = tuple(_ARRAYS)
 
 
-def load_windows(path: str | Path) -> Windows:
+def open_windows(path: str | Path) -> Windows:
     """Read a file that Windows.save wrote; events stay in it until they are asked for. Raises DataError."""
     with hdf5.opened(path) as file:
         if file.attrs.get("format") != FORMAT:
             raise DataError(f"{path}: an HDF5 file, but not one that `evslip windows` wrote")
         version = hdf5.attribute(file, "version", int)
-        if version != VERSION:
+        if version not in VERSIONS:
+            known = " and ".join(map(str, VERSIONS))
             raise DataError(
-                f"{path}: version {version} of the format; this evslip reads version {VERSION}: make the windows again"
+                f"{path}: version {version} of the format; this evslip reads versions {known}: make the windows again"
             )
         settings = stored_settings(file.attrs, path)
         kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
         arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, (_, tail) in _ARRAYS.items()}
-        packed = hdf5.mapped(file, "packed", np.dtype(np.uint8), (None, 3))
+        packed = hdf5.mapped(file, "packed", VERSIONS[version], (None, 3))
         windows = Windows(settings, packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
     return _checked(windows, path)
 
@@ -203,6 +239,7 @@ def _checked(windows: Windows, path: str | Path) -> Windows:
         and (windows.events <= windows.last - windows.first).all()
         and (windows.label <= Label.SLIP).all()
         and windows.object_map.shape[1:] == map_shape(windows.settings)
+        and windows.packed.dtype == pixel_dtype(windows.settings.width, windows.settings.height)
     )
     if not right:
         raise DataError(f"{path}: its arrays contradict one another; make the windows again")

@@ -86,7 +86,7 @@ def test_what_a_killed_process_left_is_taken_up_again(windows, tmp_path) -> None
     script = """
 import sys, time
 from evslip.learn import SweepSettings, Space, Range, sweep
-from evslip.windows.window_set import load_windows
+from evslip.windows.window_set import open_windows
 module = sys.modules["evslip.learn.search.sweep"]
 real = module.train
 def slow(*a, watch, **k):
@@ -98,7 +98,7 @@ def slow(*a, watch, **k):
     return real(*a, watch=stop, **k)
 module.train = slow
 space = Space({"lr": Range(1e-3, 1e-2)}, {"epochs": 4, "batch": 8})
-sweep(load_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, trials=1))
+sweep(open_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, trials=1))
 """
     out = tmp_path / "sweep"
     command = [sys.executable, "-c", script, str(tmp_path / "w.h5"), str(out)]

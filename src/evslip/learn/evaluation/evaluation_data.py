@@ -15,7 +15,7 @@ from evslip.data.samples import Samples
 from evslip.utils import hdf5
 from evslip.utils.errors import DataError
 from evslip.windows.cutting import windows_of
-from evslip.windows.window_set import FORMAT, WindowEvents, Windows, WindowSettings, load_windows
+from evslip.windows.window_set import FORMAT, WindowEvents, Windows, WindowSettings, open_windows
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def open_evaluation_data(path: str | Path, split: str | None = None) -> Evaluati
         samples = open_samples(path)
         return EvaluationData(f"{path}, {len(samples)} records", samples=samples)
     if _is_windows(path):
-        windows = load_windows(path)
+        windows = open_windows(path)
         if not len(windows):
             raise DataError(f"{path}: there is no window to evaluate on")
         return EvaluationData(str(path), windows=windows)

@@ -8,7 +8,8 @@ from evslip.learn.training.settings import TrainSettings
 from evslip.utils.errors import DataError
 from evslip.windows.alignment import laid_on
 from evslip.windows.cutting import crop
-from evslip.windows.window_set import WindowEvents, WindowSettings
+from evslip.windows.settings import WindowSettings
+from evslip.windows.window_events import WindowEvents, pixel_dtype
 
 
 class Augmentation:
@@ -53,23 +54,24 @@ class Augmentation:
 
 def flipped(events: WindowEvents, width: int) -> WindowEvents:
     """Mirrored left to right."""
-    return events.replace(x=(width - 1 - events.x).astype(np.uint8))
+    return events.replace(x=(width - 1 - events.x.astype(np.int32)).astype(events.x.dtype))
 
 
 def shifted(events: WindowEvents, dx: int, dy: int, geometry: Geometry) -> WindowEvents:
     """Moved by so many pixels; what leaves the crop is lost."""
-    x, y = events.x.astype(np.int16) + dx, events.y.astype(np.int16) + dy
+    x, y = events.x.astype(np.int32) + dx, events.y.astype(np.int32) + dy
     inside = (x >= 0) & (x < geometry.width) & (y >= 0) & (y < geometry.height)
-    return events.replace(x=x.astype(np.uint8), y=y.astype(np.uint8))[inside]
+    return events.replace(x=x.astype(events.x.dtype), y=y.astype(events.y.dtype))[inside]
 
 
 def shot_noise(rate_hz: float, geometry: Geometry, rng: np.random.Generator) -> WindowEvents:
     """Events that come at random, `rate_hz` from each pixel on average, both polarities alike: a Poisson process."""
     count = rng.poisson(rate_hz * geometry.width * geometry.height * geometry.length_us / 1e6)
+    dtype = pixel_dtype(*geometry.size)
     return WindowEvents(
         np.sort(rng.integers(0, geometry.length_us, count, np.uint32)),
-        rng.integers(0, geometry.width, count, np.uint8),
-        rng.integers(0, geometry.height, count, np.uint8),
+        rng.integers(0, geometry.width, count, dtype),
+        rng.integers(0, geometry.height, count, dtype),
         rng.random(count) < 0.5,
     )
 

@@ -27,7 +27,7 @@ from evslip.view.report.sections.strips import Pictures, moments, strips
 from evslip.view.report.sections.training import training
 from evslip.view.report.signature import signature
 from evslip.view.report.survey import Surveyed, spread, survey
-from evslip.windows.window_set import Windows, WindowSettings, load_windows
+from evslip.windows.window_set import Windows, WindowSettings, open_windows
 
 Find = Callable[[str], Record | None]
 """A record by its name."""
@@ -57,7 +57,7 @@ def write_report(
     ConfigError, DataError, StorageError.
     """
     out = Path(out)
-    cut = load_windows(windows) if isinstance(windows, str | Path) else windows
+    cut = open_windows(windows) if isinstance(windows, str | Path) else windows
     config = configuration(dataset)  # first of all: one of another version is refused before anything is drawn
     detector = DetectorFiles() if model_dir is None else read_detector(Path(model_dir))
     if pictures is None:
