@@ -1,13 +1,12 @@
-"""What happens to a data set when processes are killed, disks are full, folders refuse, and bits flip.
+"""What happens to files when processes are killed, disks are full, folders refuse, and bits flip.
 
-python benchmarks/chaos.py [--kills 100] [--count 24] [--only kills equal ...] [--seed 0]
+python benchmarks/chaos.py [--kills 100] [--count 24] [--only kills equal ...] [--verbs import train ...] [--seed 0]
 
 Prints a line a trial and exits with 1 if one of them went wrong. Trials that the machine does not allow are skipped.
 """
 
 import argparse
 import contextlib
-import ctypes
 import hashlib
 import importlib.util
 import json
@@ -19,8 +18,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
+
+import chaos_verbs
 
 import evslip
 from evslip.data import building, layout, requested
@@ -40,13 +40,16 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=24)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", choices=TRIALS, default=TRIALS)
+    parser.add_argument("--verbs", nargs="+", choices=chaos_verbs.VERBS, default=chaos_verbs.VERBS)
     options = parser.parse_args()
     random.seed(options.seed)
+    os.environ["EVSLIP_PROGRESS_S"] = "3600"  # what is looked at is one line on stderr
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder, "reference")
-        generate(reference, options.count, "--workers", "1")
-        print(f"{options.count} samples, undisturbed: {tree_hash(reference)[:16]}", flush=True)
+        if set(options.only) - set(VERBS_TRIALS):
+            generate(reference, options.count, "--workers", "1")
+            print(f"{options.count} samples, undisturbed: {tree_hash(reference)[:16]}", flush=True)
         for name in options.only:
             start = time.perf_counter()
             is_right, seen = TRIALS[name](Path(folder, name), reference, options)
@@ -135,7 +138,7 @@ def together(root: Path, reference: Path, options: argparse.Namespace) -> Outcom
 
 def full_disk(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     """A small file system that fills up; then room is made and the run resumed."""
-    with mounted(root, "size=1m") as is_mounted:
+    with chaos_verbs.mounted(root, "size=1m") as is_mounted:
         if not is_mounted:
             return None, "no right to mount a tmpfs"
         filler = root / "filler"
@@ -151,7 +154,7 @@ def full_disk(root: Path, reference: Path, options: argparse.Namespace) -> Outco
 
 def read_only(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     """A file system that is read-only, with a half-finished data set on it."""
-    with mounted(root, "size=64m") as is_mounted:
+    with chaos_verbs.mounted(root, "size=64m") as is_mounted:
         if not is_mounted:
             return None, "no right to mount a tmpfs"
         shutil.copytree(reference, root / "data")
@@ -169,7 +172,7 @@ def denied(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     next(root.rglob("*.h5")).unlink()
     for folder in [root, *(path for path in root.rglob("*") if path.is_dir())]:
         folder.chmod(0o555)
-    code, words = failing(root, options.count + 1, preexec_fn=powerless)
+    code, words = failing(root, options.count + 1, preexec_fn=chaos_verbs.powerless)
     for folder in [root, *(path for path in root.rglob("*") if path.is_dir())]:
         folder.chmod(0o755)
     return code == 2 and "permission denied" in words, f"exit code {code}: {words[:90]}"
@@ -237,6 +240,58 @@ def changed(root: Path, reference: Path, options: argparse.Namespace) -> Outcome
     return right, f"exit code {code}: ...{words[-80:]}"
 
 
+def together_killed(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """Two generators of different configurations on a folder at once, one or both killed, started again until one is
+    through: its data set is whole, and the other is refused."""
+    done, sets = 0, {0: 0, 1: 0}
+    expected = {0: tree_hash(reference)}
+    while done < options.kills:
+        while True:
+            pair = [start(root, options.count, "--set", f"seed={seed}", stderr=subprocess.PIPE) for seed in (0, 1)]
+            if done < options.kills:
+                time.sleep(random.uniform(0, 8))
+                for process in random.sample(pair, random.choice((1, 2))):
+                    done += process.poll() is None
+                    with contextlib.suppress(ProcessLookupError):
+                        os.killpg(process.pid, random.choice((signal.SIGKILL, signal.SIGTERM)))
+            words = [process.communicate()[1].decode() for process in pair]
+            codes = [process.returncode for process in pair]
+            if 0 in codes:
+                break
+            if any(code not in (2, 143, -signal.SIGKILL, -signal.SIGTERM) for code in codes):
+                return False, f"exit codes {codes}: {words}"
+        seed = codes.index(0)
+        sets[seed] += 1
+        refused = failing(root, options.count, "--set", f"seed={1 - seed}")
+        same = tree_hash(root) == expected.setdefault(seed, tree_hash(root))
+        if refused[0] != 2 or "seed is" not in refused[1] or problems(root) or not same:
+            return False, f"after {done} kills: {refused}, {problems(root)[:3]}, equal: {same}"
+        shutil.rmtree(root)
+    return True, f"{done} kills; {sum(sets.values())} data sets, {sets[0]} of one configuration, all whole"
+
+
+def verbs_kills(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """SIGKILL and SIGTERM to verbs that write a file or a model."""
+    seen, wrong = [], []
+    for trial in chaos_verbs.prepared(root, options.verbs):
+        problems, ends = chaos_verbs.killed(trial, root / "killed", options.kills)
+        wrong += problems
+        seen.append(f"{trial.verb}: " + ", ".join(f"{name} {times}" for name, times in ends.items()))
+    return not wrong, "; ".join(wrong[:3] or seen)
+
+
+def verbs_refused(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
+    """The same verbs on disks that are full or read-only, and in a folder of someone else's."""
+    seen, wrong = [], []
+    for trial in chaos_verbs.prepared(root, options.verbs):
+        problems, times = chaos_verbs.full(trial, root / "full", options.count)
+        wrong += problems + chaos_verbs.read_only(trial, root / "ro")
+        wrong += chaos_verbs.denied(trial, root / f"denied-{trial.verb}")
+        seen.append(f"{trial.verb}: full {times} times")
+    return not wrong, "; ".join(wrong[:3] or seen) + "; read-only and denied: one line each" * (not wrong)
+
+
+VERBS_TRIALS = {"verbs-kills": verbs_kills, "verbs-refused": verbs_refused}
 TRIALS = {
     "kills": kills,
     "equal": equal,
@@ -247,6 +302,8 @@ TRIALS = {
     "bits": bits,
     "verify-speed": verify_speed,
     "changed": changed,
+    "together-killed": together_killed,
+    **VERBS_TRIALS,
 }
 
 
@@ -268,12 +325,6 @@ def failing(root: Path, count: int, *arguments: str, **options) -> tuple[int, st
     process = start(root, count, *arguments, stderr=subprocess.PIPE, text=True, **options)
     _, words = process.communicate()
     return process.returncode if words.count("\n") == 1 else -1, words.strip()
-
-
-def powerless() -> None:
-    """Root no longer overrides permissions in what this process becomes: drop CAP_DAC_OVERRIDE for good."""
-    if os.geteuid() == 0:
-        ctypes.CDLL(None).prctl(24, 1, 0, 0, 0)
 
 
 def workers_of(group: int) -> list[int]:
@@ -311,22 +362,6 @@ def tree_hash(root: Path) -> str:
 
 def problems(root: Path) -> list[str]:
     return evslip.open_dataset(root).verify()
-
-
-@contextlib.contextmanager
-def mounted(root: Path, options: str) -> Iterator[bool]:
-    """A tmpfs at root for the block; False where that is not allowed."""
-    root.mkdir()
-    command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(root)]
-    try:
-        is_mounted = not subprocess.run(command, capture_output=True, check=False).returncode
-    except OSError:
-        is_mounted = False
-    try:
-        yield is_mounted
-    finally:
-        if is_mounted:
-            subprocess.run(["umount", str(root)], check=True)
 
 
 if __name__ == "__main__":

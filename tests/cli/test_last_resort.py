@@ -90,6 +90,29 @@ def test_signals_end_a_command_with_one_line_and_leave_nothing(tmp_path: Path, s
     assert [path.name for path in tmp_path.iterdir()] == ["long.raw"]
 
 
+@pytest.mark.parametrize(("sign", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_that_falls_into_a_destructor_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], sign: signal.Signals, code: int
+):
+    class Destroyed:
+        def __del__(self) -> None:
+            signal.raise_signal(sign)
+
+    def work(words: list[str]) -> None:
+        thing = Destroyed()
+        del thing
+        time.sleep(60)
+
+    monkeypatch.setattr(cli, "run", work)
+    monkeypatch.setattr(sys, "argv", ["evslip", "info"])
+    handlers = signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGALRM), sys.unraisablehook
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert stopped.value.code == code
+    assert capsys.readouterr().err == "evslip: stopped; what was finished is kept\n"
+    assert handlers == (signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGALRM), sys.unraisablehook)
+
+
 @pytest.mark.parametrize("suffix", known_suffixes())
 def test_a_pipe_is_refused_wherever_a_file_is_due(tmp_path: Path, suffix: str):
     pipe = tmp_path / f"pipe{suffix}"

@@ -23,10 +23,17 @@ def test_kills_lose_nothing():
 
 @pytest.mark.slow
 def test_disks_that_refuse_and_two_generators_at_once_do_no_damage():
-    trials = ("together", "full-disk", "denied", "bits")
-    lines = run("chaos.py", "--count", "4", "--only", *trials).splitlines()
+    trials = ("together", "together-killed", "full-disk", "denied", "bits")
+    lines = run("chaos.py", "--count", "4", "--kills", "2", "--only", *trials).splitlines()
     assert len(lines) == 1 + len(trials)
     assert all(line.startswith(("right", "skipped")) for line in lines[1:])
+
+
+@pytest.mark.slow
+def test_verbs_that_are_killed_or_refused_leave_nothing_and_can_be_run_again():
+    arguments = ("--verbs", "import", "windows", "sweep", "--only", "verbs-kills", "verbs-refused")
+    lines = run("chaos.py", "--kills", "2", "--count", "1", *arguments).splitlines()
+    assert [line.split()[:2] for line in lines] == [["right", "verbs-kills"], ["right", "verbs-refused"]]
 
 
 @pytest.mark.slow

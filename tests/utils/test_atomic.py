@@ -60,22 +60,35 @@ def test_what_a_killed_writer_left_goes_when_the_file_is_written_again(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.h5", "b.h5"]
 
 
-def test_only_old_temporary_files_that_nobody_holds_are_removed(tmp_path):
-    names = (
-        ".a.h5.0123abcd.tmp",
-        ".a.h5.0123abc.tmp",
-        ".aXh5.0123abcd.tmp",
-        ".a.h5.89abcdef.tmp",
-        ".a.h5.76543210.tmp",
-    )
+def test_only_temporary_files_of_the_same_name_that_nobody_holds_are_removed(tmp_path):
+    names = (".a.h5.0123abcd.tmp", ".a.h5.0123abc.tmp", ".aXh5.0123abcd.tmp", ".a.h5.89abcdef.tmp")
     for name in names:
         (tmp_path / name).touch()
-        if name != names[4]:
-            os.utime(tmp_path / name, (0, 0))
     with (tmp_path / names[3]).open("rb") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
         write_bytes(tmp_path / "a.h5", b"x")
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*names[1:], "a.h5"])
+
+
+@pytest.mark.parametrize("moment", ["before the lock", "under the lock"])
+def test_a_writer_whose_file_is_cleared_as_it_is_made_makes_another(tmp_path, monkeypatch, moment):
+    path, flock, rivals = tmp_path / "a.h5", fcntl.flock, []
+
+    def raced(file, operation):
+        if not rivals:
+            (mine,) = tmp_path.iterdir()
+            rivals.append(mine.open("rb"))
+            if moment == "under the lock":
+                flock(rivals[0], fcntl.LOCK_EX)
+            else:
+                mine.unlink()
+        return flock(file, operation)
+
+    monkeypatch.setattr(fcntl, "flock", raced)
+    write_bytes(path, b"whole")
+    assert path.read_bytes() == b"whole"
+    with rivals[0]:
+        pass
 
 
 def test_an_interrupt_at_any_moment_leaves_no_folder(tmp_path, monkeypatch):

@@ -9,12 +9,10 @@ import contextlib
 import importlib
 import io
 import os
-import signal
 import sys
-import threading
 from pathlib import Path
-from typing import Any
 
+from evslip.cli.interrupts import Terminated, interrupts
 from evslip.utils.errors import ConfigError, EvslipError
 from evslip.utils.progress import shown
 from evslip.utils.version import __version__
@@ -58,20 +56,21 @@ ENDLESS = ("view", "label")
 def main() -> None:
     """Entry point. Errors of use: one line on stderr, exit code 2. Ctrl-C and SIGTERM: the same, exit codes 130 and
     143. Errors of evslip's own: one line that names a file with the details, exit code 1."""
-    words, before = sys.argv[1:], _on_sigterm(_terminate)
+    words = sys.argv[1:]
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes
     try:
-        if words[:1] in (["--version"], ["-V"]):
-            print(f"evslip {__version__}")
-        elif words[:1] in (["--help"], ["-h"]):
-            print(overview())
-        else:
-            run(words)
+        with interrupts():
+            if words[:1] in (["--version"], ["-V"]):
+                print(f"evslip {__version__}")
+            elif words[:1] in (["--help"], ["-h"]):
+                print(overview())
+            else:
+                run(words)
     except EvslipError as error:
         sys.exit(_fail(str(error), 2))
     except KeyboardInterrupt as stop:
-        sys.exit(_fail("stopped; what was finished is kept", 143 if isinstance(stop, _Terminated) else 130))
+        sys.exit(_fail("stopped; what was finished is kept", 143 if isinstance(stop, Terminated) else 130))
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except MemoryError:
@@ -83,22 +82,6 @@ def main() -> None:
         from evslip.cli.last_resort import line_of
 
         sys.exit(_fail(line_of(error, words), 1))
-    finally:
-        _on_sigterm(before)
-
-
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM, with which batch systems end what runs too long: all that ends well at Ctrl-C does so at this, too."""
-
-
-def _terminate(*_: object) -> None:
-    raise _Terminated
-
-
-def _on_sigterm(handler: Any) -> Any:
-    """Set what SIGTERM does, and return what it did before; not in a thread, where nothing can be set."""
-    is_main = threading.current_thread() is threading.main_thread()
-    return signal.signal(signal.SIGTERM, handler) if is_main else None
 
 
 def run(words: list[str]) -> None:

@@ -5,16 +5,13 @@ import errno
 import fcntl
 import os
 import re
-import time
 import uuid
 from collections.abc import Iterator
+from io import FileIO
 from pathlib import Path
 from typing import BinaryIO
 
 from evslip.utils.errors import StorageError
-
-SETTLED_S = 1.0
-"""A temporary file as young as this may be one whose writer has not locked it yet."""
 
 
 @contextlib.contextmanager
@@ -30,13 +27,13 @@ def staged(path: Path) -> Iterator[BinaryIO]:
             raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket, a file was expected")
         missing = [folder for folder in (path.parent, *path.parent.parents) if not folder.exists()]
     _clear_abandoned(path)
-    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+    temporary = path
     try:
         with storage_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            file = temporary.open("x+b", buffering=0)
+            file = _opened_beside(path)
+        temporary = Path(file.name)
         with file:
-            _lock(file.fileno())
             yield file
             with storage_errors(path):
                 os.fsync(file.fileno())
@@ -44,22 +41,29 @@ def staged(path: Path) -> Iterator[BinaryIO]:
             temporary.replace(path)
             sync_folder(path.parent)
     except BaseException:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+        if temporary != path:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
         for folder in missing:
             with contextlib.suppress(OSError):
                 folder.rmdir()
         raise
 
 
-def _lock(descriptor: int) -> bool:
-    """Lock a file until it is closed, or its process ends, however that ends; False where another one holds it, or the
-    file system has no locks."""
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
+def _opened_beside(path: Path) -> FileIO:
+    """A new file with a temporary name, locked until it is closed, or its process ends, however that ends."""
+    while True:
+        file = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp").open("x+b", buffering=0)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:  # another writer has just taken it for one that was left behind, and removes it
+            file.close()
+            continue
+        except OSError:  # a file system without locks, on which nobody removes it
+            return file
+        if os.fstat(file.fileno()).st_nlink:
+            return file
+        file.close()  # removed before it was locked
 
 
 def _clear_abandoned(path: Path) -> None:
@@ -68,8 +72,8 @@ def _clear_abandoned(path: Path) -> None:
     with contextlib.suppress(OSError), os.scandir(path.parent) as entries:
         for left in [entry.path for entry in entries if mine.fullmatch(entry.name)]:
             with contextlib.suppress(OSError), Path(left).open("rb") as file:
-                if time.time() - os.fstat(file.fileno()).st_mtime > SETTLED_S and _lock(file.fileno()):
-                    Path(left).unlink()
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                Path(left).unlink()
 
 
 def write_bytes(path: Path, data: bytes) -> None:

@@ -29,6 +29,8 @@ from evslip.utils.progress import Step
 from evslip.windows.window_set import Windows
 
 JOURNAL, TRIALS = "journal.log", "trials"
+AGAIN = "again"
+"""Note of a trial that runs once more what a killed one had begun."""
 STALE_S = 3600.0
 """A trial that has not ended an epoch for so long counts as killed; one whose process this machine misses, at once."""
 
@@ -173,14 +175,20 @@ def _sampler(settings: SweepSettings):
         return optuna.samplers.TPESampler(seed=int(seed.generate_state(1)[0]), constant_liar=True)
 
     class Keyed(optuna.samplers.RandomSampler):
-        """Draws by seed, trial and setting alone."""
+        """Draws by seed, trial and setting alone; a trial that was killed and runs again is the same one."""
 
         def sample_independent(self, study, trial, param_name, param_distribution):
-            key = np.random.SeedSequence([settings.seed, trial.number, zlib.crc32(param_name.encode())])
+            key = np.random.SeedSequence([settings.seed, _ordinal(study, trial), zlib.crc32(param_name.encode())])
             once = optuna.samplers.RandomSampler(int(key.generate_state(1)[0]))
             return once.sample_independent(study, trial, param_name, param_distribution)
 
     return Keyed()
+
+
+def _ordinal(study: Any, trial: Any) -> int:
+    """Number of a trial among those that there would be, had none been killed."""
+    earlier = (other for other in study.get_trials(deepcopy=False) if other.number < trial.number)
+    return trial.user_attrs.get(AGAIN, sum(AGAIN not in other.user_attrs for other in earlier))
 
 
 def _pruner(settings: SweepSettings):
@@ -285,7 +293,7 @@ def _take_up(study: Any) -> None:
         except (UpdateFinishedTrialError, ValueError):
             continue  # another process was quicker
         kept = {name: trial.user_attrs[name] for name in ("folder", "seconds") if name in trial.user_attrs}
-        study.enqueue_trial(trial.params, user_attrs=kept)
+        study.enqueue_trial(trial.params, user_attrs=kept | {AGAIN: _ordinal(study, trial)})
 
 
 def _is_dead(trial: Any) -> bool:
