@@ -11,6 +11,7 @@ file took over 20 s, or a process grew beyond 1 GB.
 import argparse
 import contextlib
 import os
+import shutil
 import signal
 import struct
 import sys
@@ -31,7 +32,8 @@ from evslip.events.stream import Events
 from evslip.utils.errors import EvslipError
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
-from foreign_files import aedat2, bag  # pyright: ignore[reportMissingImports]
+from foreign_files import aedat2  # pyright: ignore[reportMissingImports]
+from ros_bags import SUFFIXES, arrays, packets  # pyright: ignore[reportMissingImports]
 from sample_records import random_events, simulated  # pyright: ignore[reportMissingImports]
 
 SECONDS, MEGABYTES = 20, 1000
@@ -103,7 +105,12 @@ def whole_files(folder: Path) -> list[Path]:
         write_events(folder / name, events, (40, 30))
     record_file.write(folder / "record.h5", simulated())
     (folder / "a.aedat").write_bytes(aedat2(events, (346, 260)))
-    bag(folder / "a.bag", events, (40, 30), [np.zeros((30, 40), np.uint8)])
+    arrays(folder / "a.bag", events, (40, 30), [np.zeros((30, 40), np.uint8)])
+    for suffix in SUFFIXES:
+        made = packets(folder / f"packets{suffix}", events, (40, 30), "evt3")
+        if suffix != ".bag":  # one of the files of a folder
+            made.rename(folder / f"packets{suffix}")
+            shutil.rmtree(folder / "packets")
     return sorted(folder.iterdir())
 
 

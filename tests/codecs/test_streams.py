@@ -11,14 +11,13 @@ import pytest
 from evslip.codecs import open_events, read_events, source, write_events
 from evslip.codecs.inivation import aedat4
 from evslip.codecs.inivation.flatbuffer import Vector, buffer
-from evslip.codecs.ros import bag as rosbag
 from evslip.codecs.writers import writing
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events, concatenate
 from evslip.exchange.format_to_format import convert_format
 from evslip.exchange.selection import Selection
 from evslip.utils.errors import DataError
-from foreign_files import aedat2, bag
+from foreign_files import aedat2
 from sample_records import assert_equal, random_events
 
 STREAMED = [".h5", ".aedat4", ".raw", ".evt2.raw", ".dat", ".es", ".csv", ".txt"]
@@ -193,39 +192,18 @@ def test_other_versions_of_aedat_are_refused(tmp_path: Path):
         read_events(tmp_path / "a.aedat")
 
 
-def test_bags_are_read(tmp_path: Path):
-    pytest.importorskip("rosbags")
-    events = random_events(np.random.default_rng(0), 400, labelled=False)
-    rng = np.random.default_rng(1)
-    images = [rng.integers(0, 256, (30, 40), np.uint8), rng.integers(0, 256, (30, 40, 3), np.uint8)]
-    bag(tmp_path / "a.bag", events, (40, 30), images)
-    recording = read_recording(tmp_path / "a.bag")
-    assert_equal(recording.events, events)
-    assert recording.size == (40, 30)
-    times, frames = zip(*rosbag.frames(tmp_path / "a.bag"), strict=True)
-    assert times == (2_000_000, 2_000_005)
-    np.testing.assert_array_equal(frames[0], images[0])
-    np.testing.assert_array_equal(frames[1], images[1][..., ::-1])
-
-
-def test_mutated_bags_and_aedat2_raise_data_errors(tmp_path: Path):
-    pytest.importorskip("rosbags")
+def test_mutated_aedat2_raises_data_errors(tmp_path: Path):
     events = random_events(np.random.default_rng(0), 60, labelled=False)
-    bag(tmp_path / "a.bag", events, (40, 30), [], pieces=1)
-    (tmp_path / "a.aedat").write_bytes(aedat2(events, (346, 260)))
-    rng = np.random.default_rng(1)
-    for name in ("a.bag", "a.aedat"):
-        whole = (tmp_path / name).read_bytes()
-        for _ in range(60):
-            mutated = np.frombuffer(whole, np.uint8).copy()
-            mutated[rng.integers(0, len(whole), 3)] = rng.integers(0, 256, 3)
-            path = tmp_path / f"mutated{Path(name).suffix}"
-            path.write_bytes(mutated.tobytes()[: None if rng.random() < 0.7 else rng.integers(1, len(whole))])
-            try:
-                read_events(path)
-            except DataError as error:
-                assert str(error).startswith(str(path))
-                assert "\n" not in str(error)
+    whole, path, rng = aedat2(events, (346, 260)), tmp_path / "mutated.aedat", np.random.default_rng(1)
+    for _ in range(60):
+        mutated = np.frombuffer(whole, np.uint8).copy()
+        mutated[rng.integers(0, len(whole), 3)] = rng.integers(0, 256, 3)
+        path.write_bytes(mutated.tobytes()[: None if rng.random() < 0.7 else rng.integers(1, len(whole))])
+        try:
+            read_events(path)
+        except DataError as error:
+            assert str(error).startswith(str(path))
+            assert "\n" not in str(error)
 
 
 def test_tables_of_metavision_are_read(tmp_path: Path):

@@ -59,7 +59,7 @@ def convert(
     """Write the events of a file in another format, or a part of them.
 
     Args:
-        source: File of events: HDF5, AEDAT4, AEDAT2, Prophesee RAW or DAT, Event Stream (.es), rosbag, .npz, .csv,
+        source: File of events: HDF5, AEDAT4, AEDAT2, Prophesee RAW or DAT, Event Stream (.es), ROS bags, .npz, .csv,
             v2e's .txt, VT-SNN's .mat.
         out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw.
         crop: Pixels to keep; the corner X Y becomes 0 0.

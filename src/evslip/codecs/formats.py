@@ -34,6 +34,8 @@ class Format:
 
 HDF5 = Format("hdf5", "evslip.codecs.arrays.hdf5", (".h5", ".hdf5"), keeps_labels=True, keeps_settings=True)
 """The format of records, too."""
+ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"), writes=False)
+"""Its folders, too."""
 FORMATS = (
     HDF5,
     Format("aedat4", "evslip.codecs.inivation.aedat4", (".aedat4",)),
@@ -46,6 +48,7 @@ FORMATS = (
     Format("mat", "evslip.codecs.arrays.mat", (".mat",), keeps_size=False),
     Format("aedat2", "evslip.codecs.inivation.aedat2", (".aedat",), writes=False),
     Format("rosbag", "evslip.codecs.ros.bag", (".bag",), writes=False),
+    ROSBAG2,
 )
 """Formats that evslip brings along."""
 _others: dict[str, Format] = {}
@@ -58,10 +61,10 @@ def known_suffixes(writing: bool = False) -> list[str]:
 
 
 def format_of(path: str | Path, writing: bool = False) -> Format:
-    """The format of a file, by its suffix. Raises DataError, with the known suffixes, for one that cannot be read, or
-    written."""
+    """The format of a file, by its suffix; a folder with metadata.yaml is a ROS 2 bag. Raises DataError, with the known
+    suffixes, for one that cannot be read, or written."""
     suffix, broken = Path(path).suffix.lower(), []
-    found = _with_suffix(suffix)
+    found = ROSBAG2 if is_bag_folder(path) and not writing else _with_suffix(suffix)
     if found is None:  # looked for only now: it takes a moment
         broken = _register_installed()
         found = _with_suffix(suffix)
@@ -70,6 +73,11 @@ def format_of(path: str | Path, writing: bool = False) -> Format:
         problem = f"{path}: no format of events that can be {'written' if writing else 'read'}; {known}"
         raise DataError("; ".join([problem, *broken]))
     return found
+
+
+def is_bag_folder(path: str | Path) -> bool:
+    """Whether a path is the folder of a ROS 2 bag, which is read like a file of events."""
+    return (Path(path) / "metadata.yaml").is_file()
 
 
 def register(codec: Any, name: str = "") -> Format:

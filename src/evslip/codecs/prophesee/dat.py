@@ -2,6 +2,8 @@
 
 After https://docs.prophesee.ai/stable/data/file_formats/dat.html: lines `% key value`, a byte of type and one of size,
 then an event as 32 bits of time in us, which wrap after 71 minutes, 14 bits of x, 14 bits of y, 4 bits of polarity.
+Version 1, of the first ATIS, has 9 bits of x, 8 bits of y and 1 bit of polarity (Prophesee's load_cd_events.m); it is
+read only. Older files leave out the blank after the %.
 """
 
 from collections.abc import Iterator
@@ -21,33 +23,38 @@ from evslip.utils.files import require_file
 _EVENT = np.dtype([("t", "<u4"), ("place", "<u4")])
 _TYPES = {0x00, 0x0C}
 """2D and CD events, which are laid out alike."""
+_BITS = {"0": (9, 8, 1), "1": (9, 8, 1), "2": (14, 14, 4)}
+"""Bits of x, y and polarity by version."""
 _MOST_COLUMNS = 1 << 14
 _LATEST_US = 2**32 - 1
 
 
 def stream(path: Path) -> Source:
     """The events and the sensor's (width, height), if the header tells it. Raises DataError."""
-    fields, start = read_header(require_file(path))
+    fields, start = read_header(require_file(path), mark=b"%")
     if not fields:
         raise DataError(f"{path}: not a DAT file: no line `% ...` at its beginning")
-    if fields.get("version", "2") != "2":
-        raise DataError(f"{path}: version {fields['version'][:20]} of DAT; this evslip reads version 2")
+    version = fields.get("version", "2")
+    if version not in _BITS:
+        raise DataError(f"{path}: version {version[:20]} of DAT; this evslip reads {', '.join(_BITS)}")
     with path.open("rb") as file:
         file.seek(start)
         kind, item_bytes = [*file.read(2), -1, -1][:2]
     if kind not in _TYPES or item_bytes != _EVENT.itemsize:
         raise DataError(f"{path}: holds items of type {kind} of {item_bytes} bytes, expected type 12 (CD) of 8 bytes")
     size = stated_size([fields.get(name, "") for name in ("width", "height")], path)
-    return Source(size, _parts(path, start + 2))
+    return Source(size, _parts(path, start + 2, _BITS[version]))
 
 
-def _parts(path: Path, start: int) -> Iterator[Events]:
+def _parts(path: Path, start: int, bits: tuple[int, int, int]) -> Iterator[Events]:
     last_us = 0
+    x_bits, y_bits, p_bits = bits
     for rows in blocks(path, start, _EVENT):
         t_us = unwrapped(rows["t"], 32, last_us)
         last_us = int(t_us[-1])
         place = rows["place"]
-        yield events_of(t_us, place & 0x3FFF, place >> 14 & 0x3FFF, place >> 28)
+        x, y, p = place, place >> x_bits, place >> x_bits + y_bits
+        yield events_of(t_us, x & (1 << x_bits) - 1, y & (1 << y_bits) - 1, p & (1 << p_bits) - 1)
 
 
 class Sink(sink.Sink):

@@ -33,6 +33,12 @@ class Decoder:
         return events
 
 
+def first_time(words: np.ndarray) -> int:
+    """Place of the first word with the upper half of a time; the number of words where there is none."""
+    found = np.flatnonzero(words >> 12 == _TIME_HIGH)
+    return int(found[0]) if len(found) else len(words)
+
+
 class Encoder:
     """uint16 words of events whose times are 0 to LATEST_US, and x and y below 2048; they come in pieces."""
 

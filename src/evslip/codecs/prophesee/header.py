@@ -11,17 +11,20 @@ from evslip.utils.errors import DataError
 _LONGEST_LINE, _LONGEST_HEADER = 4096, 1 << 20
 
 
-def read_header(path: Path) -> tuple[dict[str, str], int]:
-    """Fields of the lines `% key value` that begin a file, keys in lower case, and where they end. Raises DataError."""
+def read_header(path: Path, mark: bytes = b"% ") -> tuple[dict[str, str], int]:
+    """Fields of the lines `% key value` that begin a file, keys in lower case, and where they end. Raises DataError.
+
+    mark: bytes that each of them begins with.
+    """
     with path.open("rb") as file:
         data = file.read(_LONGEST_HEADER)
     fields: dict[str, str] = {}
     position = 0
-    while data.startswith(b"% ", position):
+    while data.startswith(mark, position):
         end = data.find(b"\n", position, position + _LONGEST_LINE)
         if end < 0:
             raise DataError(f"{path}: truncated in the header, or its line at byte {position} never ends")
-        key, _, value = data[position + 2 : end].decode("latin-1").strip().partition(" ")
+        key, _, value = data[position + len(mark) : end].decode("latin-1").strip().partition(" ")
         position = end + 1
         if key == "end":
             break

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.formats import HDF5
+from evslip.codecs.formats import HDF5, is_bag_folder
 from evslip.data import record_file
 from evslip.data.intervals import read_intervals
 from evslip.data.record import Record
@@ -24,7 +24,8 @@ def import_recording(source: str | Path, out: str | Path, how: Importing | None 
     source, out, how = Path(source), Path(out), how or Importing()
     if out.suffix.lower() not in HDF5.suffixes:
         raise DataError(f"{out}: a record is an HDF5 file; its name must end in .h5 or .hdf5")
-    made = (read_simulator_folder if source.is_dir() else read_event_file)(source, how)
+    is_folder = source.is_dir() and not is_bag_folder(source)
+    made = (read_simulator_folder if is_folder else read_event_file)(source, how)
     made = labelled(made, how.labels)
     record_file.write(out, made)
     return made

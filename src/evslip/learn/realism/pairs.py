@@ -20,7 +20,7 @@ from evslip.utils.errors import ConfigError, DataError
 def pair_of_preset(recording: Path, preset: str, settings: RealismSettings) -> Pair:
     """A recording's events, and those of two draws of a simulated camera that sees its frames. Times count from the
     recording's first event. Raises DataError, ConfigError, MissingExtraError."""
-    real, _ = _real(recording)
+    real, _ = real_recording(recording)
     if real.footage is None or len(real.footage.t_us) < 2:
         raise DataError(
             f"{recording}: has no frames that a camera could see; expected a recording with frames, or a second file, "
@@ -42,7 +42,7 @@ def pair_of_preset(recording: Path, preset: str, settings: RealismSettings) -> P
 def pair_of_files(recording: Path, simulation: Path, settings: RealismSettings) -> Pair:
     """The events of two files. Times count from the recording's first event, also those of the simulation, if the two
     have any time in common; else both from their own first event. Raises DataError, ConfigError."""
-    (real, zero_us), simulated = _real(recording), read_recording(simulation)
+    (real, zero_us), simulated = real_recording(recording), read_recording(simulation)
     size = _common_size({recording: real, simulation: simulated})
     events = simulated.events
     if not len(events):
@@ -53,7 +53,7 @@ def pair_of_files(recording: Path, simulation: Path, settings: RealismSettings) 
     return Pair(real.events, events, size, start_us, end_us, real.footage)
 
 
-def _real(path: Path) -> tuple[Record, int]:
+def real_recording(path: Path) -> tuple[Record, int]:
     """A recording whose first event is at 0, and the time of that on its own clock."""
     record = read_event_file(path, Importing(), from_zero=False)
     if not len(record.events):

@@ -113,7 +113,7 @@ def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
         raise DataError("no real events in the stretch to score; expected some")
     told = None
     if classifier and find_spec("torch") is None:
-        notes.append("no two-sample test: it needs the extra learn: pip install 'evslip[learn]' -c constraints.txt")
+        notes.append("no two-sample test: it needs the extra learn: pip install 'evslip[learn]'")
     elif classifier:
         span = (pair.start_us, pair.end_us)
         told = two_sample.classifier_test(pair.real, pair.simulated, pair.size, span, seed)

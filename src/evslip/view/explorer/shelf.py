@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from evslip.codecs import format_of, raw_source
+from evslip.codecs.formats import is_bag_folder
 from evslip.data import record_file
 from evslip.data.record import Record
 from evslip.data.record_file import is_record, read_recording
@@ -47,7 +48,7 @@ class Shelf:
 def open_shelf(path: str | Path) -> Shelf:
     """A data set, a folder of recordings, or a file of events of any known format. Raises DataError."""
     path = Path(path)
-    if path.is_file():
+    if path.is_file() or is_bag_folder(path):
         return open_recording(path)
     samples = open_samples(path)
     if not samples.listing:
@@ -65,7 +66,7 @@ def open_recording(path: str | Path) -> Shelf:
     """One file of events of any known format. Raises DataError."""
     path = Path(path)
     format_of(path)
-    if not path.is_file():
+    if not (path.is_file() or is_bag_folder(path)):
         raise DataError(f"{path}: no such file; expected a recording")
     if not is_record(path):
         next(iter(raw_source(path).parts), None)  # what cannot be read is refused before a page opens

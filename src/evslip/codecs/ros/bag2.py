@@ -1,0 +1,90 @@
+"""Events of ROS 2 bags (read): a folder with metadata.yaml, or one of its files, .db3 of SQLite or .mcap.
+
+`messages` says of which messages.
+"""
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evslip.codecs.formats import is_bag_folder
+from evslip.codecs.ros.library import choose, reading
+from evslip.codecs.ros.topics import events_source, frames_of
+from evslip.codecs.source import Source
+from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
+
+LARGEST_CHUNK = 1 << 28
+"""Bytes of a chunk of an .mcap file; ROS makes them of 768 kB, or of one message."""
+
+
+def stream(path: Path) -> Source:
+    """The events of the bag's first topic of events, and the sensor's (width, height). Raises DataError,
+    MissingExtraError."""
+    if not is_bag_folder(path):
+        require_file(path)
+    return events_source(partial(_messages, path), path, cdr=True)
+
+
+def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images."""
+    return frames_of(partial(_messages, path), path, cdr=True)
+
+
+def _messages(path: Path, kinds: tuple[str, ...]) -> Iterator[tuple[str, bytes]]:
+    if path.is_dir() and any(path.glob("*.zstd")):
+        raise _packed(path)
+    with reading(path):
+        from rosbags.rosbag2 import Reader
+
+        _bound_chunks()
+        with Reader(path) as reader:
+            if reader.compression_mode == "message":
+                raise _packed(path)
+            wanted = choose(reader.connections, kinds, path)
+            for connection, _, data in reader.messages(wanted) if wanted else ():
+                yield connection.msgtype, data
+
+
+def _packed(path: Path) -> DataError:
+    return DataError(
+        f"{path}: a bag that is compressed by files or messages; expected one without, as `ros2 bag convert` makes, or "
+        "an .mcap file, whose chunks may be compressed"
+    )
+
+
+def _bound_chunks() -> None:
+    """Let the library unpack chunks of .mcap files only up to what they claim, and to LARGEST_CHUNK; what is larger
+    raises ValueError. Its table of decompressors, which the process shares, is the one place for it."""
+    from rosbags.rosbag2 import storage_mcap
+
+    storage_mcap.DECOMPRESSORS.update({"lz4": _unpack_lz4, "zstd": _unpack_zstd})
+
+
+def _unpack_lz4(packed: bytes, size: int) -> bytes:
+    import lz4.frame
+
+    decoder: Any = lz4.frame.LZ4FrameDecompressor()
+    return _whole(decoder.decompress(packed, _limit(size) + 1), size)
+
+
+def _unpack_zstd(packed: bytes, size: int) -> bytes:
+    import zstandard
+
+    with zstandard.ZstdDecompressor(max_window_size=2**27).stream_reader(packed) as content:
+        return _whole(content.read(_limit(size) + 1), size)
+
+
+def _limit(size: int) -> int:
+    if not 0 <= size <= LARGEST_CHUNK:
+        raise ValueError(f"a chunk of {size} bytes, expected at most {LARGEST_CHUNK}")
+    return size
+
+
+def _whole(plain: bytes, size: int) -> bytes:
+    if len(plain) != size:
+        raise ValueError(f"a chunk ends early or expands beyond the {size} bytes that it claims")
+    return plain

@@ -1,0 +1,31 @@
+"""The library rosbags, as all kinds of bags use it."""
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from evslip.codecs.ros.messages import IMAGE
+from evslip.utils.errors import DataError, MissingExtraError
+
+
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Say in one line what is wrong with a bag. Raises DataError, MissingExtraError."""
+    try:
+        yield
+    except DataError:
+        raise
+    except ModuleNotFoundError:
+        raise MissingExtraError(f"{path}: bags need the package rosbags: pip install 'evslip[ros]'") from None
+    except Exception as error:  # the library lets struct, lz4, SQLite and others speak for themselves
+        raise DataError(f"{path}: damaged bag: {' '.join(str(error).split())[:160]}") from None
+
+
+def choose(connections: Sequence[Any], kinds: tuple[str, ...], path: Path) -> list[Any]:
+    """The connections of the first topic of some types. Raises DataError where there is none, but for images."""
+    topics = [c for c in connections if c.msgtype in kinds]
+    if not topics and kinds != (IMAGE,):
+        found = ", ".join(sorted({c.msgtype for c in connections})) or "none"
+        raise DataError(f"{path}: holds no events; its messages are {found[:160]}")
+    return [c for c in topics if (c.topic, c.msgtype) == (topics[0].topic, topics[0].msgtype)]
