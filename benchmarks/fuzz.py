@@ -106,11 +106,11 @@ def whole_files(folder: Path) -> list[Path]:
     record_file.write(folder / "record.h5", simulated())
     (folder / "a.aedat").write_bytes(aedat2(events, (346, 260)))
     arrays(folder / "a.bag", events, (40, 30), [np.zeros((30, 40), np.uint8)])
-    for suffix in SUFFIXES:
-        made = packets(folder / f"packets{suffix}", events, (40, 30), "evt3")
-        if suffix != ".bag":  # one of the files of a folder
-            made.rename(folder / f"packets{suffix}")
-            shutil.rmtree(folder / "packets")
+    for name, packed in {**{f"packets{suffix}": "" for suffix in SUFFIXES}, "packed.mcap": "storage"}.items():
+        made = packets(folder / name, events, (40, 30), "evt3", packed=packed)
+        if made.parent != folder:  # one of the files of a folder
+            made.rename(folder / name)
+            shutil.rmtree(made.parent)
     return sorted(folder.iterdir())
 
 

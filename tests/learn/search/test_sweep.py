@@ -12,7 +12,7 @@ import pytest
 
 from evslip.learn import Range, Space, SweepSettings, sweep
 from evslip.learn.search.spaces import PRESETS, space_of
-from evslip.learn.search.sweep import JOURNAL, STALE_S, _claim, _is_dead, _open, read_sweep
+from evslip.learn.search.sweep import JOURNAL, STALE_S, _claim, _is_dead, _open, _take_up, read_sweep
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.train import train
 from evslip.utils.errors import ConfigError, DataError
@@ -147,6 +147,23 @@ def test_a_trial_without_a_sign_for_long_is_taken_for_dead(tmp_path) -> None:
     assert not _is_dead(study.get_trials()[0])
     trial.set_user_attr("beat", time.time() - STALE_S - 1)
     assert _is_dead(study.get_trials()[0])
+
+
+def test_kills_do_not_change_what_a_sweep_draws(tmp_path) -> None:
+    drawn: dict[str, list[float]] = {"undisturbed": [], "killed": []}
+    for name, kills in {"undisturbed": (), "killed": (0, 1, 3)}.items():
+        study = _open(tmp_path / name, settings_of())
+        for number in range(4 + len(kills)):
+            trial = study.ask()
+            begun = number != 3  # one was killed before it had drawn anything
+            value = trial.suggest_float("lr", 0, 1) if begun or number not in kills else 0.0
+            if number in kills:
+                trial.set_user_attr("beat", 0.0)
+                _take_up(study)
+            else:
+                drawn[name].append(value)
+                study.tell(trial, value)
+    assert drawn["undisturbed"] == drawn["killed"]
 
 
 @pytest.mark.slow
