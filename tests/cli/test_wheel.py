@@ -11,7 +11,7 @@ import pytest
 
 import evslip
 from evslip.codecs import write_events
-from foreign_files import bag
+from ros_bags import arrays
 from sample_records import random_events
 
 ROOT = Path(__file__).parents[2]
@@ -106,7 +106,7 @@ def home(environment, tmp_path_factory) -> Path:
     images = np.random.default_rng(0).integers(0, 255, (5, 30, 40), np.uint8)
     np.savez(home / "clip.npz", frames=images, t_us=np.arange(5) * 10_000)
     events = random_events(np.random.default_rng(0), 300, labelled=False)
-    bag(home / "a.bag", events, (40, 30), [])
+    arrays(home / "a.bag", events, (40, 30), [])
     write_events(home / "a.csv", events, (40, 30))
     return home
 
