@@ -1,14 +1,17 @@
 """Compiling before the first sample."""
 
+import ctypes
 import os
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import evslip
 from evslip.generation.progress import COMPILING, samples_bar
-from evslip.generation.warm_up import _mark
+from evslip.generation.warm_up import UNKEPT, _mark
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import VARIABLE, shown
 
@@ -54,7 +57,7 @@ SENSORS = (("sensor.theta", 0.2), ("sensor.theta", 0.3), ("sensor.shot_rate_hz",
 DIE_ONCE = """
 import multiprocessing
 import evslip
-from evslip.generation.warm_up import _mark
+from evslip.generation.warm_up import UNKEPT, _mark
 
 def kill(done, about):
     for child in multiprocessing.active_children():
@@ -101,3 +104,49 @@ def test_a_log_says_that_it_compiles_while_one_function_takes_long(capsys, monke
         progress.compiling(1, 90)
         while said.count(f"warm-up: {COMPILING}: 1 of about 90") < 2:
             said += capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def read_only(tmp_path_factory):
+    """The package where nobody may write."""
+    folder = tmp_path_factory.mktemp("installed")
+    shutil.copytree(Path(evslip.__file__).parent, folder / "evslip", ignore=shutil.ignore_patterns("__pycache__"))
+    folders = [folder, *(path for path in folder.rglob("*") if path.is_dir())]
+    for path in folders:
+        path.chmod(0o555)
+    yield folder
+    for path in folders:
+        path.chmod(0o755)
+
+
+@pytest.mark.parametrize(
+    ("cache", "home", "is_kept"),
+    [("mine", "nobody's", True), ("nobody's", "mine", True), ("", "mine", True), ("nobody's", "nobody's", False)],
+)
+def test_a_read_only_installation_keeps_compiled_code_where_it_can_and_says_so_where_not(
+    read_only, tmp_path, cache, home, is_kept
+):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "nobody's").mkdir(0o555)
+    places = {"NUMBA_CACHE_DIR": str(tmp_path / cache) if cache else "", "HOME": str(tmp_path / home)}
+    environment = os.environ | {"PYTHONPATH": str(read_only)} | places
+    environment.pop("XDG_CACHE_HOME", None)
+    script = (
+        "from evslip.cli import main; main()"
+        if not is_kept
+        else ("import evslip.utils.jit as jit, evslip.events.pixels.kernel; print(len(jit.COMPILED) > 0)")
+    )
+    command = [sys.executable, "-B", "-c", script, *(["warm-up"] if not is_kept else [])]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, preexec_fn=powerless
+    )
+    if is_kept:
+        assert done.stdout == "True\n", done.stderr
+    else:
+        assert done.returncode == 2 and done.stderr == f"evslip: {UNKEPT}\n"
+
+
+def powerless() -> None:
+    """Root gives up that permissions do not bind it."""
+    if os.geteuid() == 0:
+        ctypes.CDLL(None).prctl(24, 1, 0, 0, 0)

@@ -23,7 +23,7 @@ from evslip.generation.estimate import Estimate, estimate, require_room
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
-from evslip.generation.warm_up import warm_up
+from evslip.generation.warm_up import UNKEPT, is_kept, warm_up
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.truth import measure
 from evslip.rendering import render_span
@@ -216,6 +216,8 @@ def generate(
     requested.request(root, split, count)
     if jobs and note:
         progress.notice(note)
+    if jobs and not is_kept():
+        progress.notice(f"note: {UNKEPT}")
     if jobs and run_is_local:
         warm_up(config, report=progress.compiling)
     progress.begin(len(indices), len(indices) - len(jobs))

@@ -28,8 +28,14 @@ from evslip.utils.errors import EvslipError, GraspFailed, PlanRejected
 SIZE = (64, 48)
 """Pixels of the frames that are drawn to compile what draws them."""
 SPAN_US = 40_000
+KERNEL = "evslip.events.pixels.kernel"
+"""A module with compiled functions: they are kept next to their file, if anywhere."""
 TRIED = 8
 """Samples that are tried until the robot can do one's motion and its grasp holds."""
+UNKEPT = (
+    "compiled code cannot be kept, since neither the package's folders nor ~/.cache can be written: every process "
+    "compiles for a minute or more; expected NUMBA_CACHE_DIR to name a folder that can be written"
+)
 Report = Callable[[int, int], None]
 
 
@@ -66,6 +72,12 @@ def warm_up(config: Config | str | Path = "simple", *, report: Report = lambda d
     return len(compiled)
 
 
+def is_kept() -> bool:
+    """Whether there is a folder for compiled code; where there is none, see UNKEPT."""
+    import_module(KERNEL)
+    return bool(jit.COMPILED)
+
+
 def _received(pipe: Any) -> Any:
     """A message; False, not finished, from a process that died: the samples will find out why."""
     try:
@@ -76,7 +88,7 @@ def _received(pipe: Any) -> Any:
 
 def _mark(config: Config) -> Path | None:
     """The file of `jit.warm_mark` for what decides which functions a sample needs."""
-    import_module("evslip.events.pixels.kernel")  # a function is compiled next to its file
+    import_module(KERNEL)
     used = {"object": {"shape"}, "sensor": True, "render": {"renderer"}, "robot": {"kind"}}
     return jit.warm_mark(repr(_features(config.model_dump(mode="json", include=used))))
 
