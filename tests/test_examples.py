@@ -10,14 +10,15 @@ import pytest
 from PIL import Image
 
 from evslip.codecs import read_events, write_events
+from evslip.windows.window_set import open_windows
 from sample_records import random_events
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
-def example(name: str, *arguments: object) -> subprocess.CompletedProcess:
+def example(name: str, *arguments: object, timeout: float = 300) -> subprocess.CompletedProcess:
     command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
 
 
 def test_a_camera_in_a_mujoco_simulation(tmp_path):
@@ -55,4 +56,18 @@ def test_the_figures_of_the_paper_that_need_no_sample(tmp_path):
     result = example("paper_figures.py", tmp_path, "--only", 3, 8, "--real", tmp_path / "r.h5")
     assert result.returncode == 0, result.stderr
     for name in ("paper_3_flow_chart.jpg", "paper_8_real.jpg"):
+        assert np.asarray(Image.open(tmp_path / name)).std() > 5
+
+
+@pytest.mark.slow
+def test_everything_of_ones_own(tmp_path):
+    result = example("own_everything.py", tmp_path, timeout=900)
+    assert result.returncode == 0, result.stderr
+    summary, training, alarm = result.stdout.splitlines()[-3:]
+    assert summary.startswith("52 windows (26 slip") and "validation balanced accuracy" in training
+    assert "slip begins at" in alarm
+    windows = open_windows(tmp_path / "windows.h5")
+    assert {name.partition(":")[0] for name in windows.name} == {"tins", "boxes"}
+    assert windows.settings.sensor == (640, 480) == (windows.settings.width, windows.settings.height)
+    for name in ("scene.png", "live.png"):
         assert np.asarray(Image.open(tmp_path / name)).std() > 5
