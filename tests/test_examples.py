@@ -1,6 +1,7 @@
 """The examples as a reader would run them; where a machine lacks what one needs, it must say so."""
 
 import importlib.util
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from PIL import Image
 
 from evslip.codecs import read_events, write_events
 from evslip.windows.window_set import open_windows
+from notebooks import run
 from sample_records import random_events
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -59,15 +61,36 @@ def test_the_figures_of_the_paper_that_need_no_sample(tmp_path):
         assert np.asarray(Image.open(tmp_path / name)).std() > 5
 
 
+@pytest.fixture(scope="module")
+def own(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess]:
+    """Folder and outcome of the example in which everything is one's own."""
+    folder = tmp_path_factory.mktemp("own") / "tour"
+    return folder, example("own_everything.py", folder, timeout=900)
+
+
 @pytest.mark.slow
-def test_everything_of_ones_own(tmp_path):
-    result = example("own_everything.py", tmp_path, timeout=900)
+def test_everything_of_ones_own(own):
+    folder, result = own
     assert result.returncode == 0, result.stderr
     summary, training, alarm = result.stdout.splitlines()[-3:]
-    assert summary.startswith("52 windows (26 slip") and "validation balanced accuracy" in training
-    assert "slip begins at" in alarm
-    windows = open_windows(tmp_path / "windows.h5")
+    assert " windows (" in summary and "validation balanced accuracy" in training and "slip begins at" in alarm
+    windows = open_windows(folder / "windows.h5")
     assert {name.partition(":")[0] for name in windows.name} == {"tins", "boxes"}
     assert windows.settings.sensor == (640, 480) == (windows.settings.width, windows.settings.height)
     for name in ("scene.png", "live.png"):
-        assert np.asarray(Image.open(tmp_path / name)).std() > 5
+        assert np.asarray(Image.open(folder / name)).std() > 5
+
+
+@pytest.mark.slow
+def test_the_tour_shows_what_it_says(own):
+    """Its samples are those of the example, which are there already."""
+    notebook = EXAMPLES / "tour.ipynb"
+    cells = [cell for cell in json.loads(notebook.read_text())["cells"] if cell["cell_type"] == "code"]
+    for cell, outputs in zip(cells, run(notebook, own[0].parent), strict=True):
+        assert [_kinds(output) for output in outputs] == [_kinds(output) for output in cell["outputs"]]
+    pictures = [output for cell in cells for output in cell["outputs"] if "image/png" in _kinds(output)]
+    assert len(pictures) == 5
+
+
+def _kinds(output: dict) -> set[str]:
+    return set(output.get("data", {output["output_type"]: ""}))
