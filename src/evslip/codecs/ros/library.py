@@ -19,7 +19,8 @@ def reading(path: Path) -> Iterator[None]:
     except ModuleNotFoundError:
         raise MissingExtraError(f"{path}: bags need the package rosbags: pip install 'evslip[ros]'") from None
     except Exception as error:  # the library lets struct, lz4, SQLite and others speak for themselves
-        raise DataError(f"{path}: damaged bag: {' '.join(str(error).split())[:160]}") from None
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise DataError(f"{path}: damaged bag: {reason}") from None
 
 
 def choose(connections: Sequence[Any], kinds: tuple[str, ...], path: Path) -> list[Any]:
