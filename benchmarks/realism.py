@@ -47,6 +47,9 @@ def main() -> None:
     parser.add_argument("recordings", type=Path, nargs="+")
     parser.add_argument("--camera", nargs="+", default=list(PRESETS), help="presets, or files of them")
     parser.add_argument("--upsample", type=int, default=20)
+    parser.add_argument(
+        "--intensity", choices=("uint8", "srgb", "linear"), default="uint8", help="meaning of the codes"
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--classifier", action="store_true", help="run the two-sample test too")
     parser.add_argument("--whole", action="store_true", help="score the whole recording, not its second half")
@@ -61,7 +64,11 @@ def score(path: Path, options: argparse.Namespace) -> None:
     frames_us = recording.footage.t_us if recording.footage is not None else ()
     middle_s = None if options.whole or not len(frames_us) else int(frames_us[len(frames_us) // 2]) / 1e6
     base = RealismSettings(
-        start_s=middle_s, seed=options.seed, upsample=options.upsample, classifier=options.classifier
+        start_s=middle_s,
+        seed=options.seed,
+        upsample=options.upsample,
+        intensity=options.intensity,
+        classifier=options.classifier,
     )
     print(f"\n{path.name}, from {0 if middle_s is None else middle_s:.3f} s on\n")
     print(f"| {' | '.join(HEAD)} |\n{'|---' * len(HEAD)}|", flush=True)
