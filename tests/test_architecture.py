@@ -17,7 +17,7 @@ USERS = {
     "mujoco": ("physics",),
     "pydantic": ("config", "view.pictures.replay"),
     "pydantic_core": ("config",),
-    "numba": ("utils.jit", "utils.refcount", "utils.gpu", "events.pixels", "rendering", "learn"),
+    "numba": ("utils.jit", "utils.refcount", "events.pixels", "rendering", "learn"),
     "mitsuba": ("rendering.pathtrace",),
     "matplotlib": ("view",),
     "plotly": ("view",),

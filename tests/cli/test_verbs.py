@@ -107,8 +107,10 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["show", "simple", "--index", -1], ["index", "-1"]),
         (["show", "textures", "wod-*", "--out", "OUT/sheet.png"], ["wod-*"]),
         (["show", "textures", "wood-1", "--out", "OUT/sheet.txt"], ["sheet.txt", ".png"]),
-        (["calibrate-noise", "OUT/r.h5", "OUT/noise.npz"], ["r.h5"]),
-        (["calibrate-noise", "OUT/r.h5", "OUT/noise.txt"], ["noise.txt", ".npz"]),
+        (["calibrate", "OUT/r.h5", "OUT/noise.npz"], ["r.h5"]),
+        (["calibrate", "OUT/r.h5", "OUT/noise.txt"], ["noise.txt", ".npz", ".toml"]),
+        (["calibrate", "OUT/r.h5"], ["r.h5", "recordings, then the file"]),
+        (["calibrate", "OUT/r.h5", "OUT/c.toml", "--start-s", 2, "--end-s", 1], ["start-s", "2"]),
         (["import", "OUT/r.aedat4", "OUT/r.h5"], ["r.aedat4"]),
         (["convert", "OUT/r.raw", "OUT/r.dat"], ["r.raw", "no such file"]),
         (["convert", "OUT/r.raw", "OUT/r.aedat"], ["r.aedat", "written", ".raw"]),
@@ -154,7 +156,7 @@ def test_a_sensors_noise_is_measured_and_used_again(tmp_path):
     on = np.arange(140) < 100
     events = Events(times, np.where(on, 3, 5).astype(np.uint16), np.where(on, 1, 2).astype(np.uint16), on)
     write_events(tmp_path / "still.h5", events.select(order), (8, 6))
-    result = evslip("calibrate-noise", tmp_path / "still.h5", tmp_path / "noise.npz")
+    result = evslip("calibrate", tmp_path / "still.h5", tmp_path / "noise.npz")
     assert result.returncode == 0, result.stderr
     assert "busiest" in result.stdout
     assert load_noise_map(tmp_path / "noise.npz")[:, (1, 2), (3, 5)].round().tolist() == [[50, 0], [0, 20]]

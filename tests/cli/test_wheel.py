@@ -48,7 +48,7 @@ WITHOUT_EXTRAS = [
     "report data",
     "publish data published",
     "events clip.npz events.h5",
-    "calibrate-noise converted.raw noise.npz",
+    "calibrate converted.raw noise.npz",
     "label-agreement labels.csv labels.csv",
 ]
 EXTRAS = {

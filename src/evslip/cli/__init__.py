@@ -12,7 +12,7 @@ import os
 import sys
 from pathlib import Path
 
-from evslip.cli.interrupts import Terminated, interrupts
+from evslip.cli.endings import Terminated, interrupts
 from evslip.utils.errors import ConfigError, EvslipError
 from evslip.utils.progress import shown
 from evslip.utils.version import __version__
@@ -33,11 +33,11 @@ VERBS = {
     "evaluate": "detect",
     "report": "look",
     "events": "events",
-    "calibrate-noise": "recordings",
+    "calibrate": "sensor",
     "convert": "recordings",
     "import": "recordings",
     "info": "recordings",
-    "realism": "realism",
+    "realism": "sensor",
     "detect": "detect",
     "export": "detect",
     "view": "look",
@@ -79,7 +79,7 @@ def main() -> None:
         about = f"{str(error.filename)[:200]}: " if error.filename else ""
         sys.exit(_fail(f"{about}{error.strerror or error}", 2))
     except Exception as error:
-        from evslip.cli.last_resort import line_of
+        from evslip.cli.endings import line_of
 
         sys.exit(_fail(line_of(error, words), 1))
 

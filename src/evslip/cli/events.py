@@ -22,7 +22,7 @@ def _pixel_option(name: str) -> Any:
     if name in MAPS:
         kind, shown, file = str | None, "NUMBER|FILE", " FILE: .npy of shape (height, width)."
     if name == "noise_map":
-        shown, file = "FILE", " FILE: .npz of `evslip calibrate-noise`."
+        shown, file = "FILE", " FILE: .npz of `evslip calibrate`."
     hint = f"[{UNITS[name]}, {low:g} to {high:g}]{file} (default: the preset's)"
     return Annotated[kind, arg(metavar=shown, help_behavior_hint=hint)]
 

@@ -68,7 +68,7 @@ def load_noise_map(path: str | Path) -> np.ndarray:
             noise_map = npz.array(archive, "noise_map", Path(path), MOST_BYTES).astype(np.float64)
     except (DataError, ValueError, KeyError) as error:
         reason = " ".join(str(error).split())[:160]
-        raise DataError(f"{path}: not a noise map made by `evslip calibrate-noise` ({reason})") from None
+        raise DataError(f"{path}: not a noise map made by `evslip calibrate` ({reason})") from None
     if noise_map.ndim != 3 or len(noise_map) != 2:
         raise DataError(f"{path}: the noise map's shape is {noise_map.shape}, expected (2, height, width)")
     return noise_map

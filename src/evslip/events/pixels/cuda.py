@@ -39,7 +39,7 @@ from evslip.events.sensor.optics import Intensity
 from evslip.events.sensor.random_numbers import CANDIDATE, uniforms
 from evslip.events.sensor.threads import Task
 from evslip.events.stream import HOT, SHOT
-from evslip.utils.gpu import require_cuda
+from evslip.utils.errors import MissingExtraError
 
 cuda: Any = numba_cuda
 _STATE, _NOISE_PROCESS = (1, pixel.STATE), (1, pixel.NOISE_PROCESS)
@@ -166,11 +166,20 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
     return count
 
 
+def _require_cuda(key: str) -> None:
+    """Raise MissingExtraError, naming the key that asks for 'cuda', where there is no usable GPU."""
+    if not cuda.is_available():
+        raise MissingExtraError(
+            f"{key}: 'cuda' needs an NVIDIA GPU with its driver, and pip install 'evslip[cuda]'; "
+            "neither may be missing. 'cpu' works everywhere"
+        )
+
+
 class CudaPixels:
     """Pixels on the GPU, a `Sensor`. Equal to `AccuratePixels` but for the last bits of its arithmetic."""
 
     def __init__(self, model: PixelModel, shape: tuple[int, int], seed: int, intensity: Intensity):
-        require_cuda("camera device")
+        _require_cuda("camera device")
         self._host = AccuratePixels(model, shape, seed, intensity, 1)
         self.threshold_on, self.threshold_off = self._host.threshold_on, self._host.threshold_off
         self._pixels: Any = self._host.pixels

@@ -1,0 +1,146 @@
+"""Verbs that fit the event camera to a real one, and say how well."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional, arg
+
+from evslip.cli.recordings import describe
+from evslip.learn.realism.settings import RealismSettings
+from evslip.utils.console import console, print_table
+from evslip.utils.errors import ConfigError
+
+if TYPE_CHECKING:
+    from evslip.events.calibration.calibration import Calibration
+
+
+def calibrate(
+    recordings_and_out: Annotated[Positional[tuple[Path, ...]], arg(metavar="RECORDING... OUT")],
+    *,
+    start_s: float = 0.0,
+    end_s: float | None = None,
+    upsample: int = 10,
+    seed: int = 0,
+) -> None:
+    """Fit the event camera's parameters to recordings of a real one.
+
+    Args:
+        recordings_and_out: Files of events, with frames beside them if possible (AEDAT4, bags, imported records); then
+            the preset to write, OUT.toml, which every command takes: --camera OUT.toml, sensor.preset = "OUT.toml". Or
+            OUT.npz: the noise of each pixel in one recording of a still scene, for --noise-map; several minutes long,
+            since rare events need time.
+        start_s: Begin so many seconds after the first event.
+        end_s: End so many seconds after the first event; default: with the last one.
+        upsample: Steps between two frames along image motion, which the pixels are simulated on.
+        seed: Seed of the simulated pixels.
+    """
+    if len(recordings_and_out) < 2:
+        words = " ".join(map(str, recordings_and_out)) or "nothing"
+        raise ConfigError(f"calibrate: {words} given; expected one or more recordings, then the file to write")
+    *recordings, out = recordings_and_out
+    if out.suffix.lower() == ".npz":
+        _noise(recordings, out)
+        return
+    from evslip.exchange.calibrating import Span, calibrate_recordings
+
+    end = math.inf if end_s is None else end_s
+    if not 0.0 <= start_s < end:
+        raise ConfigError(f"start-s: {start_s:g} is out of range, expected 0 or more and less than --end-s")
+    found = calibrate_recordings(recordings, out, Span(start_s, end), upsample, seed)
+    _show(found)
+    console.print(f"{out}: a preset; look at it with: evslip show camera {out}")
+
+
+def realism(
+    recording_and_simulation: Annotated[Positional[tuple[Path, ...]], arg(metavar="REAL [SIMULATED]")],
+    *,
+    preset: str | None = None,
+    settings: RealismSettings = RealismSettings(),
+    json: Path | None = None,
+    out: Path = Path("realism.html"),
+) -> None:
+    """Score simulated events against real ones of the same scene: a table, and a page with pictures side by side.
+
+    Args:
+        recording_and_simulation: Recording of a real camera, a file of events of any known format; then a file of
+            simulated events of the same scene, unless --preset makes them from the recording's frames.
+        preset: Camera that sees the recording's frames, see `evslip show camera`; it gives the floor too.
+        json: File to write, with all figures.
+        out: Page to write.
+    """
+    from json import dumps
+
+    from evslip.learn.realism.pairs import pair_of_files, pair_of_preset
+    from evslip.learn.realism.realism import compare
+    from evslip.utils import atomic
+    from evslip.view.realism.page import write_realism
+    from evslip.view.realism.tables import figure_table, level_table, side_table
+
+    files = recording_and_simulation
+    if len(files) != (2 if preset is None else 1):
+        words = " ".join(map(str, files)) or "nothing"
+        raise ConfigError(
+            f"realism: {words} given{'' if preset is None else f' with --preset {preset}'}; expected a recording and a "
+            "file of simulated events, or a recording and --preset"
+        )
+    if preset is None:
+        title, pair = f"{files[1].name} against {files[0].name}", pair_of_files(files[0], files[1], settings)
+    else:
+        between = settings.interpolate + (f" x {settings.upsample}" if settings.interpolate == "flow" else "")
+        title = f"Preset {preset} on the frames of {files[0].name} ({between}, seed {settings.seed})"
+        pair = pair_of_preset(files[0], preset, settings)
+    found = compare(pair, seed=settings.seed, classifier=settings.classifier)
+    console.print(f"{title}, {found.start_us / 1e6:.3f} to {found.end_us / 1e6:.3f} s after the first event")
+    for table in (figure_table(found), side_table(found), level_table(found)):
+        if table:
+            print_table(table)
+    for note in found.notes:
+        console.print(f"note: {note}")
+    write_realism(out, title, pair, found)
+    if json is not None:
+        atomic.write_text(json, dumps(found.as_json(), indent=1) + "\n")
+    console.print(" and ".join(map(str, filter(None, (out, json)))))
+
+
+def _show(found: "Calibration") -> None:
+    print_table(
+        [
+            ["parameter", "value", "95 % interval", ""],
+            *(
+                [fact.name, f"{fact.value:.4g}", f"{fact.low:.3g} to {fact.high:.3g}", fact.note]
+                for fact in found.facts
+            ),
+        ]
+    )
+    if not math.isnan(found.misfit):
+        console.print(f"misfit: {found.misfit:.2f}; about 1 where the model explains the recording")
+    for line in found.unknown:
+        console.print(f"not known: {line}")
+
+
+def _noise(recordings: list[Path], out: Path) -> None:
+    """Write the noise of each pixel of a recording of a still scene."""
+    from evslip.data.record_file import read_recording
+    from evslip.events.calibration.calibration import RESTLESS
+    from evslip.events.noise_map import measure_noise, save_noise_map, unrest
+
+    if len(recordings) > 1:
+        raise ConfigError(f"calibrate: {len(recordings)} recordings given; the noise of each pixel is measured in one")
+    (recording,) = recordings
+    record = read_recording(recording)
+    rates = measure_noise(record.events, record.size)
+    save_noise_map(out, rates)
+    on, off = rates.mean((1, 2))
+    busiest = float(rates.sum(0).max())
+    console.print(f"{recording}: {describe(record.events, record.size)}")
+    console.print(f"{out}: {on:.3g} ON and {off:.3g} OFF events/s a pixel; the busiest pixel has {busiest:.3g}/s")
+    silent = float((rates.sum(0) == 0).mean())
+    if silent > 0.5:
+        console.print(f"{silent:.0%} of the pixels never fired: record for longer to measure them")
+    moved = unrest(record.events, record.size)
+    if moved > RESTLESS:
+        console.print(
+            f"note: the scene was not still: the pixels' counts differ {moved:.3g} times as much between the halves of "
+            "the recording as noise does; the rates contain what moved"
+        )

@@ -1,0 +1,185 @@
+"""A preset from recordings: noise from what stands still, everything else from what moves."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evslip.events.calibration import still
+from evslip.events.calibration.exposures import still_pixels
+from evslip.events.calibration.fit import Count, Free, fit
+from evslip.events.calibration.scene import Scene, classes
+from evslip.events.calibration.statistics import statistics
+from evslip.events.camera import EventCamera
+from evslip.events.noise_map import unrest
+from evslip.events.pixel_model import PixelModel
+from evslip.events.stream import Events
+from evslip.utils.errors import DataError
+
+FREE = (
+    Free("theta_on", 0.06, 1.5, 0.06),
+    Free("theta_off", 0.06, 1.5, 0.06),
+    Free("sigma", 0.003, 0.3, 0.2),
+    Free("cutoff_hz", 5.0, 3000.0, 0.2),
+    Free("cutoff_dark", 0.01, 1.0, 0.2),
+    Free("dark", 1e-3, 20 / 255, 0.2),
+)
+SETTLING_US = 2e7
+"""Time for which simulated pixels see the first frame before the recording begins."""
+LEAST_US = 50.0
+"""Least refractory period that is looked for, unless shorter intervals are seen."""
+LEAST_MOVED = 2000
+"""Fewer events of pixels that are not still tell nothing of thresholds."""
+LEAST_STILL = 200
+"""Fewer still pixels tell nothing of noise."""
+UNTOLD = 0.5
+"""A standard error above this share of what is known beforehand: the recording does not tell."""
+RESTLESS = 3.0
+"""A scene of more `unrest` is not still."""
+SURE = 1.96
+"""Standard errors on either side that 95 % of normal errors stay within."""
+
+
+class Fact(NamedTuple):
+    """A parameter of a calibration."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    """Ends of the 95 % interval."""
+    note: str = ""
+
+    def entries(self) -> dict[str, Any]:
+        return {"low": self.low, "high": self.high} | ({"note": self.note} if self.note else {})
+
+
+class Calibration(NamedTuple):
+    """A sensor's parameters as far as its recordings tell them."""
+
+    model: PixelModel
+    facts: list[Fact]
+    misfit: float
+    """See `fit.Found`; not a number where nothing moved."""
+    unknown: list[str]
+    """What the recordings cannot tell, a line each."""
+
+
+def calibrate(scenes: Sequence[Scene], seed: int = 0) -> Calibration:
+    """Parameters of the sensor that has made some recordings with frames. Raises DataError if they tell nothing."""
+    masks = [still_pixels(scene.exposures) for scene in scenes]
+    noise, unknown = _noise(scenes, masks)
+    known: dict[str, Any] = {fact.name: fact.value for fact in noise}
+    moved = [scene for scene, mask in zip(scenes, masks, strict=True) if _moving(scene, mask) >= LEAST_MOVED]
+    if not moved:
+        unknown.append("thresholds, bandwidth, refractory period: nothing moves in the recordings")
+        if not noise:
+            raise DataError("calibration: the recordings hold neither still pixels with events nor movement")
+        return Calibration(PixelModel(**known), noise, math.nan, unknown)
+    wanted = np.concatenate([statistics(_settled(scene.events, scene), scene, classes(scene)) for scene in moved])
+    shortest_us = min(_shortest(scene) for scene in moved)
+    free = [*FREE, Free("refractory_us", min(LEAST_US, 0.2 * shortest_us), shortest_us, 0.2)]
+    found = fit(free, _simulation(moved, known, seed), wanted, seed)
+    facts = []
+    for one, value, error, prior in zip(free, found.values, found.errors, found.priors, strict=True):
+        spread = math.exp(SURE * error)
+        note = "the recordings hardly tell" if error > UNTOLD * prior else ""
+        facts.append(Fact(one.name, float(value), max(value / spread, one.low), min(value * spread, one.high), note))
+    values: dict[str, Any] = known | {fact.name: fact.value for fact in facts}
+    return Calibration(PixelModel(**values), facts + noise, found.misfit, unknown)
+
+
+def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Calibration:
+    """What events alone tell of a sensor: noise where the scene is still, at the light that there was.
+
+    recordings: events and (width, height). Raises DataError if they tell nothing."""
+    facts, unknown = [], ["thresholds, bandwidth, light: the recordings have no frames"]
+    still_ones = [(events, size) for events, size in recordings if len(events) > 1 and unrest(events, size) <= RESTLESS]
+    if not still_ones:
+        raise DataError("calibration: without frames only a still scene tells anything, and the scene moves")
+    time = sum(1e-6 * float(events.t_us[-1] - events.t_us[0]) * size[0] * size[1] for events, size in still_ones)
+    on, off = (sum(int(np.sum(events.p == side)) for events, _ in still_ones) for side in (True, False))
+    shot, shot_error = 2.0 * off / time, 2.0 * SURE * math.sqrt(max(off, 1)) / time
+    facts.append(Fact("shot_rate_hz", shot, max(0.0, shot - shot_error), shot + shot_error, "ON taken as OFF"))
+    facts.append(Fact("shot_white", 1.0, 0.0, 1.0, "not known: the same in any light"))
+    leak = float(still.leak_behind_shots(np.array([max(0.0, (on - off) / time)]), np.array([shot]))[0])
+    error = SURE * math.sqrt(on + off) / time
+    facts.append(Fact("leak_rate_hz", leak, max(0.0, leak - error), leak + error, "in any light"))
+    parameters: dict[str, Any] = {fact.name: fact.value for fact in facts}
+    return Calibration(PixelModel(**parameters), facts, math.nan, unknown)
+
+
+def _shortest(scene: Scene) -> float:
+    """Interval of which one in a thousand of a pixel's are shorter, in microseconds: no refractory period is longer."""
+    events = scene.events
+    pixel = events.y.astype(np.int64) * scene.size[0] + events.x
+    order = np.argsort(pixel, kind="stable")
+    lengths = np.diff(events.t_us[order])[np.diff(pixel[order]) == 0]
+    return float(np.clip(np.percentile(lengths, 0.1), 1.0, 1e5)) if len(lengths) else 1e5
+
+
+def _moving(scene: Scene, mask: np.ndarray) -> int:
+    return int(np.sum(~mask[scene.events.y, scene.events.x]))
+
+
+def _settled(events: Events, scene: Scene) -> Events:
+    """Events after the second exposure: what the pixels saw before the first one is not known."""
+    first, last = np.searchsorted(events.t_us, scene.exposures_us[[1, -1]])
+    return events.between(int(scene.exposures_us[1]), int(scene.exposures_us[-1])) if first < last else events[:0]
+
+
+def _simulation(scenes: Sequence[Scene], known: dict[str, Any], seed: int) -> Count:
+    grouped = [classes(scene) for scene in scenes]
+
+    def simulate(values: dict[str, float]) -> np.ndarray:
+        told = []
+        for scene, grouping in zip(scenes, grouped, strict=True):
+            parameters: dict[str, Any] = known | values
+            camera = EventCamera("clean", size=scene.size, seed=seed, **parameters)
+            # Leak and noise have had time to become steady before the recording.
+            camera.step(scene.times_us[0] - SETTLING_US, scene.light[0])
+            events = camera.run(zip(scene.times_us.tolist(), scene.light, strict=True))
+            told.append(statistics(_settled(events, scene), scene, grouping))
+        return np.concatenate(told)
+
+    return simulate
+
+
+def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[Fact], list[str]]:
+    """Leak and shot noise by light, and what is not told of them."""
+    clear, clipped = [], []
+    for scene, mask in zip(scenes, masks, strict=True):
+        if mask.sum() >= LEAST_STILL:
+            inside = scene.events.between(int(scene.exposures_us[0]), int(scene.exposures_us[-1]))
+            rates = still.rates_by_light(inside, scene.exposures.mean(0), mask, scene.seconds)
+            clear.append(rates[0])
+            clipped.append(rates[1])
+    if not clear:
+        return [], ["leak, shot noise: no pixel is still"]
+    light, on, off, time = (np.concatenate(parts) for parts in zip(*clear, strict=True))
+    facts, unknown = [], []
+    shot = still.line_of(light, off, time)
+    if shot is None:
+        unknown.append(f"shot noise: too few OFF events of still pixels ({(off * time).sum():.0f})")
+        facts.append(Fact("shot_rate_hz", 0.0, 0.0, 2.0 * still.LEAST_EVENTS / float(time.sum()), "too few events"))
+    else:
+        rate, error = 2.0 * shot.dark, 2.0 * SURE * shot.dark_error
+        facts.append(Fact("shot_rate_hz", rate, max(0.0, rate - error), rate + error, "ON taken as OFF"))
+        share = min(1.0, shot.white / rate * 2.0) if rate > 0.0 else 1.0
+        error = 2.0 * SURE * shot.white_error / max(rate, 1e-12)
+        facts.append(Fact("shot_white", share, max(0.0, share - error), min(1.0, share + error)))
+    shot_on = np.zeros_like(light) if shot is None else shot.dark * (1.0 - light) + shot.white * light
+    leaks = still.leak_behind_shots(np.maximum(on - shot_on, 0.0), 2.0 * shot_on)
+    leak = still.line_of(light, leaks, time)
+    if leak is None:
+        unknown.append(f"leak: too few ON events of still pixels ({(on * time).sum():.0f})")
+        return facts, unknown
+    spread = still.mean_of_spread(PixelModel().leak_spread)
+    for name, rate, error in (
+        ("leak_rate_hz", leak.dark, leak.dark_error),
+        ("leak_light_hz", leak.white - leak.dark, math.hypot(leak.white_error, leak.dark_error)),
+    ):
+        rate, error = max(rate, 0.0) / spread, SURE * error / spread
+        facts.append(Fact(name, rate, max(0.0, rate - error), rate + error))
+    return facts, unknown

@@ -1,0 +1,130 @@
+"""A preset of the event camera from recordings of a real one."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.codecs import read_whole
+from evslip.codecs.clips import flow
+from evslip.codecs.clips.grey import to_grey
+from evslip.codecs.formats import format_of
+from evslip.data.footage import Footage, footage_of
+from evslip.data.record_file import is_record, read
+from evslip.events import preset_file
+from evslip.events.calibration.calibration import Calibration, calibrate, calibrate_blind
+from evslip.events.calibration.exposures import steadied
+from evslip.events.calibration.scene import Scene
+from evslip.events.stream import Events
+from evslip.utils import atomic
+from evslip.utils.errors import ConfigError, DataError
+
+LEAST_FRAMES = 3
+MOST_BYTES = 300 << 20
+"""Size of the frames at close times that are kept; of a longer recording the part with the most events is taken."""
+UPSAMPLE = 10
+"""Times between one exposure and the next."""
+
+
+class Span(NamedTuple):
+    """Part of a recording, seconds after its first event."""
+
+    start_s: float = 0.0
+    end_s: float = float("inf")
+
+
+WHOLE = Span()
+
+
+def calibrate_recordings(
+    recordings: Sequence[str | Path], out: str | Path, span: Span = WHOLE, upsample: int = UPSAMPLE, seed: int = 0
+) -> Calibration:
+    """Fit the sensor of some recordings and write a preset, TOML, see `evslip.events.preset_file`.
+
+    span: the part of each that is looked at. Raises ConfigError, DataError, MissingExtraError, StorageError."""
+    out = Path(out)
+    if out.suffix.lower() != preset_file.SUFFIX:
+        raise ConfigError(f"{out}: a preset is a .toml file, or .npz for the noise alone; its name must end so")
+    seen = [_seen(Path(path), span) for path in recordings]
+    with_frames = [one for one in seen if one.footage is not None]
+    if with_frames:
+        found = calibrate([_scene(one, upsample) for one in with_frames], seed)
+    else:
+        found = calibrate_blind([(one.events, one.size) for one in seen])
+    names = ", ".join(Path(path).name for path in recordings)
+    head = f"# Fitted by evslip calibrate to {names}; luminance is the frames' codes over 255.\n"
+    fit = {fact.name: fact.entries() for fact in found.facts}
+    atomic.write_text(out, head + preset_file.text(found.model, fit))
+    return found
+
+
+class _Seen(NamedTuple):
+    path: Path
+    events: Events
+    size: tuple[int, int]
+    footage: Footage | None
+
+
+def _seen(path: Path, span: Span) -> _Seen:
+    """The asked part of a recording's events, and its frames if it has any."""
+    if is_record(path):
+        record = read(path)
+        events, footage, size = record.events, record.footage, record.size
+    else:
+        events, size = read_whole(path)
+        frames = getattr(format_of(path).codec, "frames", None)
+        footage = None if frames is None else footage_of(frames(path), path)
+    if not len(events):
+        raise DataError(f"{path}: holds no events to calibrate a camera with")
+    first_us, last_us = int(events.t_us[0]), int(events.t_us[-1])
+    start_us = first_us + round(min(max(span.start_s, 0.0), 1e9) * 1e6)
+    end_us = min(first_us + round(min(span.end_s, 1e9) * 1e6), last_us + 1)
+    part = events.between(start_us, end_us)
+    if not len(part):
+        raise DataError(f"{path}: no events between {span.start_s:g} and {span.end_s:g} s after the first one")
+    if footage is None:
+        return _Seen(path, part, size, None)
+    chosen = (footage.t_us >= start_us) & (footage.t_us <= end_us)
+    if chosen.sum() < LEAST_FRAMES:
+        return _Seen(path, part, size, None)
+    if footage.images.shape[1:3] != (size[1], size[0]):
+        height, width = footage.images.shape[1:3]
+        raise DataError(f"{path}: frames of {width}x{height} pixels, events of {size[0]}x{size[1]}")
+    return _Seen(path, part, size, Footage(footage.t_us[chosen], footage.images[chosen]))
+
+
+def _scene(seen: _Seen, upsample: int) -> Scene:
+    footage = seen.footage
+    assert footage is not None  # asked before
+    height, width = footage.images.shape[1:3]
+    most = max(LEAST_FRAMES, MOST_BYTES // (4 * height * width * upsample))
+    chosen = _busiest(footage.t_us, seen.events.t_us, most)
+    codes = np.stack([to_grey(image, "uint8") for image in footage.images[chosen]])
+    return scene_from(seen.events, footage.t_us[chosen].astype(np.float64), codes, upsample)
+
+
+def scene_from(events: Events, times_us: np.ndarray, codes: np.ndarray, upsample: int = UPSAMPLE) -> Scene:
+    """Events, and the frames at these times, grey codes of shape (k, height, width), brought along image motion. Codes
+    are taken as proportional to light. Raises ConfigError, MissingExtraError."""
+    exposures = codes.astype(np.float32) / 255
+    steady = steadied(exposures) * 255
+    timed = ((t_us, image, None) for t_us, image in zip(times_us.tolist(), steady, strict=True))
+    close = list(flow.smoothed(timed, upsample, "uint8"))
+    return Scene(
+        events.between(int(times_us[0]), int(times_us[-1])),
+        (codes.shape[2], codes.shape[1]),
+        np.array([t_us for t_us, _, _ in close]),
+        np.stack([np.asarray(light, np.float32) / 255 for _, light, _ in close]),
+        times_us,
+        exposures,
+    )
+
+
+def _busiest(frames_us: np.ndarray, events_us: np.ndarray, most: int) -> slice:
+    """At most so many successive frames: those with the most events between them."""
+    if len(frames_us) <= most:
+        return slice(None)
+    before = np.searchsorted(events_us, frames_us)
+    first = int(np.argmax(before[most - 1 :] - before[: len(before) - most + 1]))
+    return slice(first, first + most)

@@ -1,0 +1,131 @@
+"""Parameters of simulated sensors, found again from their events and light."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evslip.events import EventCamera, Events
+from evslip.events.calibration import still
+from evslip.events.calibration.calibration import calibrate, calibrate_blind
+from evslip.events.calibration.exposures import steadied, still_pixels
+from evslip.events.calibration.scene import UNSEEN, Scene, classes
+from evslip.events.calibration.statistics import CLASSES, statistics
+from evslip.utils.errors import DataError
+
+SIZE = 64, 48
+
+
+def scene_of(events: Events, times_us: np.ndarray, light: np.ndarray, every: int) -> Scene:
+    """Light that is known at all times, and every so-manieth of it as a frame."""
+    return Scene(events, (light.shape[2], light.shape[1]), times_us, light, times_us[::every], light[::every])
+
+
+def waves(seconds: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times and luminance, (n, height, width), of a random pattern that moves along a curve, beside a still third."""
+    times_us = np.arange(0, 1e6 * seconds + 1, 4000.0)
+    width, height = SIZE
+    fx, fy = np.fft.rfftfreq(width)[None], np.fft.fftfreq(height)[:, None]
+    frequency = np.hypot(fx, fy)
+    waves = np.exp(2j * np.pi * np.random.default_rng(7).random(frequency.shape))
+    waves *= np.exp(-((frequency / 0.15) ** 2)) / np.maximum(frequency, 0.05)
+    shown = []
+    for t in times_us / 1e6:
+        place = 14 * np.sin(1.9 * t) * fx + 11 * np.sin(2.7 * t + 1) * fy
+        shown.append(np.fft.irfft2(waves * np.exp(-2j * np.pi * place), (height, width)))
+    log = np.stack(shown) / np.std(shown) * 0.7
+    log[:, :, : width // 3] = log[:1, :, : width // 3]
+    return times_us, np.clip(0.25 * np.exp(log), 0.02, 0.95).astype(np.float32)
+
+
+def test_thresholds_come_back_from_light_and_events():
+    times_us, light = waves(1.6)
+    truth: Any = {"theta_on": 0.21, "theta_off": 0.27, "sigma": 0.02, "cutoff_hz": 40.0, "refractory_us": 1500.0}
+    camera = EventCamera("clean", size=SIZE, seed=5, **truth)
+    scene = scene_of(camera.run(zip(times_us, light, strict=True)), times_us, light, 10)
+    found = calibrate([scene], seed=1)
+    facts = {fact.name: fact for fact in found.facts}
+    assert facts["theta_on"].value == pytest.approx(0.21, rel=0.05)
+    assert facts["theta_off"].value == pytest.approx(0.27, rel=0.06)
+    assert facts["cutoff_hz"].value == pytest.approx(40.0, rel=0.15)
+    assert facts["refractory_us"].value == pytest.approx(1500.0, rel=0.25)
+    assert found.misfit < 2.0
+    assert all(fact.low <= fact.value <= fact.high for fact in found.facts)
+    assert any("shot noise: too few" in line for line in found.unknown)
+
+
+def test_noise_by_light_comes_back_from_still_pixels():
+    width, height, seconds = 200, 100, 30.0
+    light = np.tile(np.linspace(0.02, 0.9, width, dtype=np.float32), (height, 1))
+    truth: Any = {"leak_rate_hz": 0.1, "leak_light_hz": 0.8, "shot_rate_hz": 0.4, "shot_white": 0.25}
+    camera = EventCamera("clean", size=(width, height), seed=2, **truth)
+    camera.step(0, light)
+    camera.step(6e7, light)
+    events = camera.step(6e7 + 1e6 * seconds, light)
+    rates, clipped = still.rates_by_light(events, light, np.ones_like(light, bool), seconds)
+    assert len(clipped.light) == 0
+    shot = still.line_of(rates.light, rates.off, rates.pixel_seconds)
+    assert shot is not None
+    assert 2 * shot.dark == pytest.approx(0.4 * (1 - 0.75 * 20 / 275), rel=0.05)
+    assert 2 * shot.white == pytest.approx(0.1, rel=0.1)
+    leaks = still.leak_behind_shots(rates.on - rates.off, 2 * rates.off)
+    leak = still.line_of(rates.light, leaks, rates.pixel_seconds)
+    assert leak is not None
+    assert leak.white - leak.dark == pytest.approx(0.8 * still.mean_of_spread(0.1), rel=0.05)
+    assert leak.dark_error < 0.02
+
+
+def test_shot_noise_delays_leak():
+    # A leak cycle that a Poisson process of resets must leave alone.
+    leak, shot = 0.5, 0.7
+    seen = shot / math.expm1(shot / leak)
+    assert still.leak_behind_shots(np.array([seen, 0.3, 0.0]), np.array([shot, 0.0, 1.0])) == pytest.approx(
+        [leak, 0.3, 0]
+    )
+
+
+def test_without_frames_a_still_scene_tells_its_noise_alone():
+    camera = EventCamera("clean", size=SIZE, leak_rate_hz=0.3, leak_spread=0.0, shot_rate_hz=1.0, shot_white=1.0)
+    frame = np.full((SIZE[1], SIZE[0]), 0.3, np.float32)
+    camera.step(0, frame)
+    camera.step(3e7, frame)
+    events = camera.step(6e7, frame)
+    facts = {fact.name: fact for fact in calibrate_blind([(events, SIZE)]).facts}
+    assert facts["shot_rate_hz"].low <= 1.0 <= facts["shot_rate_hz"].high
+    assert facts["leak_rate_hz"].value == pytest.approx(0.3, rel=0.15)
+    times_us, light = waves(1.0)
+    light[len(light) // 4 :] = light[len(light) // 4]  # it moves at the beginning, and grows dark at the end
+    light[-1] *= 0.5
+    moving = EventCamera("clean", size=SIZE).run(zip(times_us, light, strict=True))
+    with pytest.raises(DataError, match="still scene"):
+        calibrate_blind([(moving, SIZE)])
+
+
+def test_frames_lose_the_noise_of_what_stands_still_and_keep_what_moves():
+    rng = np.random.default_rng(3)
+    clean = np.full((30, 40, 60), 0.3, np.float32)
+    for k in range(30):
+        clean[k, :, 30 + k // 2 :] = 0.6  # an edge that moves
+    noisy = clean + rng.normal(0, 0.01, clean.shape).astype(np.float32)
+    steady = steadied(noisy)
+    assert np.median(np.ptp(steady[:, :, :20], axis=0)) < 1e-6
+    assert np.sqrt(np.mean((steady[:, :, :20] - 0.3) ** 2)) < 0.004
+    assert np.abs(steady - clean)[:, 4:-4, 24:52].mean() < 0.02
+    still_ones = still_pixels(noisy)
+    assert still_ones[:, :24].mean() > 0.95
+    assert not still_ones[:, 33:43].any()
+
+
+def test_statistics_count_every_event_that_frames_tell_of():
+    times_us, light = waves(0.5)
+    light[:, :4] = 1.0  # clipped
+    events = EventCamera("clean", size=SIZE).run(zip(times_us, light, strict=True))
+    scene = scene_of(events, times_us, light, 5)
+    grouped = classes(scene)
+    assert np.all(grouped[:, :4] == UNSEEN) and np.all((grouped < CLASSES) | (grouped == UNSEEN))
+    counts = statistics(events, scene, grouped)
+    assert len(counts) > 2 * CLASSES and np.all(counts >= 0)
+    inside = events.between(int(scene.exposures_us[0]), int(scene.exposures_us[-1]))
+    gap = np.searchsorted(scene.exposures_us, inside.t_us, side="right") - 1
+    assert counts[: 2 * CLASSES].sum() == np.sum(grouped[gap, inside.y, inside.x] != UNSEEN)
