@@ -48,7 +48,9 @@ def main() -> None:
     parser.add_argument("--camera", nargs="+", default=list(PRESETS), help="presets, or files of them")
     parser.add_argument("--upsample", type=int, default=20)
     parser.add_argument(
-        "--intensity", choices=("uint8", "srgb", "linear"), default="uint8", help="meaning of the codes"
+        "--intensity",
+        choices=("uint8", "srgb", "linear"),
+        help="meaning of the codes; default: linear for files, else uint8",
     )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--classifier", action="store_true", help="run the two-sample test too")

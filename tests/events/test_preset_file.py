@@ -9,7 +9,7 @@ from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.events import EventCamera, preset_file
 from evslip.events.datasheet import datasheet
-from evslip.events.pixel_model import PixelModel
+from evslip.events.pixel_model import LIMITS, PixelModel
 from evslip.generation.sensor import camera_for
 from evslip.utils.errors import ConfigError
 
@@ -25,6 +25,12 @@ def test_a_file_brings_its_model_back(tmp_path: Path):
     assert preset_file.read(path) == MODEL
     assert EventCamera(str(path), size=(8, 6)).model == MODEL
     assert "0.31 ln" in datasheet(str(path))
+
+
+def test_a_value_at_its_limit_comes_back(tmp_path: Path):
+    model = PixelModel(dark=LIMITS["dark"][1], theta=1 / 3)
+    (tmp_path / "own.toml").write_text(preset_file.text(model, {}))
+    assert preset_file.read(tmp_path / "own.toml") == model
 
 
 def test_maps_lie_beside_it(tmp_path: Path):

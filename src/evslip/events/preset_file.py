@@ -59,7 +59,7 @@ def text(model: PixelModel, fit: Mapping[str, Mapping[str, Any]], maps: str | No
     for name in PARAMETERS:
         value = getattr(model, name)
         if value is not None and not isinstance(value, np.ndarray) and value != getattr(PixelModel(), name):
-            lines.append(f"{name} = {float(value):.6g}")
+            lines.append(f"{name} = {float(value)!r}")
     for name, entries in fit.items():
         lines += ["", f"[fit.{name}]", *(f"{key} = {_toml(value)}" for key, value in entries.items())]
     return "\n".join(lines) + "\n"

@@ -66,14 +66,17 @@ def fit(free: list[Free], simulate: Count, wanted: np.ndarray, seed: int = 0) ->
     costs = [_square(problem.left(start, told, error)) for start, told in zip(starts, counts, strict=True)]
     ends = [_descend(problem, starts[k], counts[k], error) for k in np.argsort(costs, kind="stable")[:DESCENTS]]
     place = min(ends, key=lambda end: _square(problem.left(*end, error)))[0]
-    for error in MODEL_ERRORS:
+    errors, misfit = problem.prior, math.inf
+    for number, error in enumerate(MODEL_ERRORS):
         place, told = _polish(problem, place, error)
         misfit = _square(problem.left(place, told, error)[: len(wanted)]) / max(1, len(wanted) - len(free))
-        if misfit > EXPLAINED or error == MODEL_ERRORS[-1]:
-            jacobian = problem.jacobian(place, told, error)
-            covariance = np.linalg.inv(jacobian.T @ jacobian) * max(1.0, misfit)
-            return Found(np.exp(place), np.sqrt(np.diag(covariance)), misfit, problem.prior)
-    raise AssertionError("the last error returns")
+        if misfit > EXPLAINED and number:
+            break  # the errors stay those of the last model error that explains the recording
+        jacobian = problem.jacobian(place, told, error)
+        errors = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)) * max(1.0, misfit))
+        if misfit > EXPLAINED:
+            break
+    return Found(np.exp(place), errors, misfit, problem.prior)
 
 
 def even(counts: np.ndarray, error: float) -> np.ndarray:

@@ -35,7 +35,7 @@ def pair_of_preset(recording: Path, preset: str, settings: RealismSettings) -> P
             f"{first_s:.3f} to {last_s:.3f} s"
         )
     seeds = (settings.seed, settings.seed + 1)
-    simulated, other = simulated_events(real.footage, preset, seeds, settings, end_us)
+    simulated, other = simulated_events(real.footage, preset, seeds, settings.for_preset(preset), end_us)
     return Pair(real.events, simulated, real.size, start_us, end_us, real.footage, other)
 
 

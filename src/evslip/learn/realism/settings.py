@@ -1,6 +1,6 @@
 """Settings of a score of realism. Light to import, for the command line."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 
@@ -19,9 +19,21 @@ class RealismSettings:
     (flow), for which the extra flow is needed."""
     upsample: int = 20
     """Intervals that flow makes of one, 2 to 64."""
-    intensity: Literal["uint8", "srgb", "linear"] = "uint8"
-    """Meaning of the frames' codes. uint8: mapped to log intensity as v2e does; srgb: decoded; linear: light."""
+    intensity: Literal["uint8", "srgb", "linear"] | None = None
+    """Meaning of the frames' codes. uint8: mapped to log intensity as v2e does; srgb: decoded; linear: light. Default:
+    linear for a preset's file, as `evslip calibrate` has it, else uint8."""
+    steady: bool | None = None
+    """Take the frames' noise away where nothing changes. Default: for a preset's file, as `evslip calibrate` has it."""
     mode: Literal["accurate", "v2e"] = "accurate"
     """Rules of the pixels."""
     classifier: bool = True
     """Train the classifier of the two-sample test; half a minute."""
+
+    def for_preset(self, preset: str) -> "RealismSettings":
+        """With the defaults that depend on the camera."""
+        fitted = preset.endswith(".toml")
+        return replace(
+            self,
+            intensity=self.intensity or ("linear" if fitted else "uint8"),
+            steady=fitted if self.steady is None else self.steady,
+        )

@@ -6,7 +6,9 @@ from itertools import islice
 import numpy as np
 
 from evslip.codecs.clips.grey import to_grey
+from evslip.codecs.clips.sources import TimedImage
 from evslip.data.footage import Footage
+from evslip.events.calibration.exposures import steadied
 from evslip.events.camera import EventCamera
 from evslip.events.stream import Events, concatenate
 from evslip.learn.realism.settings import RealismSettings
@@ -22,9 +24,9 @@ def simulated_events(
     """Events up to `end_us` that a camera of each seed makes, from the first frame on. Raises ConfigError,
     MissingExtraError."""
     height, width = footage.images.shape[1:3]
+    intensity = settings.intensity or "uint8"
     cameras = [
-        EventCamera(preset, size=(width, height), seed=seed, mode=settings.mode, intensity=settings.intensity)
-        for seed in seeds
+        EventCamera(preset, size=(width, height), seed=seed, mode=settings.mode, intensity=intensity) for seed in seeds
     ]
     parts: list[list[Events]] = [[] for _ in cameras]
     frames = frames_between(footage, settings, end_us)
@@ -44,9 +46,21 @@ def frames_between(
     distinct = np.concatenate([[True], np.diff(footage.t_us) > 0])
     number = int(np.searchsorted(footage.t_us, end_us)) + 1
     timed = zip(footage.t_us[:number].tolist(), footage.images[:number], distinct[:number], strict=True)
-    frames = ((float(t_us), to_grey(image, settings.intensity), None) for t_us, image, new in timed if new)
+    intensity = settings.intensity or "uint8"
+    frames = ((float(t_us), to_grey(image, intensity), None) for t_us, image, new in timed if new)
+    if settings.steady:
+        frames = _steady(frames)
     if settings.interpolate == "linear":
         return frames
     from evslip.codecs.clips import flow
 
-    return flow.smoothed(frames, settings.upsample, settings.intensity)
+    return flow.smoothed(frames, settings.upsample, intensity)
+
+
+def _steady(frames: Iterator[TimedImage]) -> Iterator[TimedImage]:
+    """The frames without the noise of what does not change, a stretch of them at a time."""
+    while batch := list(islice(frames, _AT_ONCE)):
+        images = np.stack([image for _, image, _ in batch])
+        white = 255.0 if images.dtype == np.uint8 else 1.0
+        calm = steadied(images.astype(np.float32) / np.float32(white)) * np.float32(white)
+        yield from ((t_us, image, None) for (t_us, _, _), image in zip(batch, calm, strict=True))
