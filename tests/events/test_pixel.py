@@ -191,6 +191,14 @@ def test_leak_follows_the_light_from_one_event_to_the_next():
     assert np.sum((events.cause == LEAK) & late) / (500 * 4.91) == pytest.approx(5.0, rel=0.02)
 
 
+def test_behind_clipped_white_leak_is_that_of_more_light():
+    luminances = np.repeat([0.5, 0.9, 1.0], 1000)
+    sensor = camera(len(luminances), leak_light_hz=2.0, leak_spread=0.0, leak_jitter=0.0, clipped_light=3.0)
+    events = follow(sensor, [0, 1e7], np.log(np.tile(luminances + DARK, (2, 1))))
+    rates = np.bincount(events.x // 1000, minlength=3) / 1e4
+    np.testing.assert_allclose(rates, [1.0, 1.8, 6.0], rtol=0.01)
+
+
 def test_shot_noise_has_its_share_of_on_and_of_white():
     count, rate = 3000, 20.0
     sensor = camera(count, shot_rate_hz=rate, shot_on_share=0.8, shot_white=0.5, theta=0.5)

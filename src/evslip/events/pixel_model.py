@@ -36,6 +36,8 @@ class PixelModel:
     """Leak events (ON) a second and pixel, in the dark."""
     leak_light_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e3))
     """Leak events that come on top of these at white; in proportion to light (parasitic photocurrent)."""
+    clipped_light: float = field(default=1.0, metadata=_in("white", 1.0, 1e3))
+    """Luminance, white = 1, that stands behind white in frames that clip there; for the leak alone."""
     leak_spread: float = field(default=0.1, metadata=_in("decades", 0.0, 1.0))
     """Standard deviation over the pixels of log10 of the leak rate."""
     leak_jitter: float = field(default=0.1, metadata=_in("1", 0.0, 1.0))
@@ -93,6 +95,7 @@ FOREIGN = {
         "photoreceptor_noise",
         "cutoff_dark",
         "leak_light_hz",
+        "clipped_light",
         "shot_white",
         "shot_on_share",
     ),

@@ -182,4 +182,16 @@ def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[F
     ):
         rate, error = max(rate, 0.0) / spread, SURE * error / spread
         facts.append(Fact(name, rate, max(0.0, rate - error), rate + error))
+    facts += _clipped(clipped, leak)
     return facts, unknown
+
+
+def _clipped(rates: Sequence[still.Rates], leak: still.Line) -> list[Fact]:
+    """Light behind the white of frames that are clipped, from the leak there."""
+    time = sum(float(one.pixel_seconds.sum()) for one in rates)
+    events = sum(float((one.on * one.pixel_seconds).sum()) for one in rates)
+    slope = leak.white - leak.dark
+    if events < still.LEAST_EVENTS or slope <= 0.0:
+        return []
+    light, error = (events / time - leak.dark) / slope, SURE * math.sqrt(events) / time / slope
+    return [Fact("clipped_light", max(1.0, light), max(1.0, light - error), max(1.0, light + error), "for the leak")]

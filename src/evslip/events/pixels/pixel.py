@@ -59,6 +59,9 @@ class Parameters(NamedTuple):
     """Leak without photocurrent, as a share of that at white."""
     leak_gain: float
     """Addition to it for each unit of photocurrent; 0: the same leak in any light, leak_base is 1."""
+    clipped_from: float
+    """Photocurrent from which on the leak is that of `clipped`."""
+    clipped: float
     leak_jitter: float
     """Standard deviation of the leak from one reset to the next, relative."""
     shot_dark: float
@@ -79,7 +82,8 @@ def next_leak(params: Parameters, at_white: float, pixel: int, resets: int, curr
     from which it is at most a threshold away until the next one."""
     # Four uniform numbers add up to nearly a normal one, of variance 1/3, in a third of the time.
     a, b, c, d = uniforms(params.seed, pixel, LEAK, resets)
-    mean = at_white * max(0.0, params.leak_base + params.leak_gain * current)
+    seen = params.clipped if current >= params.clipped_from else current
+    mean = at_white * max(0.0, params.leak_base + params.leak_gain * seen)
     return mean * max(0.0, 1.0 + params.leak_jitter * math.sqrt(3.0) * (a + b + c + d - 2.0))
 
 

@@ -86,6 +86,9 @@ def shared_parameters(model: PixelModel, intensity: Intensity, seed: int) -> Par
         refractory_us=model.refractory_us,
         leak_base=1.0 - leak_gain * (WHITE + dark),
         leak_gain=leak_gain,
+        # Half a code of a byte less than white, for what an exponential rounds.
+        clipped_from=WHITE - 0.5 + dark if model.clipped_light > 1.0 else np.inf,
+        clipped=WHITE * model.clipped_light + dark,
         leak_jitter=model.leak_jitter,
         shot_dark=1.0 if measured else 1.0 - shot_fall * (KNEE - dark) / FULL,
         shot_slope=0.0 if measured else shot_fall / FULL,
