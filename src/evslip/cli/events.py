@@ -11,8 +11,9 @@ from evslip.cli.options import HIDDEN, given, options_of
 from evslip.events.datasheet import UNITS
 from evslip.events.pixel_model import LIMITS, MAPS, PARAMETERS, PixelModel
 from evslip.exchange.frames_to_events_settings import FrameConversion
-from evslip.utils.console import console, progress_bar
+from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.progress import Step
 
 
 def _pixel_option(name: str) -> Any:
@@ -74,7 +75,7 @@ def events(
         check_plot(plot)
         require_other(plot, source)
         watchers.append(partial(rates_plot, plot, f"{clip.name}, {conversion.camera}"))
-    with progress_bar("frames", source.count) as advance:
+    with Step("frames", source.count) as advance:
         made = convert_frames(
             conversion, source, out, watchers=watchers, threads=threads, device=device, progress=advance
         )

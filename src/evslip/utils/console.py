@@ -6,8 +6,6 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from evslip.utils.progress import Step as progress_bar  # noqa: F401 - of `evslip events`
-
 console = Console(highlight=False, soft_wrap=True, markup=False)
 """File names may hold brackets: text is printed as it is."""
 
