@@ -18,12 +18,12 @@ from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 
 FREE = (
-    Free("theta_on", 0.06, 1.5, 0.06),
-    Free("theta_off", 0.06, 1.5, 0.06),
-    Free("sigma", 0.003, 0.3, 0.2),
-    Free("cutoff_hz", 5.0, 3000.0, 0.2),
-    Free("cutoff_dark", 0.01, 1.0, 0.2),
-    Free("dark", 1e-3, 20 / 255, 0.2),
+    Free("theta_on", 0.06, 1.5, 0.06, 0.025),
+    Free("theta_off", 0.06, 1.5, 0.06, 0.025),
+    Free("sigma", 0.003, 0.3, 0.2, 0.4),
+    Free("cutoff_hz", 5.0, 3000.0, 0.2, 0.09),
+    Free("cutoff_dark", 0.01, 1.0, 0.2, 0.2),
+    Free("dark", 1e-3, 20 / 255, 0.2, 0.2),
 )
 SETTLING_US = 2e7
 """Time for which simulated pixels see the first frame before the recording begins."""
@@ -79,7 +79,7 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0) -> Calibration:
         return Calibration(PixelModel(**known), noise, math.nan, unknown)
     wanted = np.concatenate([statistics(_settled(scene.events, scene), scene, classes(scene)) for scene in moved])
     shortest_us = min(_shortest(scene) for scene in moved)
-    free = [*FREE, Free("refractory_us", min(LEAST_US, 0.2 * shortest_us), shortest_us, 0.2)]
+    free = [*FREE, Free("refractory_us", min(LEAST_US, 0.2 * shortest_us), shortest_us, 0.2, 0.2)]
     found = fit(free, _simulation(moved, known, seed), wanted, seed)
     facts = []
     for one, value, error, prior in zip(free, found.values, found.errors, found.priors, strict=True):

@@ -39,6 +39,9 @@ class Free(NamedTuple):
     """Limits; the search is in its logarithm."""
     step: float
     """Relative step by which its influence is measured."""
+    beyond: float
+    """Standard deviation of the logarithm that known sensors show beyond what the fit tells, by what frames at 25 Hz
+    and flow leave out; see `benchmarks/calibrate.py`."""
 
 
 class Found(NamedTuple):
@@ -76,7 +79,8 @@ def fit(free: list[Free], simulate: Count, wanted: np.ndarray, seed: int = 0) ->
         errors = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)) * max(1.0, misfit))
         if misfit > EXPLAINED:
             break
-    return Found(np.exp(place), errors, misfit, problem.prior)
+    beyond = np.array([one.beyond for one in free])
+    return Found(np.exp(place), np.hypot(errors, beyond), misfit, problem.prior)
 
 
 def even(counts: np.ndarray, error: float) -> np.ndarray:
