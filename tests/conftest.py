@@ -2,6 +2,7 @@
 
 import os
 
+import pytest
 from hypothesis import settings
 
 if "PYTEST_XDIST_WORKER" in os.environ:
@@ -15,3 +16,9 @@ os.environ.setdefault("EVSLIP_PROGRESS_S", "3600")
 # in CI a red run shall mean that the change broke it.
 settings.register_profile("evslip", deadline=None, derandomize=bool(os.environ.get("CI")))
 settings.load_profile("evslip")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files with slow tests come first: begun last, they would keep one worker busy while the others have nothing."""
+    slow = {item.path for item in items if item.get_closest_marker("slow") is not None}
+    items.sort(key=lambda item: item.path not in slow)
