@@ -49,6 +49,7 @@ WITHOUT_EXTRAS = [
     "publish data published",
     "events clip.npz events.h5",
     "calibrate converted.raw noise.npz",
+    "realism converted.raw converted.raw --no-classifier",
     "label-agreement labels.csv labels.csv",
 ]
 EXTRAS = {

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evslip.events import EventCamera, Events
+from evslip.events import EventCamera, Events, concatenate
 from evslip.events.calibration import still
 from evslip.events.calibration.calibration import calibrate, calibrate_blind
 from evslip.events.calibration.exposures import steadied, still_pixels
@@ -94,10 +94,9 @@ def test_without_frames_a_still_scene_tells_its_noise_alone():
     facts = {fact.name: fact for fact in calibrate_blind([(events, SIZE)]).facts}
     assert facts["shot_rate_hz"].low <= 1.0 <= facts["shot_rate_hz"].high
     assert facts["leak_rate_hz"].value == pytest.approx(0.3, rel=0.15)
-    times_us, light = waves(1.0)
-    light[len(light) // 4 :] = light[len(light) // 4]  # it moves at the beginning, and grows dark at the end
-    light[-1] *= 0.5
+    times_us, light = waves(0.5)
     moving = EventCamera("clean", size=SIZE).run(zip(times_us, light, strict=True))
+    moving = concatenate([moving, moving[-1:].replace(t_us=np.array([5_000_000]))])  # and then stands still
     with pytest.raises(DataError, match="still scene"):
         calibrate_blind([(moving, SIZE)])
 
