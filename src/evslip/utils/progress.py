@@ -1,4 +1,4 @@
-"""Where long work is: steps, drawn as bars at a terminal, and told in a line every few seconds where there is none."""
+"""Progress of long work: steps, drawn as bars at a terminal, written as lines every few seconds where there is none."""
 
 import contextlib
 import os

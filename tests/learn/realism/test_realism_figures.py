@@ -9,13 +9,14 @@ import pytest
 from scipy.stats import ks_2samp
 
 from evslip.data.footage import Footage
+from evslip.events.intervals import intervals_us
 from evslip.events.stream import Events
 from evslip.learn.realism import two_sample
 from evslip.learn.realism.cells import Cells, agreement, counts
 from evslip.learn.realism.levels import rates_by_level
 from evslip.learn.realism.oracle import frame_counts
 from evslip.learn.realism.realism import Pair, compare
-from evslip.learn.realism.timing import intervals_us, ks_distance, rate_spectrum, spectrum_distance_db
+from evslip.learn.realism.timing import ks_distance, rate_spectrum, spectrum_distance_db
 from evslip.utils.errors import DataError
 
 SIZE = (50, 36)
@@ -61,7 +62,7 @@ def test_agreement_is_what_its_definition_says():
 
 def test_intervals_are_those_of_one_pixel():
     events = listed((0, 1, 1, 1), (5, 2, 1, 1), (10, 1, 1, 0), (12, 1, 2, 1), (40, 1, 1, 1), (45, 2, 1, 0))
-    assert sorted(intervals_us(events, SIZE[0]).tolist()) == [10, 30, 40]
+    assert sorted(intervals_us(events, SIZE[0])[0].tolist()) == [10, 30, 40]
 
 
 @pytest.mark.parametrize("sizes", [(1, 1), (500, 300), (40, 2000)])

@@ -12,6 +12,7 @@ from evslip.events.calibration.fit import Count, Free, fit
 from evslip.events.calibration.scene import Scene, classes
 from evslip.events.calibration.statistics import statistics
 from evslip.events.camera import EventCamera
+from evslip.events.intervals import intervals_us
 from evslip.events.noise_map import unrest
 from evslip.events.pixel_model import PixelModel
 from evslip.events.stream import Events
@@ -112,10 +113,7 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
 
 def _shortest(scene: Scene) -> float:
     """Interval of which one in a thousand of a pixel's are shorter, in microseconds: no refractory period is longer."""
-    events = scene.events
-    pixel = events.y.astype(np.int64) * scene.size[0] + events.x
-    order = np.argsort(pixel, kind="stable")
-    lengths = np.diff(events.t_us[order])[np.diff(pixel[order]) == 0]
+    lengths, _ = intervals_us(scene.events, scene.size[0])
     return float(np.clip(np.percentile(lengths, 0.1), 1.0, 1e5)) if len(lengths) else 1e5
 
 
@@ -125,29 +123,28 @@ def _moving(scene: Scene, mask: np.ndarray) -> int:
 
 def _settled(events: Events, scene: Scene) -> Events:
     """Events after the second exposure: what the pixels saw before the first one is not known."""
-    first, last = np.searchsorted(events.t_us, scene.exposures_us[[1, -1]])
-    return events.between(int(scene.exposures_us[1]), int(scene.exposures_us[-1])) if first < last else events[:0]
+    return events.between(int(scene.exposures_us[1]), int(scene.exposures_us[-1]))
 
 
 def _simulation(scenes: Sequence[Scene], known: dict[str, Any], seed: int) -> Count:
     grouped = [classes(scene) for scene in scenes]
 
     def simulate(values: dict[str, float]) -> np.ndarray:
-        told = []
+        counts = []
         for scene, grouping in zip(scenes, grouped, strict=True):
             parameters: dict[str, Any] = known | values
             camera = EventCamera("clean", size=scene.size, seed=seed, **parameters)
             # Leak and noise have had time to become steady before the recording.
             camera.step(scene.times_us[0] - SETTLING_US, scene.light[0])
             events = camera.run(zip(scene.times_us.tolist(), scene.light, strict=True))
-            told.append(statistics(_settled(events, scene), scene, grouping))
-        return np.concatenate(told)
+            counts.append(statistics(_settled(events, scene), scene, grouping))
+        return np.concatenate(counts)
 
     return simulate
 
 
 def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[Fact], list[str]]:
-    """Leak and shot noise by light, and what is not told of them."""
+    """Leak and shot noise by light, and what is not known of them."""
     clear, clipped = [], []
     for scene, mask in zip(scenes, masks, strict=True):
         if mask.sum() >= LEAST_STILL:

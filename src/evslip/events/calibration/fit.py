@@ -66,16 +66,16 @@ def fit(free: list[Free], simulate: Count, wanted: np.ndarray, seed: int = 0) ->
     starts = problem.low + (problem.high - problem.low) * qmc.Sobol(len(free), rng=seed).random(STARTS)
     counts = [problem.counts(start) for start in over("calibrate: starts", starts)]
     error = MODEL_ERRORS[0]
-    costs = [_square(problem.left(start, told, error)) for start, told in zip(starts, counts, strict=True)]
+    costs = [_square(problem.left(start, made, error)) for start, made in zip(starts, counts, strict=True)]
     ends = [_descend(problem, starts[k], counts[k], error) for k in np.argsort(costs, kind="stable")[:DESCENTS]]
     place = min(ends, key=lambda end: _square(problem.left(*end, error)))[0]
     errors, misfit = problem.prior, math.inf
     for number, error in enumerate(MODEL_ERRORS):
-        place, told = _polish(problem, place, error)
-        misfit = _square(problem.left(place, told, error)[: len(wanted)]) / max(1, len(wanted) - len(free))
+        place, made = _polish(problem, place, error)
+        misfit = _square(problem.left(place, made, error)[: len(wanted)]) / max(1, len(wanted) - len(free))
         if misfit > EXPLAINED and number:
             break  # the errors stay those of the last model error that explains the recording
-        jacobian = problem.jacobian(place, told, error)
+        jacobian = problem.jacobian(place, made, error)
         errors = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)) * max(1.0, misfit))
         if misfit > EXPLAINED:
             break
@@ -124,11 +124,11 @@ def _descend(problem: _Problem, place: np.ndarray, counts: np.ndarray, error: fl
         square = jacobian.T @ jacobian
         step = -np.linalg.solve(square + damping * np.diag(np.diag(square)), jacobian.T @ left)
         there = np.clip(place + np.clip(step, -0.7, 0.7), problem.low, problem.high)
-        told = problem.counts(there)
-        then = problem.left(there, told, error)
+        made = problem.counts(there)
+        then = problem.left(there, made, error)
         gain = _square(left) - _square(then)
         if gain > 0.0:
-            place, counts, left, damping = there, told, then, damping / 4
+            place, counts, left, damping = there, made, then, damping / 4
             if gain < ENOUGH * _square(left):
                 break
             jacobian = problem.jacobian(place, counts, error)

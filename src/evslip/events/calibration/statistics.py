@@ -8,6 +8,7 @@ how much of a fast change dark pixels miss; the second tell the refractory perio
 import numpy as np
 
 from evslip.events.calibration.scene import LEVELS, SLOPES, UNSEEN, Scene
+from evslip.events.intervals import intervals_us
 from evslip.events.stream import Events
 
 INTERVALS_US = 250.0 * 2.0 ** np.arange(0, 11)
@@ -32,11 +33,7 @@ def _by_class(events: Events, scene: Scene, classes: np.ndarray) -> np.ndarray:
 
 
 def _by_interval(events: Events, size: tuple[int, int]) -> np.ndarray:
-    pixel = events.y.astype(np.int64) * size[0] + events.x
-    order = np.argsort(pixel, kind="stable")
-    same_pixel = np.diff(pixel[order]) == 0
-    lengths = np.diff(events.t_us[order])[same_pixel]
-    equal = np.diff(events.p[order].astype(np.int8))[same_pixel] == 0
+    lengths, equal = intervals_us(events, size[0])
     of = np.searchsorted(INTERVALS_US, lengths)
     classes = len(INTERVALS_US) + 1
     return np.bincount(of + classes * equal, minlength=2 * classes).astype(float)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evslip.data.footage import Footage
+from evslip.events.intervals import intervals_us
 from evslip.events.stream import Events
 from evslip.learn.realism import timing, two_sample
 from evslip.learn.realism.cells import Agreement, Cells, agreement, counts
@@ -111,17 +112,17 @@ def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
     pair, notes = pair.within(), []
     if not len(pair.real):
         raise DataError("no real events in the stretch to score; expected some")
-    told = None
+    tested = None
     if classifier and find_spec("torch") is None:
         notes.append("no two-sample test: it needs the extra learn: pip install 'evslip[learn]'")
     elif classifier:
         span = (pair.start_us, pair.end_us)
-        told = two_sample.classifier_test(pair.real, pair.simulated, pair.size, span, seed)
+        tested = two_sample.classifier_test(pair.real, pair.simulated, pair.size, span, seed)
     if pair.other_draw is None:
         notes.append("no floor: two files do not say how two draws of the sensor differ; --preset does")
     if pair.footage is None:
         notes.append("no rates by light: the recording has no frames")
-    gaps = [timing.intervals_us(events, pair.size[0]) for events in (pair.real, pair.simulated)]
+    gaps = [intervals_us(events, pair.size[0])[0] for events in (pair.real, pair.simulated)]
     other = pair.other_draw
     fine, coarse = (Cells(pair.size, pair.start_us, pair.end_us, *kind) for kind in (FINE, COARSE))
     return Realism(
@@ -131,8 +132,8 @@ def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
         floor_coarse=None if other is None else _agreement(other, pair.simulated, coarse),
         oracle=None if pair.footage is None else _oracle(pair.real, pair.footage, fine),
         ks=timing.ks_distance(*gaps),
-        ks_floor=None if other is None else timing.ks_distance(gaps[1], timing.intervals_us(other, pair.size[0])),
-        two_sample=told,
+        ks_floor=None if other is None else timing.ks_distance(gaps[1], intervals_us(other, pair.size[0])[0]),
+        two_sample=tested,
         events=(len(pair.real), len(pair.simulated)),
         on_share=(_mean(pair.real.p), _mean(pair.simulated.p)),
         variance_over_mean=(_dispersion(pair.real, pair.size), _dispersion(pair.simulated, pair.size)),

@@ -10,14 +10,6 @@ SEGMENT = 256
 """Steps of a segment of Welch's method: frequencies are 3.9 Hz apart."""
 
 
-def intervals_us(events: Events, width: int) -> np.ndarray:
-    """Times between successive events of a pixel, whatever their polarities, int64 of shape (n,)."""
-    pixel = events.y.astype(np.int64) * width + events.x
-    order = np.argsort(pixel, kind="stable")
-    gaps = np.diff(events.t_us[order])
-    return gaps[np.diff(pixel[order]) == 0]
-
-
 def ks_distance(first: np.ndarray, second: np.ndarray) -> float:
     """Kolmogorov-Smirnov distance: the largest difference of the two distribution functions; nan for an empty one."""
     if not (len(first) and len(second)):

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from evslip.events.intervals import intervals_us
 from evslip.learn.realism.realism import Pair, Realism
-from evslip.learn.realism.timing import intervals_us
 from evslip.utils.version import __version__
 from evslip.view.pictures import charts
 from evslip.view.pictures.figures import Figure
@@ -54,7 +54,7 @@ def _interval_chart(pair: Pair) -> Figure:
     middles = np.sqrt(_EDGES_MS[1:] * _EDGES_MS[:-1]).tolist()
     traces = []
     for index, (name, events) in enumerate(zip(SIDES, (pair.real, pair.simulated), strict=True)):
-        gaps = intervals_us(events, pair.size[0]) / 1e3
+        gaps = intervals_us(events, pair.size[0])[0] / 1e3
         shares = np.histogram(gaps, _EDGES_MS)[0] / max(1, len(gaps))
         traces.append(charts.line(name, middles, shares.tolist(), index, shape="hvh"))
     figure = charts.chart(traces, "interval, ms", "share of the intervals")

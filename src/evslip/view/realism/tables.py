@@ -13,8 +13,8 @@ def figure_table(found: Realism) -> list[list[str]]:
     """Head and lines: a line a figure, with the value of a perfect simulator and the floor."""
     hz, *powers = found.spectrum
     del hz
-    told = found.two_sample
-    accuracy = "–" if told is None else f"{100 * told.accuracy:.1f} % ± {100 * told.error:.1f}"
+    tested = found.two_sample
+    accuracy = "–" if tested is None else f"{100 * tested.accuracy:.1f} % ± {100 * tested.error:.1f}"
     return [
         ["", "simulated", "perfect", "two draws", "oracle of frames"],
         ["events, x real", number(found.fine.total, 2), "1", *_also(found.floor, "total"), "–"],
