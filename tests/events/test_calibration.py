@@ -9,7 +9,7 @@ import pytest
 from evslip.events import EventCamera, Events, concatenate
 from evslip.events.calibration import still
 from evslip.events.calibration.calibration import calibrate, calibrate_blind
-from evslip.events.calibration.exposures import steadied, still_pixels
+from evslip.events.calibration.exposures import mean_light, steadied, still_pixels, white_of
 from evslip.events.calibration.scene import UNSEEN, Scene, classes
 from evslip.events.calibration.statistics import CLASSES, statistics
 from evslip.utils.errors import DataError
@@ -19,7 +19,15 @@ SIZE = 64, 48
 
 def scene_of(events: Events, times_us: np.ndarray, light: np.ndarray, every: int) -> Scene:
     """Light that is known at all times, and every so-manieth of it as a frame."""
-    return Scene(events, (light.shape[2], light.shape[1]), times_us, light, times_us[::every], light[::every])
+    return Scene(
+        events,
+        (light.shape[2], light.shape[1]),
+        times_us,
+        light,
+        times_us[::every],
+        light[::every],
+        np.ones(light.shape[2], np.float32),
+    )
 
 
 def waves(seconds: float) -> tuple[np.ndarray, np.ndarray]:
@@ -107,13 +115,32 @@ def test_frames_lose_the_noise_of_what_stands_still_and_keep_what_moves():
     for k in range(30):
         clean[k, :, 30 + k // 2 :] = 0.6  # an edge that moves
     noisy = clean + rng.normal(0, 0.01, clean.shape).astype(np.float32)
-    steady = steadied(noisy)
+    steady = steadied(noisy, np.ones(noisy.shape[2], np.float32))
     assert np.median(np.ptp(steady[:, :, :20], axis=0)) < 1e-6
     assert np.sqrt(np.mean((steady[:, :, :20] - 0.3) ** 2)) < 0.004
     assert np.abs(steady - clean)[:, 4:-4, 24:52].mean() < 0.02
-    still_ones = still_pixels(noisy)
+    still_ones = still_pixels(noisy, np.ones(noisy.shape[2], np.float32))
     assert still_ones[:, :24].mean() > 0.95
     assert not still_ones[:, 33:43].any()
+
+
+def test_a_pixel_at_the_edge_of_what_its_column_can_code_stands_still():
+    rng = np.random.default_rng(5)
+    edge = rng.integers(180, 206, 60)  # of each column, where a converter overflows and writes 255
+    light = np.full((30, 40, 60), 60.0)
+    light[:, :, 20:] = edge[20:]  # and toggles
+    light[:, :, 40:] = 230.0
+    codes = np.rint(light + rng.normal(0, 1.0, light.shape))
+    codes = np.where(codes > edge, 255, codes).astype(np.uint8)
+    white = white_of(codes)
+    assert np.abs(255 * white[20:40] - edge[20:40]).max() <= 1
+    exposures = codes.astype(np.float32) / 255
+    steady = steadied(exposures, white)
+    assert np.ptp(exposures[:, :, 20:40], axis=0).min() > 0.15
+    assert np.ptp(steady, axis=0).max() < 0.01
+    assert (steady[:, :, 40:] == 1.0).all() and (mean_light(exposures, white)[:, 40:] == 1.0).all()
+    assert still_pixels(exposures, white).all()
+    assert (white_of(np.minimum(light + rng.normal(0, 40, light.shape), 255).clip(0).astype(np.uint8)) == 1.0).all()
 
 
 def test_statistics_count_every_event_that_frames_tell_of():

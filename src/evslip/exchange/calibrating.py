@@ -6,17 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.codecs import read_whole
 from evslip.codecs.clips import flow
 from evslip.codecs.clips.grey import to_grey
-from evslip.codecs.formats import format_of
-from evslip.data.footage import Footage, footage_of
-from evslip.data.record_file import is_record, read
+from evslip.data.footage import Footage
 from evslip.events import preset_file
 from evslip.events.calibration.calibration import Calibration, calibrate, calibrate_blind
-from evslip.events.calibration.exposures import steadied
+from evslip.events.calibration.exposures import steadied, white_of
 from evslip.events.calibration.scene import Scene
 from evslip.events.stream import Events
+from evslip.exchange.importing.event_files import read_event_file
+from evslip.exchange.importing.settings import Importing
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError
 
@@ -68,13 +67,8 @@ class _Seen(NamedTuple):
 
 def _seen(path: Path, span: Span) -> _Seen:
     """The asked part of a recording's events, and its frames if it has any."""
-    if is_record(path):
-        record = read(path)
-        events, footage, size = record.events, record.footage, record.size
-    else:
-        events, size = read_whole(path)
-        frames = getattr(format_of(path).codec, "frames", None)
-        footage = None if frames is None else footage_of(frames(path), path)
+    record = read_event_file(path, Importing(), from_zero=False)
+    events, footage, size = record.events, record.footage, record.size
     if not len(events):
         raise DataError(f"{path}: holds no events to calibrate a camera with")
     first_us, last_us = int(events.t_us[0]), int(events.t_us[-1])
@@ -88,9 +82,6 @@ def _seen(path: Path, span: Span) -> _Seen:
     chosen = (footage.t_us >= start_us) & (footage.t_us <= end_us)
     if chosen.sum() < LEAST_FRAMES:
         return _Seen(path, part, size, None)
-    if footage.images.shape[1:3] != (size[1], size[0]):
-        height, width = footage.images.shape[1:3]
-        raise DataError(f"{path}: frames of {width}x{height} pixels, events of {size[0]}x{size[1]}")
     return _Seen(path, part, size, Footage(footage.t_us[chosen], footage.images[chosen]))
 
 
@@ -107,8 +98,8 @@ def _scene(seen: _Seen, upsample: int) -> Scene:
 def scene_from(events: Events, times_us: np.ndarray, codes: np.ndarray, upsample: int = UPSAMPLE) -> Scene:
     """Events, and the frames at these times, grey codes of shape (k, height, width), brought along image motion. Codes
     are taken as proportional to light. Raises ConfigError, MissingExtraError."""
-    exposures = codes.astype(np.float32) / 255
-    steady = steadied(exposures) * 255
+    exposures, white = codes.astype(np.float32) / 255, white_of(codes)
+    steady = steadied(exposures, white) * 255
     timed = ((t_us, image, None) for t_us, image in zip(times_us.tolist(), steady, strict=True))
     close = list(flow.smoothed(timed, upsample, "uint8"))
     return Scene(
@@ -118,6 +109,7 @@ def scene_from(events: Events, times_us: np.ndarray, codes: np.ndarray, upsample
         np.stack([np.asarray(light, np.float32) / 255 for _, light, _ in close]),
         times_us,
         exposures,
+        white,
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evslip.events.calibration import still
-from evslip.events.calibration.exposures import still_pixels
+from evslip.events.calibration.exposures import mean_light, still_pixels
 from evslip.events.calibration.fit import Count, Free, fit
 from evslip.events.calibration.scene import Scene, classes
 from evslip.events.calibration.statistics import statistics
@@ -38,6 +38,8 @@ UNTOLD = 0.5
 """A standard error above this share of what is known beforehand: the recording does not tell."""
 RESTLESS = 3.0
 """A scene of more `unrest` is not still."""
+SCATTERED = 3.0
+"""A `Line.scatter` above this: recordings contradict each other, or leak is no line in light."""
 SURE = 1.96
 """Standard errors on either side that 95 % of normal errors stay within."""
 
@@ -69,7 +71,7 @@ class Calibration(NamedTuple):
 
 def calibrate(scenes: Sequence[Scene], seed: int = 0) -> Calibration:
     """Parameters of the sensor that has made some recordings with frames. Raises DataError if they tell nothing."""
-    masks = [still_pixels(scene.exposures) for scene in scenes]
+    masks = [still_pixels(scene.exposures, scene.white) for scene in scenes]
     noise, unknown = _noise(scenes, masks)
     known: dict[str, Any] = {fact.name: fact.value for fact in noise}
     moved = [scene for scene, mask in zip(scenes, masks, strict=True) if _moving(scene, mask) >= LEAST_MOVED]
@@ -78,10 +80,11 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0) -> Calibration:
         if not noise:
             raise DataError("calibration: the recordings hold neither still pixels with events nor movement")
         return Calibration(PixelModel(**known), noise, math.nan, unknown)
-    wanted = np.concatenate([statistics(_settled(scene.events, scene), scene, classes(scene)) for scene in moved])
+    grouped = [classes(scene) for scene in moved]
+    wanted = [statistics(_settled(one.events, one), one, group) for one, group in zip(moved, grouped, strict=True)]
     shortest_us = min(_shortest(scene) for scene in moved)
     free = [*FREE, Free("refractory_us", min(LEAST_US, 0.2 * shortest_us), shortest_us, 0.2, 0.2)]
-    found = fit(free, _simulation(moved, known, seed), wanted, seed)
+    found = fit(free, _simulation(moved, grouped, known, seed), np.concatenate(wanted), seed)
     facts = []
     for one, value, error, prior in zip(free, found.values, found.errors, found.priors, strict=True):
         spread = math.exp(SURE * error)
@@ -126,9 +129,7 @@ def _settled(events: Events, scene: Scene) -> Events:
     return events.between(int(scene.exposures_us[1]), int(scene.exposures_us[-1]))
 
 
-def _simulation(scenes: Sequence[Scene], known: dict[str, Any], seed: int) -> Count:
-    grouped = [classes(scene) for scene in scenes]
-
+def _simulation(scenes: Sequence[Scene], grouped: Sequence[np.ndarray], known: dict[str, Any], seed: int) -> Count:
     def simulate(values: dict[str, float]) -> np.ndarray:
         counts = []
         for scene, grouping in zip(scenes, grouped, strict=True):
@@ -149,7 +150,7 @@ def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[F
     for scene, mask in zip(scenes, masks, strict=True):
         if mask.sum() >= LEAST_STILL:
             inside = scene.events.between(int(scene.exposures_us[0]), int(scene.exposures_us[-1]))
-            rates = still.rates_by_light(inside, scene.exposures.mean(0), mask, scene.seconds)
+            rates = still.rates_by_light(inside, mean_light(scene.exposures, scene.white), mask, scene.seconds)
             clear.append(rates[0])
             clipped.append(rates[1])
     if not clear:
@@ -178,7 +179,8 @@ def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[F
         ("leak_light_hz", leak.white - leak.dark, math.hypot(leak.white_error, leak.dark_error)),
     ):
         rate, error = max(rate, 0.0) / spread, SURE * error / spread
-        facts.append(Fact(name, rate, max(0.0, rate - error), rate + error))
+        note = "rates by light scatter more than by chance: other lenses, or warmer" if leak.scatter > SCATTERED else ""
+        facts.append(Fact(name, rate, max(0.0, rate - error), rate + error, note))
     facts += _clipped(clipped, leak)
     return facts, unknown
 

@@ -31,6 +31,8 @@ class Scene(NamedTuple):
     """Times of the frames themselves, float64 of shape (k,)."""
     exposures: np.ndarray
     """float32 of shape (k, height, width)."""
+    white: np.ndarray
+    """Luminance from which on they are clipped, float32 of shape (width,), see `exposures.white_of`."""
 
     @property
     def seconds(self) -> float:

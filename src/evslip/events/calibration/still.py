@@ -37,6 +37,8 @@ class Line(NamedTuple):
     white: float
     dark_error: float
     white_error: float
+    scatter: float
+    """Variance of the rates around the line, in units of that of chance."""
 
 
 def rates_by_light(events: Events, light: np.ndarray, still: np.ndarray, seconds: float) -> tuple[Rates, Rates]:
@@ -75,7 +77,7 @@ def line_of(light: np.ndarray, rate: np.ndarray, pixel_seconds: np.ndarray) -> L
     scatter = (((rate - expected) * weights) ** 2).sum() / max(1, len(rate) - 2)
     covariance = np.linalg.pinv((design * weights[:, None]).T @ (design * weights[:, None])) * max(1.0, scatter)
     errors = np.sqrt(np.diag(covariance))
-    return Line(float(values[0]), float(values[1]), float(errors[0]), float(errors[1]))
+    return Line(float(values[0]), float(values[1]), float(errors[0]), float(errors[1]), float(scatter))
 
 
 def leak_behind_shots(seen: np.ndarray, shot: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from evslip.codecs.clips.grey import to_grey
 from evslip.codecs.clips.sources import TimedImage
 from evslip.data.footage import Footage
-from evslip.events.calibration.exposures import steadied
+from evslip.events.calibration.exposures import steadied, white_of
 from evslip.events.camera import EventCamera
 from evslip.events.stream import Events, concatenate
 from evslip.learn.realism.settings import RealismSettings
@@ -49,7 +49,7 @@ def frames_between(
     intensity = settings.intensity or "uint8"
     frames = ((float(t_us), to_grey(image, intensity), None) for t_us, image, new in timed if new)
     if settings.steady:
-        frames = _steady(frames)
+        frames = _steady(frames, _white(footage.images))
     if settings.interpolate == "linear":
         return frames
     from evslip.codecs.clips import flow
@@ -57,10 +57,15 @@ def frames_between(
     return flow.smoothed(frames, settings.upsample, intensity)
 
 
-def _steady(frames: Iterator[TimedImage]) -> Iterator[TimedImage]:
-    """The frames without the noise of what does not change, a stretch of them at a time."""
+def _white(images: np.ndarray) -> np.ndarray:
+    """See `white_of`; colours are not clipped together."""
+    return white_of(images) if images.ndim == 3 else np.ones(images.shape[2], np.float32)
+
+
+def _steady(frames: Iterator[TimedImage], white: np.ndarray) -> Iterator[TimedImage]:
+    """The frames without the noise of what does not change, a stretch of them at a time; white: see `white_of`."""
     while batch := list(islice(frames, _AT_ONCE)):
         images = np.stack([image for _, image, _ in batch])
-        white = 255.0 if images.dtype == np.uint8 else 1.0
-        calm = steadied(images.astype(np.float32) / np.float32(white)) * np.float32(white)
+        full = np.float32(255.0 if images.dtype == np.uint8 else 1.0)
+        calm = steadied(images.astype(np.float32) / full, white) * full
         yield from ((t_us, image, None) for (t_us, _, _), image in zip(batch, calm, strict=True))
