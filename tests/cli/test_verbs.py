@@ -72,6 +72,18 @@ def test_show_proves_that_the_splits_are_separate(tmp_path):
         assert picture.width > 1000
 
 
+def test_show_makes_a_preset_of_biases(tmp_path):
+    out = tmp_path / "sensitive.toml"
+    result = evslip("show", "camera", "--biases", "OnBn=5/26", "OffBn=1.9e-9", "--out", out)
+    assert result.returncode == 0 and "ON threshold" in result.stdout
+    shown = evslip("show", "camera", out).stdout.splitlines()
+    lines = {line.split()[0]: line.split()[1] for line in shown if not line.startswith(" ")}
+    assert float(lines["theta_on"]) == pytest.approx(0.1196, abs=1e-4)
+    assert float(lines["theta_off"]) == pytest.approx(0.0972, abs=1e-4)
+    sets = evslip("show", "camera", "--biases").stdout
+    assert "| default |" in sets and "| high sensitivity |" in sets
+
+
 def test_show_writes_a_sheet_of_textures(tmp_path):
     Image.new("RGB", (30, 30), "red").save(tmp_path / "red.png")
     for name, count in (("wood-1", 1), ("tile-*", 9), (tmp_path, 1)):
@@ -100,6 +112,9 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["report", "OUT"], ["OUT"]),
         (["events", "OUT", "OUT/e.h5", "--fps", 10], ["OUT"]),
         (["show", "camera", "davis"], ["davis", "davis346"]),
+        (["show", "camera", "--biases", "OnBn=5/256"], ["OnBn", "0 to 255"]),
+        (["show", "camera", "--biases", "OnBn"], ["OnBn", "NAME=COARSE/FINE"]),
+        (["show", "camera", "davis346", "--out", "OUT/c.json"], ["c.json", ".toml"]),
         (["show", "simple", "davis346"], ["davis346", "show camera"]),
         (["show", "simple", "--check-split"], ["test_share"]),
         (["show", "complex", "--check-split", "--count", 0], ["count", "0"]),

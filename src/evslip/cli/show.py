@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from tyro.conf import Positional
 
 from evslip.cli.options import Overrides, Split, overrides
+from evslip.events.biases import Biasing
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
 
@@ -27,7 +28,8 @@ def show(
     masses: bool = False,
     count: int | None = None,
     test_count: int = 200,
-    out: Path = Path("textures.png"),
+    biasing: Biasing = Biasing(),
+    out: Path | None = None,
 ) -> None:
     """Print a configuration in full, what it draws, a camera, or a file's settings; write a sheet of textures.
 
@@ -46,16 +48,17 @@ def show(
         masses: Say which masses surely hold and surely slip in every sample.
         count: Samples of the training split for the last three; default: a whole grid, or 1000.
         test_count: Samples of the test split for them.
-        out: File of the textures' contact sheet.
+        out: File of the textures' contact sheet; default: textures.png. After "camera": write a preset, OUT.toml, which
+            every command takes.
     """
     from evslip.codecs.settings import keeps_settings, read_settings
     from evslip.config.loading import dump_config, load_config
     from evslip.config.reference import parameters_table
 
     if preset == "camera":
-        return _camera(name)
+        return _camera(name, biasing, out)
     if preset == "textures":
-        return _textures(name, out)
+        return _textures(name, out or Path("textures.png"))
     if name is not None:
         raise ConfigError(
             f"show {preset}: {name!r} is one word too many; only `show camera` and `show textures` take a name"
@@ -79,10 +82,31 @@ def show(
     return _draw(config, index, split, json)
 
 
-def _camera(name: str | None) -> None:
-    from evslip.events.datasheet import datasheet, presets_table
+def _camera(name: str | None, biasing: Biasing, out: Path | None) -> None:
+    from dataclasses import replace
 
-    print(presets_table() if name is None else datasheet(name), end="")
+    from evslip.events import preset_file
+    from evslip.events.biases import circuit, parse_biases, pixel_parameters
+    from evslip.events.datasheet import bias_sheet, bias_table, datasheet, presets_table
+    from evslip.events.presets import named
+    from evslip.utils import atomic
+
+    model = named("davis346" if name is None else name)
+    if biasing.biases:
+        biases = parse_biases(biasing.biases)
+        model = replace(model, **pixel_parameters(circuit(biases, biasing.white_lux), model))
+        print(bias_sheet(biases, biasing.white_lux))
+    elif biasing.biases is not None:
+        print(bias_table(model, biasing.white_lux), end="")
+        return
+    elif name is None:
+        print(presets_table(), end="")
+        return
+    print(datasheet(model), end="")
+    if out is not None:
+        if out.suffix.lower() != preset_file.SUFFIX or preset_file.maps_of(model):
+            raise ConfigError(f"{out}: a preset without maps is written to a file such as OUT.toml")
+        atomic.write_text(out, preset_file.text(model, {}))
 
 
 def _textures(name: str | None, out: Path) -> None:

@@ -1,15 +1,16 @@
 """Event camera: frames in, events out."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from typing import Any, Literal
 
 import numpy as np
 
+from evslip.events.biases import WHITE_LUX, Bias, circuit, pixel_parameters
 from evslip.events.frame import NO_BODY, Frame
 from evslip.events.pixel_model import FOREIGN
 from evslip.events.pixels.accurate import AccuratePixels
-from evslip.events.presets import resolve
+from evslip.events.presets import named, resolve
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.frame_checks import checked_image, checked_mask, checked_time
 from evslip.events.sensor.optics import INTENSITIES, Intensity
@@ -98,6 +99,31 @@ class EventCamera:
         else:
             self._sensor = AccuratePixels(self.model, self.shape, self.seed, intensity, self.threads)
         self._buffer = FrameBuffer(self.shape, np.dtype(np.uint8), 0)
+
+    @classmethod
+    def from_biases(
+        cls,
+        biases: Mapping[str, Bias] | None = None,
+        preset: str = "davis346",
+        *,
+        white_lux: float = WHITE_LUX,
+        **arguments: Any,
+    ) -> "EventCamera":
+        """A DAVIS346 with these bias currents, see `biases`: thresholds, bandwidth, refractory period and leak follow
+        from them; what biases do not set is the preset's.
+
+        biases: by name (DiffBn, OnBn, OffBn, PrBp, PrSFBp, RefrBp) a code (coarse, fine) as libcaer and DV show it, or
+            a current in amperes; those not given are `biases.DAVIS346_BIASES`.
+        white_lux: illumination of the scene, in lux; it sets how fast the photoreceptor is.
+        arguments: as of EventCamera; parameters given replace those that follow from the biases.
+
+        The pixels have one pole of low-pass, the circuit three: the slowest is kept, see `biases.pixel_parameters`.
+        Raises ConfigError naming the bias.
+        """
+        found = pixel_parameters(circuit(biases or {}, white_lux), named(preset))
+        foreign = FOREIGN["v2e"] if arguments.get("mode") == "v2e" else ()
+        parameters: dict[str, Any] = {name: value for name, value in found.items() if name not in foreign}
+        return cls(preset, **parameters | arguments)
 
     @property
     def theta_on(self) -> np.ndarray:

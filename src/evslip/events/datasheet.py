@@ -1,12 +1,15 @@
-"""Presets of the event camera as text: every parameter with its value, unit, limits and meaning."""
+"""Presets and biases of the event camera as text: every parameter with its value, unit, limits and meaning."""
 
 import ast
 import inspect
+import math
 import textwrap
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from evslip.events.biases import BIAS_SETS, Bias, circuit, currents, pixel_parameters
 from evslip.events.pixel_model import LIMITS, PARAMETERS, UNITS, PixelModel
 from evslip.events.presets import PRESETS, named
 
@@ -24,9 +27,9 @@ def meanings() -> dict[str, str]:
     return texts
 
 
-def datasheet(preset: str, width: int = 110) -> str:
+def datasheet(preset: str | PixelModel, width: int = 110) -> str:
     """A preset in full, a parameter a line, meanings folded at `width` columns. Raises ConfigError."""
-    model = named(preset)
+    model = named(preset) if isinstance(preset, str) else preset
     head = f"{'parameter':<20}{'value':>8} {'unit':<8}{'limits':<17}"
     lines = [head + "meaning"]
     for name, text in meanings().items():
@@ -47,7 +50,34 @@ def presets_table() -> str:
     return "\n".join(lines) + "\n"
 
 
+def bias_sheet(biases: Mapping[str, Bias], white_lux: float) -> str:
+    """Currents of all biases and what the circuit makes of them, one a line. Raises ConfigError."""
+    found, amperes = circuit(biases, white_lux), currents(biases)
+    rows = [
+        *((name, f"{1e12 * ampere:.4g} pA") for name, ampere in amperes.items()),
+        ("ON threshold", f"{found.theta_on:.3f} ln, {100 * math.expm1(found.theta_on):+.1f} % of light"),
+        ("OFF threshold", f"{-found.theta_off:.3f} ln, {100 * math.expm1(-found.theta_off):+.1f} % of light"),
+        ("refractory period", f"{found.refractory_us:.4g} us"),
+        ("source follower", f"{found.follower_hz:.4g} Hz"),
+        ("amplifier", f"{found.amplifier_hz:.4g} Hz or more"),
+        ("photoreceptor", f"{found.photoreceptor_hz:.4g} Hz at {white_lux:g} lux, if no other is slower"),
+    ]
+    return "".join(f"{name:<20}{value}\n" for name, value in rows)
+
+
+def bias_table(base: PixelModel, white_lux: float) -> str:
+    """Known sets of biases side by side, as Markdown. Raises ConfigError."""
+    names = ("theta_on", "theta_off", "cutoff_hz", "cutoff_dark", "refractory_us")
+    lines = ["| biases | DiffBn, OnBn, OffBn | " + " | ".join(f"{name} ({UNITS[name]})" for name in names) + " |"]
+    lines.append("|---" * (len(names) + 2) + "|")
+    for title, biases in BIAS_SETS.items():
+        found = pixel_parameters(circuit(biases, white_lux), base)
+        codes = ", ".join("/".join(map(str, biases[name])) for name in ("DiffBn", "OnBn", "OffBn"))
+        lines.append(f"| {title} | {codes} | " + " | ".join(f"{found[name]:.3g}" for name in names) + " |")
+    return "\n".join(lines) + "\n"
+
+
 def _shown(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"{np.mean(value):.3g} mean"
-    return "-" if value is None else f"{value:g}"
+    return "-" if value is None else f"{value:.5g}"
