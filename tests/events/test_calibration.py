@@ -1,17 +1,21 @@
 """Parameters of simulated sensors, found again from their events and light."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
-from evslip.events import EventCamera, Events, concatenate
+from evslip.events import EventCamera, Events, concatenate, preset_file
 from evslip.events.calibration import still
 from evslip.events.calibration.calibration import calibrate, calibrate_blind
 from evslip.events.calibration.exposures import mean_light, steadied, still_pixels, white_of
+from evslip.events.calibration.pixel_thresholds import pixel_thresholds
 from evslip.events.calibration.scene import UNSEEN, Scene, classes
 from evslip.events.calibration.statistics import CLASSES, statistics
+from evslip.events.pixel_model import PixelModel
 from evslip.utils.errors import DataError
 
 SIZE = 64, 48
@@ -122,6 +126,30 @@ def test_frames_lose_the_noise_of_what_stands_still_and_keep_what_moves():
     still_ones = still_pixels(noisy, np.ones(noisy.shape[2], np.float32))
     assert still_ones[:, :24].mean() > 0.95
     assert not still_ones[:, 33:43].any()
+
+
+def test_thresholds_of_each_pixel_come_back(tmp_path):
+    rng = np.random.default_rng(1)
+    wide = gaussian_filter(rng.standard_normal((32, 900)), 3)
+    wide = 0.2 * np.exp(0.6 * wide / wide.std())
+    moved = np.arange(1500) * 0.35
+    light = np.stack([[np.interp(np.arange(48) + k, np.arange(900), row) for row in wide] for k in moved])
+    light, times_us = light.clip(0, 0.95).astype(np.float32), 2000.0 * np.arange(len(moved))
+    model = PixelModel(theta_on=0.25, theta_off=0.28, sigma=0.04, cutoff_hz=200.0, refractory_us=500.0)
+    size = (48, 32)
+    camera = EventCamera("clean", size=size, seed=5, theta_on=0.25, theta_off=0.28, sigma=0.04, cutoff_hz=200.0)
+    events = camera.run(zip(times_us, light, strict=True))
+    scene = Scene(events, size, times_us, light, times_us[::10], light[::10], np.ones(48, np.float32))
+    found = pixel_thresholds([scene], [classes(scene)], model)
+    assert found.known.mean() > 0.9
+    for side, truth in ((found.on, camera.theta_on), (found.off, camera.theta_off)):
+        assert np.corrcoef(side[found.known], truth[found.known])[0, 1] > 0.9
+        assert (side - truth)[found.known].std() < 0.5 * truth.std()
+    few = scene._replace(events=events.between(0, 100_000), exposures_us=times_us[:51:10], exposures=light[:51:10])
+    few = few._replace(times_us=times_us[:51], light=light[:51])
+    assert pixel_thresholds([few], [classes(few)], model).known.mean() < 0.1
+    preset_file.write(tmp_path / "own.toml", replace(model, theta_on=found.on, theta_off=found.off), {})
+    assert np.array_equal(EventCamera(str(tmp_path / "own.toml"), size=size).theta_on, found.on)
 
 
 def test_a_pixel_at_the_edge_of_what_its_column_can_code_stands_still():

@@ -22,6 +22,7 @@ def calibrate(
     end_s: float | None = None,
     upsample: int = 10,
     seed: int = 0,
+    each_pixel: bool = False,
 ) -> None:
     """Fit the event camera's parameters to recordings of a real one.
 
@@ -34,6 +35,8 @@ def calibrate(
         end_s: End so many seconds after the first event; default: with the last one.
         upsample: Steps between two frames along image motion, which the pixels are simulated on.
         seed: Seed of the simulated pixels.
+        each_pixel: Thresholds of each pixel too, as maps in an .npz file beside OUT.toml; for a sensor of the same size
+            alone, and long recordings: 100 events a pixel and more.
     """
     if len(recordings_and_out) < 2:
         words = " ".join(map(str, recordings_and_out)) or "nothing"
@@ -47,7 +50,7 @@ def calibrate(
     end = math.inf if end_s is None else end_s
     if not 0.0 <= start_s < end:
         raise ConfigError(f"start-s: {start_s:g} is out of range, expected 0 or more and less than --end-s")
-    found = calibrate_recordings(recordings, out, Span(start_s, end), upsample, seed)
+    found = calibrate_recordings(recordings, out, Span(start_s, end), upsample, seed, each_pixel)
     _show(found)
     console.print(f"{out}: a preset; look at it with: evslip show camera {out}")
 

@@ -10,6 +10,7 @@ theta_on = 0.31
 [fit]                   # where the values come from; not read
 """
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from evslip.events.pixel_model import LIMITS, MAPS, PARAMETERS, PixelModel
-from evslip.utils import npz
+from evslip.utils import atomic, npz
 from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.files import read_text
 from evslip.utils.toml import parse_toml
@@ -63,6 +64,16 @@ def text(model: PixelModel, fit: Mapping[str, Mapping[str, Any]], maps: str | No
     for name, entries in fit.items():
         lines += ["", f"[fit.{name}]", *(f"{key} = {_toml(value)}" for key, value in entries.items())]
     return "\n".join(lines) + "\n"
+
+
+def write(path: Path, model: PixelModel, fit: Mapping[str, Mapping[str, Any]], head: str = "") -> None:
+    """Write a preset, and beside it, as .npz, its maps if it has any. head: comments. Raises StorageError."""
+    maps, beside = maps_of(model), path.with_suffix(".npz")
+    if maps:
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, **maps)
+        atomic.write_bytes(beside, buffer.getvalue())
+    atomic.write_text(path, head + text(model, fit, beside.name if maps else None))
 
 
 def maps_of(model: PixelModel) -> dict[str, np.ndarray]:

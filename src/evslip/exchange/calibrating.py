@@ -16,7 +16,6 @@ from evslip.events.calibration.scene import Scene
 from evslip.events.stream import Events
 from evslip.exchange.importing.event_files import read_event_file
 from evslip.exchange.importing.settings import Importing
-from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError
 
 LEAST_FRAMES = 3
@@ -37,24 +36,30 @@ WHOLE = Span()
 
 
 def calibrate_recordings(
-    recordings: Sequence[str | Path], out: str | Path, span: Span = WHOLE, upsample: int = UPSAMPLE, seed: int = 0
+    recordings: Sequence[str | Path],
+    out: str | Path,
+    span: Span = WHOLE,
+    upsample: int = UPSAMPLE,
+    seed: int = 0,
+    each_pixel: bool = False,
 ) -> Calibration:
     """Fit the sensor of some recordings and write a preset, TOML, see `evslip.events.preset_file`.
 
-    span: the part of each that is looked at. Raises ConfigError, DataError, MissingExtraError, StorageError."""
+    span: the part of each that is looked at; each_pixel: thresholds as maps too, in a file
+    beside. Raises ConfigError, DataError, MissingExtraError, StorageError."""
     out = Path(out)
     if out.suffix.lower() != preset_file.SUFFIX:
         raise ConfigError(f"{out}: a preset is a .toml file, or .npz for the noise alone; its name must end so")
     seen = [_seen(Path(path), span) for path in recordings]
     with_frames = [one for one in seen if one.footage is not None]
     if with_frames:
-        found = calibrate([_scene(one, upsample) for one in with_frames], seed)
+        found = calibrate([_scene(one, upsample) for one in with_frames], seed, each_pixel)
     else:
         found = calibrate_blind([(one.events, one.size) for one in seen])
     names = ", ".join(Path(path).name for path in recordings)
     head = f"# Fitted by evslip calibrate to {names}; luminance is the frames' codes over 255.\n"
     fit = {fact.name: fact.entries() for fact in found.facts}
-    atomic.write_text(out, head + preset_file.text(found.model, fit))
+    preset_file.write(out, found.model, fit, head)
     return found
 
 

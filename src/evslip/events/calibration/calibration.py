@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,9 +10,10 @@ import numpy as np
 from evslip.events.calibration import still
 from evslip.events.calibration.exposures import mean_light, still_pixels
 from evslip.events.calibration.fit import Count, Free, fit
+from evslip.events.calibration.pixel_thresholds import pixel_thresholds
 from evslip.events.calibration.scene import Scene, classes
+from evslip.events.calibration.simulated import settled, simulated
 from evslip.events.calibration.statistics import statistics
-from evslip.events.camera import EventCamera
 from evslip.events.intervals import intervals_us
 from evslip.events.noise_map import unrest
 from evslip.events.pixel_model import PixelModel
@@ -26,12 +28,12 @@ FREE = (
     Free("cutoff_dark", 0.01, 1.0, 0.2, 0.2),
     Free("dark", 1e-3, 20 / 255, 0.2, 0.2),
 )
-SETTLING_US = 2e7
-"""Time for which simulated pixels see the first frame before the recording begins."""
 LEAST_US = 50.0
 """Least refractory period that is looked for, unless shorter intervals are seen."""
 LEAST_MOVED = 2000
 """Fewer events of pixels that are not still tell nothing of thresholds."""
+LEAST_KNOWN = 0.5
+"""Smaller shares of pixels whose own events tell their thresholds are no maps."""
 LEAST_STILL = 200
 """Fewer still pixels tell nothing of noise."""
 UNTOLD = 0.5
@@ -69,8 +71,9 @@ class Calibration(NamedTuple):
     """What the recordings cannot tell, a line each."""
 
 
-def calibrate(scenes: Sequence[Scene], seed: int = 0) -> Calibration:
-    """Parameters of the sensor that has made some recordings with frames. Raises DataError if they tell nothing."""
+def calibrate(scenes: Sequence[Scene], seed: int = 0, each_pixel: bool = False) -> Calibration:
+    """Parameters of the sensor that has made some recordings with frames; each_pixel: thresholds as maps, where pixels
+    have fired often enough. Raises DataError if they tell nothing."""
     masks = [still_pixels(scene.exposures, scene.white) for scene in scenes]
     noise, unknown = _noise(scenes, masks)
     known: dict[str, Any] = {fact.name: fact.value for fact in noise}
@@ -81,7 +84,7 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0) -> Calibration:
             raise DataError("calibration: the recordings hold neither still pixels with events nor movement")
         return Calibration(PixelModel(**known), noise, math.nan, unknown)
     grouped = [classes(scene) for scene in moved]
-    wanted = [statistics(_settled(one.events, one), one, group) for one, group in zip(moved, grouped, strict=True)]
+    wanted = [statistics(settled(one.events, one), one, group) for one, group in zip(moved, grouped, strict=True)]
     shortest_us = min(_shortest(scene) for scene in moved)
     free = [*FREE, Free("refractory_us", min(LEAST_US, 0.2 * shortest_us), shortest_us, 0.2, 0.2)]
     found = fit(free, _simulation(moved, grouped, known, seed), np.concatenate(wanted), seed)
@@ -91,7 +94,10 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0) -> Calibration:
         note = "the recordings hardly tell" if error > UNTOLD * prior else ""
         facts.append(Fact(one.name, float(value), max(value / spread, one.low), min(value * spread, one.high), note))
     values: dict[str, Any] = known | {fact.name: fact.value for fact in facts}
-    return Calibration(PixelModel(**values), facts + noise, found.misfit, unknown)
+    model = PixelModel(**values)
+    if each_pixel:
+        model = _with_maps(moved, grouped, model, seed, unknown)
+    return Calibration(model, facts + noise, found.misfit, unknown)
 
 
 def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Calibration:
@@ -114,6 +120,20 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
     return Calibration(PixelModel(**parameters), facts, math.nan, unknown)
 
 
+def _with_maps(
+    scenes: Sequence[Scene], grouped: Sequence[np.ndarray], model: PixelModel, seed: int, unknown: list[str]
+) -> PixelModel:
+    if len({scene.size for scene in scenes}) > 1:
+        unknown.append("thresholds of each pixel: the recordings are of different sizes")
+        return model
+    found = pixel_thresholds(scenes, grouped, model, seed)
+    known = float(found.known.mean())
+    if known < LEAST_KNOWN:
+        unknown.append(f"thresholds of each pixel: only {known:.1%} of the pixels have fired often enough")
+        return model
+    return replace(model, theta_on=found.on, theta_off=found.off)
+
+
 def _shortest(scene: Scene) -> float:
     """Interval of which one in a thousand of a pixel's are shorter, in microseconds: no refractory period is longer."""
     lengths, _ = intervals_us(scene.events, scene.size[0])
@@ -124,21 +144,11 @@ def _moving(scene: Scene, mask: np.ndarray) -> int:
     return int(np.sum(~mask[scene.events.y, scene.events.x]))
 
 
-def _settled(events: Events, scene: Scene) -> Events:
-    """Events after the second exposure: what the pixels saw before the first one is not known."""
-    return events.between(int(scene.exposures_us[1]), int(scene.exposures_us[-1]))
-
-
 def _simulation(scenes: Sequence[Scene], grouped: Sequence[np.ndarray], known: dict[str, Any], seed: int) -> Count:
     def simulate(values: dict[str, float]) -> np.ndarray:
         counts = []
         for scene, grouping in zip(scenes, grouped, strict=True):
-            parameters: dict[str, Any] = known | values
-            camera = EventCamera("clean", size=scene.size, seed=seed, **parameters)
-            # Leak and noise have had time to become steady before the recording.
-            camera.step(scene.times_us[0] - SETTLING_US, scene.light[0])
-            events = camera.run(zip(scene.times_us.tolist(), scene.light, strict=True))
-            counts.append(statistics(_settled(events, scene), scene, grouping))
+            counts.append(statistics(simulated(scene, known | values, seed), scene, grouping))
         return np.concatenate(counts)
 
     return simulate
