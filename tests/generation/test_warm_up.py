@@ -1,6 +1,5 @@
 """Compiling before the first sample."""
 
-import ctypes
 import os
 import shutil
 import subprocess
@@ -11,9 +10,11 @@ import pytest
 
 import evslip
 from evslip.generation.progress import COMPILING, samples_bar
-from evslip.generation.warm_up import UNKEPT, _mark
+from evslip.generation.warm_up import NOWHERE, _marks
 from evslip.utils.errors import ConfigError
+from evslip.utils.jit import unkept
 from evslip.utils.progress import VARIABLE, shown
+from permissions import powerless
 
 SMALL = {"camera.width": 64, "camera.height": 48, "render.max_motion_px": 2.0}
 NEVER_HELD = {"object.mass_kg": 0.2, "grip.force_n": 1.0}
@@ -42,8 +43,7 @@ print(record.kind, record.events.count > 0)
 def test_after_it_a_sample_compiles_nothing_more():
     config = evslip.load_config("demo", SMALL)
     told = []
-    mark = _mark(config)
-    assert mark is not None
+    mark = _marks(config)[0]
     mark.unlink(missing_ok=True)
     compiled = evslip.warm_up(config, report=lambda done, about: told.append((done, about)))
     assert len(told) >= compiled and all(0 < done <= about for done, about in told)
@@ -57,7 +57,7 @@ SENSORS = (("sensor.theta", 0.2), ("sensor.theta", 0.3), ("sensor.shot_rate_hz",
 DIE_ONCE = """
 import multiprocessing
 import evslip
-from evslip.generation.warm_up import UNKEPT, _mark
+from evslip.generation.warm_up import _marks
 
 def kill(done, about):
     for child in multiprocessing.active_children():
@@ -65,7 +65,7 @@ def kill(done, about):
 
 if __name__ == "__main__":
     evslip.warm_up("demo", report=kill)
-    print(_mark(evslip.load_config("demo")).exists())
+    print(_marks(evslip.load_config("demo"))[0].exists())
 """
 
 
@@ -80,15 +80,14 @@ def test_a_process_that_dies_leaves_no_mark(tmp_path):
 @pytest.mark.slow
 def test_grasps_that_never_hold_leave_no_mark():
     config = evslip.load_config("demo", SMALL | NEVER_HELD)
-    mark = _mark(config)
-    assert mark is not None
+    mark = _marks(config)[0]
     mark.unlink(missing_ok=True)
     evslip.warm_up(config)
     assert not mark.exists()
 
 
 def test_a_threshold_asks_for_no_other_functions_but_noise_does():
-    marks = [_mark(evslip.load_config("demo", {key: value})) for key, value in SENSORS]
+    marks = [_marks(evslip.load_config("demo", {key: value}))[0] for key, value in SENSORS]
     assert marks[0] == marks[1] and len(set(marks)) == 3
 
 
@@ -134,7 +133,7 @@ def test_a_read_only_installation_keeps_compiled_code_where_it_can_and_says_so_w
     script = (
         "from evslip.cli import main; main()"
         if not is_kept
-        else ("import evslip.utils.jit as jit, evslip.events.pixels.kernel; print(len(jit.COMPILED) > 0)")
+        else ("import evslip.utils.jit as jit, evslip.events.pixels.kernel; print(jit.is_kept())")
     )
     command = [sys.executable, "-B", "-c", script, *(["warm-up"] if not is_kept else [])]
     done = subprocess.run(
@@ -143,10 +142,4 @@ def test_a_read_only_installation_keeps_compiled_code_where_it_can_and_says_so_w
     if is_kept:
         assert done.stdout == "True\n", done.stderr
     else:
-        assert done.returncode == 2 and done.stderr == f"evslip: {UNKEPT}\n"
-
-
-def powerless() -> None:
-    """Root gives up that permissions do not bind it."""
-    if os.geteuid() == 0:
-        ctypes.CDLL(None).prctl(24, 1, 0, 0, 0)
+        assert done.returncode == 2 and done.stderr == f"evslip: {unkept(NOWHERE)}\n"

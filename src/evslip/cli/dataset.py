@@ -9,7 +9,7 @@ from tyro.conf import Positional
 from evslip.cli.options import Overrides, Split, overrides
 from evslip.exchange.publishing.publication import Publication
 from evslip.utils.console import console
-from evslip.utils.errors import ConfigError, EvslipError, StorageError
+from evslip.utils.errors import ConfigError, EvslipError
 from evslip.utils.progress import Step
 
 if TYPE_CHECKING:
@@ -23,11 +23,8 @@ def warm_up(preset: Positional[str] = "simple") -> None:
         preset: Name of a preset (demo, simple, complex) or a TOML file, whose samples' functions are compiled.
     """
     from evslip.generation.progress import samples_bar
-    from evslip.generation.warm_up import UNKEPT, is_kept
     from evslip.generation.warm_up import warm_up as run
 
-    if not is_kept():
-        raise StorageError(UNKEPT)
     with samples_bar("warm-up") as progress:
         compiled = run(preset, report=progress.compiling)
     console.print(f"{compiled} functions compiled" if compiled else "nothing to compile: the cache holds it")

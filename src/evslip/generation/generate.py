@@ -23,13 +23,13 @@ from evslip.generation.estimate import Estimate, estimate, require_room
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
-from evslip.generation.warm_up import UNKEPT, is_kept, warm_up
+from evslip.generation.warm_up import warm_up
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.truth import measure
 from evslip.rendering import render_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
-from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
+from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected, StorageError
 from evslip.utils.version import __version__
 
 STAGES = ("physics", "frames", "events", "file")
@@ -216,10 +216,11 @@ def generate(
     requested.request(root, split, count)
     if jobs and note:
         progress.notice(note)
-    if jobs and not is_kept():
-        progress.notice(f"note: {UNKEPT}")
     if jobs and run_is_local:
-        warm_up(config, report=progress.compiling)
+        try:
+            warm_up(config, report=progress.compiling)
+        except StorageError as error:
+            progress.notice(f"note: {error}")
     progress.begin(len(indices), len(indices) - len(jobs))
     made = []
     for result in run(make_sample, jobs, workers, progress.notice, limit_s) if jobs else ():

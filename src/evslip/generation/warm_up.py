@@ -23,7 +23,7 @@ from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import measure
 from evslip.rendering import render_span
 from evslip.utils import jit
-from evslip.utils.errors import EvslipError, GraspFailed, PlanRejected
+from evslip.utils.errors import EvslipError, GraspFailed, PlanRejected, StorageError
 
 SIZE = (64, 48)
 """Pixels of the frames that are drawn to compile what draws them."""
@@ -32,24 +32,24 @@ KERNEL = "evslip.events.pixels.kernel"
 """A module with compiled functions: they are kept next to their file, if anywhere."""
 TRIED = 8
 """Samples that are tried until the robot can do one's motion and its grasp holds."""
-UNKEPT = (
-    "compiled code cannot be kept, since neither the package's folders nor ~/.cache can be written: every process "
-    "compiles for a minute or more; expected NUMBA_CACHE_DIR to name a folder that can be written"
-)
+NOWHERE = "since neither the package's folders nor ~/.cache can be written"
 Report = Callable[[int, int], None]
 
 
 def warm_up(config: Config | str | Path = "simple", *, report: Report = lambda done, total: None) -> int:
     """Compile what samples of a configuration need, into the cache on disk, in two processes. Returns how many
-    functions were compiled: none, at once, if the cache holds them, or if no cache can be written.
+    functions were compiled: none, at once, if the cache holds them.
 
-    report: called with the functions compiled so far and about how many there are. Raises EvslipError.
+    report: called with the functions compiled so far and about how many there are. Raises EvslipError, of which
+    StorageError if compiled code cannot be kept.
     """
     if not isinstance(config, Config):
         config = load_config(config)
-    mark = _mark(config)
-    if mark is None or mark.exists():
+    marks = _marks(config)
+    if any(mark.exists() for mark in marks):
         return 0
+    if not jit.is_kept():
+        raise StorageError(jit.unkept(NOWHERE))
     compiled: set[str] = set()
     finished, known = 0, 0
     with _started(dump_config(config)) as pipes:
@@ -68,14 +68,8 @@ def warm_up(config: Config | str | Path = "simple", *, report: Report = lambda d
                         waiting.remove(pipe)
     if finished == len(PARTS):
         with contextlib.suppress(OSError):
-            mark.touch()
+            marks[0].touch()
     return len(compiled)
-
-
-def is_kept() -> bool:
-    """Whether there is a folder for compiled code; where there is none, see UNKEPT."""
-    import_module(KERNEL)
-    return bool(jit.COMPILED)
 
 
 def _received(pipe: Any) -> Any:
@@ -86,11 +80,11 @@ def _received(pipe: Any) -> Any:
         return False
 
 
-def _mark(config: Config) -> Path | None:
-    """The file of `jit.warm_mark` for what decides which functions a sample needs."""
+def _marks(config: Config) -> list[Path]:
+    """The files of `jit.warm_marks` for what decides which functions a sample needs."""
     import_module(KERNEL)
     used = {"object": {"shape"}, "sensor": True, "render": {"renderer"}, "robot": {"kind"}}
-    return jit.warm_mark(repr(_features(config.model_dump(mode="json", include=used))))
+    return jit.warm_marks(repr(_features(config.model_dump(mode="json", include=used))))
 
 
 def _features(value: Any) -> Any:
@@ -130,13 +124,17 @@ def _compile(pipe: Connection, part: str, text: str) -> None:
     whether its part is finished, or an EvslipError."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
+    def refusal() -> StorageError | None:
+        return StorageError(jit.UNKEPT[0]) if jit.UNKEPT else None
+
     def send(function: Any) -> None:
         with contextlib.suppress(OSError):  # the parent is gone
-            pipe.send((f"{function.__module__}.{function.__qualname__}", len(jit.COMPILED)))
+            pipe.send(refusal() or (f"{function.__module__}.{function.__qualname__}", len(jit.COMPILED)))
 
     jit.Listener(after=send)
     try:
-        pipe.send(PARTS[part](config_from_text(text)))
+        is_whole = PARTS[part](config_from_text(text))
+        pipe.send(refusal() or is_whole)
     except EvslipError as error:
         pipe.send(error)
 

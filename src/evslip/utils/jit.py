@@ -11,13 +11,13 @@ import sys
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numba
 import numpy as np
 from llvmlite import binding
 from numba import njit
-from numba.core import event, types
+from numba.core import caching, event, types
 from numba.extending import intrinsic
 
 ZERO: Any = np.int64(0)
@@ -30,39 +30,122 @@ _IMPORT = re.compile(r"^from evslip\.([\w.]+) import (\([^)]*\)|.*)", re.MULTILI
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Decorator: numba's njit without the interpreter's lock, with a disk cache that knows what it depends on.
-
-    Numba keeps a function's machine code for as long as the function's own file stays the same. But the code of the
-    functions it calls is compiled into it: after an update of another file, it would go on running the old ones. Here
-    the cached code is valid for one content of all files that the function's file imports, directly or not, wherever
-    in the package they lie. Where no folder can be written, nothing is kept. `options`: of njit.
-    """
+    """Decorator: numba's njit without the interpreter's lock, with a cache on disk. `options`: of njit."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        try:
-            dispatcher: Any = njit(cache=True, nogil=True, **options)(function)
-        except RuntimeError:  # no writable folder for the cache
-            return njit(nogil=True, **options)(function)
+        dispatcher: Any = njit(nogil=True, **options)(function)
+        dispatcher._cache = _Cache(function)
         COMPILED.append(dispatcher)
-        index = dispatcher._cache._cache_file
-        # Compared before the rest of the index is unpickled, which may name classes that are gone.
-        index._version = f"{index._version} {_digest(Path(inspect.getfile(function)))}"
-        index.save = _one_at_a_time(index.save, Path(f"{index._index_path}.lock"))
         return dispatcher
 
     return decorate
 
 
-def _one_at_a_time(save: Callable[[Any, Any], None], lock: Path) -> Callable[[Any, Any], None]:
+class _Beside(caching.InTreeCacheLocator):
+    """The folder beside the source where none can be written: what others have compiled is loaded from there."""
+
+    def ensure_cache_path(self) -> None:
+        pass
+
+
+class _Place(caching.CompileResultCacheImpl):
+    _locator_classes: ClassVar = [*caching.CompileResultCacheImpl._locator_classes, _Beside]
+
+
+class _Index(caching.IndexDataCacheFile):
+    """Numba's index of the code of a function, valid for one version. Each file of code says what it is: one that was
+    left by a full disk or a kill between index and code is not taken for another."""
+
+    def __init__(self, folder: str, name: str, stamp: Any, version: str):
+        super().__init__(folder, name, stamp)
+        # Compared before the rest of the index is unpickled, which may name classes that are gone.
+        self._version = f"{self._version} {version}"
+
+    def save(self, key: Any, data: Any) -> None:
+        super().save(key, (self._version, key, data))
+
+    def load(self, key: Any) -> Any:
+        version, saved_key, data = super().load(key) or (None, None, None)
+        return data if (version, saved_key) == (self._version, key) else None
+
+
+class _Cache(caching.FunctionCache):
+    """Numba's cache of a function's machine code on disk, which knows what it depends on.
+
+    Numba keeps a function's machine code for as long as the function's own file stays the same. But the code of the
+    functions it calls is compiled into it: after an update of another file, it would go on running the old ones. Here
+    the cached code is valid for one content of all files that the function's file imports, directly or not, wherever
+    in the package they lie. What was compiled beside a package that may not be written is loaded, too. What cannot be
+    loaded is compiled, and what cannot be saved is used all the same.
+    """
+
+    _impl_class = _Place
+
+    def __init__(self, function: Callable[..., Any]):
+        super().__init__(function)
+        source, place = Path(inspect.getfile(function)), self._impl.locator
+        beside = str(source.parent / "__pycache__")
+        folders = [self._cache_path] if os.access(beside, os.W_OK) else [self._cache_path, beside]
+        described = self._impl.filename_base, place.get_source_stamp(), _digest(source)
+        self._indices = [_Index(folder, *described) for folder in dict.fromkeys(folders)]
+        self._cache_file = self._indices[0]
+        self.is_kept = not isinstance(place, _Beside)
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        key = self._index_key(sig, target_context.codegen())
+        for index in self._indices:
+            with contextlib.suppress(Exception):  # damaged, or not to be read
+                if (data := index.load(key)) is not None:
+                    return self._impl.rebuild(target_context, data)
+        return None
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            self._impl.locator.ensure_cache_path()
+            with _alone(Path(f"{self._cache_file._index_path}.lock")):
+                try:
+                    super()._save_overload(sig, data)
+                except OSError:
+                    raise
+                except Exception:  # the index is damaged
+                    self.flush()
+                    super()._save_overload(sig, data)
+        except OSError as error:
+            if self.is_kept:
+                _say_unkept(f"{self._cache_path}: {error.strerror}")
+
+
+@contextlib.contextmanager
+def _alone(lock: Path) -> Iterator[None]:
     """Keep processes from saving two specialisations of a function at once: numba would give both the same file."""
+    with lock.open("wb") as file:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
-    def save_alone(key: Any, data: Any) -> None:
-        with lock.open("wb") as file:
-            with contextlib.suppress(OSError):  # a file system without locks
-                fcntl.flock(file, fcntl.LOCK_EX)
-            save(key, data)
 
-    return save_alone
+UNKEPT: list[str] = []
+"""Why compiled code could not be kept by this process, if it could not; one line at most."""
+
+
+def unkept(why: str) -> str:
+    """A line for a person."""
+    return (
+        f"compiled code cannot be kept, {why}; every process compiles for a minute or more; "
+        "expected NUMBA_CACHE_DIR to name a folder that can be written, with room"
+    )
+
+
+def _say_unkept(why: str) -> None:
+    if not UNKEPT:
+        UNKEPT.append(unkept(why))
+        if multiprocessing.parent_process() is None:
+            print(f"evslip: note: {UNKEPT[0]}", file=sys.stderr)
+
+
+def is_kept() -> bool:
+    """Whether there are functions, and a folder in which their code may be kept."""
+    return bool(COMPILED) and COMPILED[0]._cache.is_kept
 
 
 class Listener(event.Listener):
@@ -101,17 +184,16 @@ def _say_once(_function: Any) -> None:
 _NOTICE = Listener(before=_say_once)
 
 
-def warm_mark(kind: str) -> Path | None:
-    """File that says that this machine's cache holds what work of a kind needs, as the package is now; None where no
-    folder can be written. It is the caller's to write and to look for."""
-    if not COMPILED:
-        return None
+def warm_marks(kind: str) -> list[Path]:
+    """Files each of which says that this machine's cache holds what work of a kind needs, as the package is now: one
+    for each folder from which code is loaded, the first where it is kept. They are the caller's to write and to look
+    for."""
     content = hashlib.sha256(kind.encode())
     for source in sorted(_PACKAGE.rglob("*.py")):
         content.update(_text(source).encode() + b"\0")
     machine = numba.__version__, binding.get_host_cpu_name(), os.environ.get("NUMBA_CPU_FEATURES"), sys.version
     content.update(repr(machine).encode())
-    return Path(COMPILED[0]._cache.cache_path) / f"warm-{content.hexdigest()[:32]}"
+    return [Path(index._cache_path, f"warm-{content.hexdigest()[:32]}") for index in COMPILED[0]._cache._indices]
 
 
 @cache
