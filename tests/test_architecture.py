@@ -1,7 +1,10 @@
 """Which part of the package may use which heavy library, so that each half stands alone."""
 
 import importlib
+import json
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -78,6 +81,40 @@ def test_lazy_packages_list_their_names(package):
     assert all(getattr(module, name) is not None for name in shown)
 
 
+WITHOUT_TORCH = """
+import json, sys
+sys.modules["torch"] = None
+import pydoc, rlcompleter, types
+import evslip
+
+completer, found = rlcompleter.Completer({"evslip": evslip}), []
+for text in ("evslip.", "evslip.learn."):
+    completer.complete(text, 0)
+    found.append([match.removeprefix(text).split("(")[0] for match in completer.matches])
+assert "Detector" in pydoc.render_doc(evslip)
+
+from evslip import Detector
+said = []
+for use in (lambda: Detector("default"), lambda: isinstance(1, Detector), lambda: evslip.learn.TrainSettings.of("mlp"),
+            lambda: evslip.learn.NETWORKS["mlp"], lambda: types.new_class("Mine", (evslip.learn.WindowDataset,))):
+    try:
+        use()
+    except evslip.EvslipError as error:
+        said.append(str(error))
+json.dump([*found, said], sys.stdout)
+"""
+
+
+def test_names_complete_and_explain_themselves_without_the_package_that_they_need():
+    command = [sys.executable, "-c", WITHOUT_TORCH]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    package, learn, said = json.loads(done.stdout)
+    assert set(package) == set(evslip.__all__)
+    assert set(learn) == set(evslip.learn.__all__)
+    assert said == ["detectors need PyTorch; pip install 'evslip[learn]'"] * 5
+
+
 def test_there_are_few_rooms_and_few_files_in_each():
     rooms = [path for path in PACKAGE.iterdir() if (path / "__init__.py").exists()]
     assert len(rooms) <= ROOMS
@@ -97,6 +134,4 @@ def test_every_room_says_what_happens_in_it(room):
 
 
 def _standard_library() -> frozenset[str]:
-    import sys
-
     return sys.stdlib_module_names

@@ -3,6 +3,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from evslip.utils.errors import MissingName
 from evslip.utils.version import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -89,7 +90,8 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("evslip.learn")
     if name in _HOME:
         value = getattr(importlib.import_module(f"evslip.{_HOME[name]}"), name)
-        globals()[name] = value  # `render`, `generate`, `simulate`: the function, not the module of that name
+        if not isinstance(value, MissingName):
+            globals()[name] = value  # `render`, `generate`, `simulate`: the function, not the module of that name
         return value
     raise AttributeError(f"module 'evslip' has no attribute {name!r}")
 

@@ -8,7 +8,7 @@ import importlib
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from evslip.utils.errors import MissingExtraError
+from evslip.utils.errors import MissingName
 
 if TYPE_CHECKING:
     from evslip.learn.checkpoint import load_model
@@ -69,7 +69,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'evslip.learn' has no attribute {name!r}")
     if not all(map(find_spec, ("torch", "safetensors", "tensorboard"))):
-        raise MissingExtraError("detectors need PyTorch; pip install 'evslip[learn]'")
+        return MissingName(name, "detectors need PyTorch; pip install 'evslip[learn]'")
     return getattr(importlib.import_module(f"evslip.learn.{_HOME[name]}"), name)
 
 

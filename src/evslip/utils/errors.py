@@ -1,5 +1,7 @@
 """The errors a user can meet. Each message is one line: what was wrong, where, and what would be right."""
 
+from typing import Any, NoReturn
+
 LONGEST = 1500
 
 
@@ -48,3 +50,24 @@ class MissingExtraError(EvslipError):
 
 class GraspFailed(Rejection):
     """The physics let the grasp fail, which is no user error: "never_closed", "never_lifted", "unstable"."""
+
+
+class MissingName:
+    """Stand-in for a public name whose package is not installed: it can be listed and imported, for tab completion and
+    `help`, but whatever is done with it raises MissingExtraError."""
+
+    def __init__(self, name: str, remedy: str):
+        self._name, self._remedy = name, remedy
+
+    def __repr__(self) -> str:
+        return f"<{self._name}: {self._remedy}>"
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise MissingExtraError(self._remedy)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):  # asked for by those who look at objects
+            raise AttributeError(name)
+        self._refuse()
+
+    __call__ = __getitem__ = __iter__ = __contains__ = __mro_entries__ = __instancecheck__ = _refuse
