@@ -99,7 +99,7 @@ def cases(sources: Path) -> dict[str, Case]:
         done(["import", str(sources / f"{number}.csv"), str(sources / "records" / f"{number}.h5"), *labels])
     windows = str(sources / "windows.h5")
     done(["windows", str(sources / "records"), windows])
-    small = ["--model", "countnet"]
+    small = ["--network", "countnet"]
     space = [*small, "--space", str(sources / "space.toml"), "--trials", "3"]
     return {
         "import": Case(lambda out: ["import", str(sources / "0.csv"), str(out / "a.h5"), *labels], files),

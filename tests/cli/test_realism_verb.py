@@ -45,7 +45,7 @@ def figures(folder, *words: str) -> dict:
 
 def test_the_sensor_that_made_the_events_comes_near_with_flow_not_with_lines(recording, tmp_path, capsys):
     pytest.importorskip("cv2")
-    words = (recording, "--preset", "clean", "--no-classifier")
+    words = (recording, "--camera", "clean", "--no-classifier")
     flow = figures(tmp_path, *words)
     line = figures(tmp_path, *words, "--interpolate", "linear")
     # The recording's own draw of the thresholds is that of seed 0: flow may come below the floor of two draws.
@@ -74,7 +74,7 @@ def test_two_files_are_compared_on_one_clock_or_from_their_first_events(recordin
 
 
 def test_the_numbers_of_a_run_are_those_of_the_next(recording, tmp_path):
-    words = (recording, "--preset", "davis346", "--interpolate", "linear", "--seed", "3")
+    words = (recording, "--camera", "davis346", "--interpolate", "linear", "--seed", "3")
     first = figures(tmp_path, *words)
     assert first == figures(tmp_path, *words)
     assert first["two_sample_accuracy"] > 0.5
@@ -84,13 +84,13 @@ def test_the_numbers_of_a_run_are_those_of_the_next(recording, tmp_path):
     ("words", "message"),
     [
         ((), "nothing given; expected a recording"),
-        (("{rec}",), "expected a recording and a file of simulated events, or a recording and --preset"),
-        (("{rec}", "{rec}", "--preset", "clean"), "with --preset clean; expected"),
-        (("{rec}", "--preset", "clear"), "davis346"),
-        (("{rec}", "--preset", "clean", "--start-s", "0.3", "--end-s", "0.2"), "start-s, end-s: 0.3 to 0.2 s"),
-        (("{rec}", "--preset", "clean", "--end-s", "9"), "within that of the frames, .* to 0.36"),
-        (("{rec}", "--preset", "clean", "--start-s", "nan"), "expected a start from 0 on"),
-        (("{plain}", "--preset", "clean"), "has no frames that a camera could see"),
+        (("{rec}",), "expected a recording and a file of simulated events, or a recording and --camera"),
+        (("{rec}", "{rec}", "--camera", "clean"), "with --camera clean; expected"),
+        (("{rec}", "--camera", "clear"), "davis346"),
+        (("{rec}", "--camera", "clean", "--start-s", "0.3", "--end-s", "0.2"), "start-s, end-s: 0.3 to 0.2 s"),
+        (("{rec}", "--camera", "clean", "--end-s", "9"), "within that of the frames, .* to 0.36"),
+        (("{rec}", "--camera", "clean", "--start-s", "nan"), "expected a start from 0 on"),
+        (("{plain}", "--camera", "clean"), "has no frames that a camera could see"),
         (("{rec}", "{other}"), "other.h5: a sensor of 30x20 pixels, the other file's has 64x48"),
         (("{rec}", "{empty}"), "empty.h5: holds no events"),
         (("{empty}", "{rec}"), "empty.h5: holds no events"),

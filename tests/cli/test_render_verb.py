@@ -97,7 +97,7 @@ def test_instants_cover_the_recorded_span(stored):
         (("--out", "a.mp4", "--outputs", "depth"), "give a folder"),
         (("--out", "a", "--outputs", "colour"), "'colour' is unknown"),
         (("--out", "a", "--outputs", "depth", "--camera", "scene"), "leave out camera"),
-        (("--out", "a", "--size", "12"), "expected WIDTHxHEIGHT"),
+        (("--out", "a", "--size", "12"), "--size: '12' given, expected WIDTH HEIGHT"),
         (("--out", "a", "--size", "5x5"), "from 16 to 4096"),
         (("--out", "a", "--phase", "dance"), "this record has approach"),
         (("--out", "a", "--phase", "tilt", "--times", "1"), "cannot be combined"),

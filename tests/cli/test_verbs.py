@@ -145,7 +145,11 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["train", "w.h5", "OUT", "--epoks", 3], ["--epoks: not known here"]),
         (["train", "w.h5", "OUT", "--epochs"], ["--epochs: nothing given", "whole number"]),
         (["train", "w.h5", "OUT", "--schedule=cyle"], ["--schedule", "'cyle'", "cycle, constant"]),
+        (["train", "w.h5", "OUT", "--network", "nope"], ["'nope'", "cnn3d_bn"]),
         (["train", "w.h5", "OUT", "--model", "nope"], ["'nope'", "cnn3d_bn"]),
+        (["sweep", "w.h5", "OUT", "--model", "nope"], ["'nope'", "cnn3d_bn"]),
+        (["realism", "OUT", "--preset", "clean"], ["OUT: no format of events"]),
+        (["convert", "OUT", "a.h5", "--slice", 0, 1, "--end-s", 1], ["either --slice, or --start-s and --end-s"]),
         (["windows", "OUT", "w.h5", "--hold-deg", 5], ["hold_deg 5"]),
         (["publish", "OUT", "OUT/new", "--shard-mb", 0], ["shard_mb"]),
     ],
@@ -155,6 +159,23 @@ def test_what_is_wrong_is_said_in_one_line_and_leaves_nothing(arguments, words, 
     result = evslip(*(str(a).replace("OUT", str(out)) for a in arguments))
     assert_one_line(result, *words)
     assert not out.exists()
+
+
+def test_a_part_of_the_time_is_converted_by_its_ends_or_both_at_once(tmp_path):
+    events = random_events(np.random.default_rng(0), 500, labelled=False)
+    write_events(tmp_path / "a.csv", events, (40, 30))
+    first, last = int(events.t_us[0]), int(events.t_us[-1])
+    half = (last - first) / 2e6
+    ways = (["--slice", 0.001, half], ["--start-s", 0.001, "--end-s", half], ["--end-s", half], ["--start-s", 0.001])
+    made = []
+    for number, words in enumerate(ways):
+        result = evslip("convert", tmp_path / "a.csv", tmp_path / f"{number}.csv", *words)
+        assert result.returncode == 0, result.stderr
+        made.append(read_events(tmp_path / f"{number}.csv"))
+    both, apart, until, since = made
+    assert both == apart and 0 < both.count < events.count
+    assert since.t_us[0] == both.t_us[0] and since.t_us[-1] == last
+    assert until.t_us[0] == first and until.t_us[-1] == both.t_us[-1]
 
 
 def test_show_prints_a_camera_with_units():

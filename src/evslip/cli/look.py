@@ -119,7 +119,7 @@ def render(
     out: Path,
     renderer: Literal["raycast", "pathtrace"] | None = None,
     camera: Literal["wrist", "scene"] = "wrist",
-    size: Annotated[str | None, arg(metavar="WxH")] = None,
+    size: Annotated[tuple[int, int] | None, arg(metavar="WIDTH HEIGHT")] = None,
     color: bool = False,
     spp: int | None = None,
     key_motion: float = 0.0,
@@ -135,7 +135,7 @@ def render(
         out: Video (.mp4, .mkv, .mov, .avi; 30 pictures a second) or folder for PNG files.
         renderer: Raycast or pathtrace; default: the one that the record was made with.
         camera: Wrist, as the record has it, or scene: the whole robot, for which pathtrace is needed.
-        size: Width and height in pixels, such as 1730x1300; default: the record's.
+        size: Width and height in pixels, such as 1730 1300 or 1730x1300; default: the record's.
         color: In colour instead of grey.
         spp: Light paths a pixel of pathtrace; more of them, less noise. Default: the record's.
         key_motion: Pathtrace, wrist: pixels that anything may move between two pictures that are traced; those between
@@ -150,7 +150,8 @@ def render(
 
     names = tuple(name for name in outputs.split(",") if name)
     check_target(out, names, camera)
-    shape = _size(size)
+    if size is not None and not all(LEAST <= side <= MOST for side in size):
+        raise ConfigError(f"size: {size[0]} x {size[1]}: expected width and height, each from {LEAST} to {MOST}")
     stored = record_file.read(record, events=False)
     stored = redrawn(stored, renderer=renderer, spp=spp, key_motion_px=key_motion)
     times_us = instants(stored, every_ms=every, times_s=times, phase=phase)
@@ -159,14 +160,5 @@ def render(
 
         console.print(describe())
     with Step("render", len(times_us)) as advance:
-        replay(stored, out, times_us, size=shape, view=camera, color=color, outputs=names, progress=advance)
+        replay(stored, out, times_us, size=size, view=camera, color=color, outputs=names, progress=advance)
     console.print(f"{out}: {len(times_us)} pictures")
-
-
-def _size(text: str | None) -> tuple[int, int] | None:
-    if text is None:
-        return None
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.isdecimal() and LEAST <= int(part) <= MOST for part in parts):
-        raise ConfigError(f"size: {text!r}: expected WIDTHxHEIGHT, such as 692x520, each from {LEAST} to {MOST}")
-    return int(parts[0]), int(parts[1])

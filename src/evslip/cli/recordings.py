@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from evslip.exchange.importing.settings import Importing
-from evslip.exchange.selection import Flip, Rotation
+from evslip.exchange.selection import ENDLESS_S, Flip, Rotation
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, DataError
 
@@ -47,6 +47,8 @@ def convert(
     out: Positional[Path],
     *,
     crop: Annotated[tuple[int, int, int, int] | None, arg(metavar="X Y WIDTH HEIGHT")] = None,
+    start_s: float = 0.0,
+    end_s: float | None = None,
     slice: Annotated[tuple[float, float] | None, arg(metavar="START END")] = None,
     polarity: Annotated[Literal["on", "off"] | None, arg(metavar="on|off")] = None,
     from_zero: bool = False,
@@ -60,7 +62,9 @@ def convert(
             v2e's .txt, VT-SNN's .mat.
         out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw.
         crop: Pixels to keep; the corner X Y becomes 0 0.
-        slice: Time to keep, seconds after the first event.
+        start_s: Begin so many seconds after the first event.
+        end_s: End so many seconds after the first event; default: with the last one.
+        slice: Both at once.
         polarity: Keep the ON or the OFF events alone.
         from_zero: Shift the times so that the first event is at 0; for formats that hold only short times.
         rotate: Turn the picture clockwise, after the crop.
@@ -69,6 +73,11 @@ def convert(
     from evslip.exchange.format_to_format import convert_format
     from evslip.exchange.selection import Selection
 
+    whole = (start_s, end_s) == (0.0, None)
+    if slice is not None and not whole:
+        raise ConfigError("slice: expected either --slice, or --start-s and --end-s")
+    if not whole:
+        slice = (start_s, ENDLESS_S if end_s is None else end_s)
     selection = Selection(crop, slice, polarity, from_zero, rotate, flip)
     done = convert_format(source, out, selection)
     console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")

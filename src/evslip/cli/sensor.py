@@ -58,7 +58,7 @@ def calibrate(
 def realism(
     recording_and_simulation: Annotated[Positional[tuple[Path, ...]], arg(metavar="REAL [SIMULATED]")],
     *,
-    preset: str | None = None,
+    camera: Annotated[str | None, arg(aliases=("--preset",))] = None,
     settings: RealismSettings = RealismSettings(),
     json: Path | None = None,
     out: Path = Path("realism.html"),
@@ -67,8 +67,9 @@ def realism(
 
     Args:
         recording_and_simulation: Recording of a real camera, a file of events of any known format; then a file of
-            simulated events of the same scene, unless --preset makes them from the recording's frames.
-        preset: Camera that sees the recording's frames, see `evslip show camera`; it gives the floor too.
+            simulated events of the same scene, unless --camera makes them from the recording's frames.
+        camera: Preset of the event camera that sees the recording's frames, see `evslip show camera`; it gives the
+            floor too.
         json: File to write, with all figures.
         out: Page to write.
     """
@@ -81,18 +82,18 @@ def realism(
     from evslip.view.realism.tables import figure_table, level_table, side_table
 
     files = recording_and_simulation
-    if len(files) != (2 if preset is None else 1):
+    if len(files) != (2 if camera is None else 1):
         words = " ".join(map(str, files)) or "nothing"
         raise ConfigError(
-            f"realism: {words} given{'' if preset is None else f' with --preset {preset}'}; expected a recording and a "
-            "file of simulated events, or a recording and --preset"
+            f"realism: {words} given{'' if camera is None else f' with --camera {camera}'}; expected a recording and a "
+            "file of simulated events, or a recording and --camera"
         )
-    if preset is None:
+    if camera is None:
         title, pair = f"{files[1].name} against {files[0].name}", pair_of_files(files[0], files[1], settings)
     else:
         between = settings.interpolate + (f" x {settings.upsample}" if settings.interpolate == "flow" else "")
-        title = f"Preset {preset} on the frames of {files[0].name} ({between}, seed {settings.seed})"
-        pair = pair_of_preset(files[0], preset, settings)
+        title = f"Camera {camera} on the frames of {files[0].name} ({between}, seed {settings.seed})"
+        pair = pair_of_preset(files[0], camera, settings)
     found = compare(pair, seed=settings.seed, classifier=settings.classifier)
     console.print(f"{title}, {found.start_us / 1e6:.3f} to {found.end_us / 1e6:.3f} s after the first event")
     for table in (figure_table(found), side_table(found), level_table(found)):

@@ -14,10 +14,17 @@ from evslip.utils.console import console, print_table
 _KINDS = get_type_hints(TrainSettings)
 _SUITABLE = arg(help_behavior_hint="(default: what suits the network)")
 _NETWORK = f"Name of a network: {', '.join(NETWORKS)}; of one that an installed package offers; or module:Class."
+_BEFORE = ("--model",)
+"""Older spelling of --network, which elsewhere names the folder of a model."""
 TrainOptions = options_of(
     TrainSettings,
     {name: Annotated[_KINDS[name] | None, _SUITABLE] for name in BY_NETWORK}
-    | {"model": Annotated[str | None, arg(help=_NETWORK, help_behavior_hint=f"(default: {TrainSettings.model})")]},
+    | {
+        "model": Annotated[
+            str | None,
+            arg(name="network", aliases=_BEFORE, help=_NETWORK, help_behavior_hint=f"(default: {TrainSettings.model})"),
+        ]
+    },
 )
 
 
@@ -49,7 +56,7 @@ def sweep(
     windows: Positional[Path],
     out: Positional[Path],
     *,
-    model: str = "cnn3d_bn",
+    network: Annotated[str, arg(aliases=_BEFORE)] = TrainSettings.model,
     space: str = "short",
     trials: int = 20,
     sampler: Literal["random", "tpe"] = "random",
@@ -65,7 +72,7 @@ def sweep(
     Args:
         windows: HDF5 file made by `evslip windows`.
         out: Folder of the sweep: its journal, the models, sweep.csv and sweep.html.
-        model: Name of a network.
+        network: Name of a network, or module:Class.
         space: What is tried: short; augmented, for few windows; paper-simple or paper-complex, the paper's grids, long;
             or a TOML file with lines such as lr = { min = 1e-4, max = 1e-2, log = true }, batch = [8, 16], epochs = 10.
         trials: How many there shall be in all, of all processes together.
@@ -81,7 +88,7 @@ def sweep(
     from evslip.view.evaluation.sweep import sweep_table, write_sweep
     from evslip.windows.window_set import open_windows
 
-    settings = SweepSettings(model, space_of(space, model), trials, sampler, pruner, goal, seed)
+    settings = SweepSettings(network, space_of(space, network), trials, sampler, pruner, goal, seed)
 
     def report(trial: Trial) -> None:
         drawn = ", ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in trial.settings.items())

@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import re
 from collections.abc import Callable, Sequence
 from itertools import takewhile
 from typing import Any
@@ -34,6 +35,7 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
         with mistakes.on_parse_error(refuse) if mistakes else contextlib.nullcontext():
             return tyro.cli(later, prog=f"evslip {name}", args=words, config=CONFIG)
 
+    words = _with_sides_apart(words)
     try:
         return parsed(words)
     except _MistakeError as error:
@@ -41,6 +43,17 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
         unknown = [word for word in words if word.startswith("--") and word != "--help" and _is_unknown(parsed, word)]
         reason = f"{' '.join(unknown)}: not known here" if unknown else _explained(error.mistake, words)
         raise ConfigError(f"{reason}; `evslip {name} --help` explains") from None
+
+
+def _with_sides_apart(words: Sequence[str]) -> list[str]:
+    """A size such as 1730x1300 as the two numbers that it is."""
+    apart: list[str] = []
+    for word in words:
+        option, _, value = word.rpartition("=")
+        is_size = option == "--size" or (not option and apart[-1:] == ["--size"])
+        sides = re.fullmatch(r"(\d+)[xX](\d+)", value) if is_size else None
+        apart += [*([option] if option else []), *sides.groups()] if sides else [word]
+    return apart
 
 
 class _MistakeError(Exception):

@@ -4,6 +4,8 @@ from typing import Literal, NamedTuple
 
 Flip = Literal["x", "y"]
 Rotation = Literal[0, 90, 180, 270]
+ENDLESS_S = 2.0**39
+"""End of a slice that goes on to the last event."""
 
 
 class Selection(NamedTuple):

@@ -59,7 +59,7 @@ def test_an_installed_package_gives_a_network_to_every_verb(site: Path, tmp_path
         return done.stdout
 
     model = tmp_path / "model"
-    evslip("train", windows, model, "--model", "timesurface", "--epochs", 1, "--val-fraction", 0.25)
+    evslip("train", windows, model, "--network", "timesurface", "--epochs", 1, "--val-fraction", 0.25)
     assert json.loads((model / "model.json").read_text())["model"] == "timesurface"
     assert "windows of" in evslip("evaluate", model, windows, "--resamples", 10)
 

@@ -169,7 +169,7 @@ def test_kills_do_not_change_what_a_sweep_draws(tmp_path) -> None:
 @pytest.mark.slow
 def test_processes_share_a_sweep(windows, tmp_path) -> None:
     windows.save(tmp_path / "w.h5")
-    arguments = ["sweep", str(tmp_path / "w.h5"), str(tmp_path / "s"), "--model", "event_rate", "--trials", "4"]
+    arguments = ["sweep", str(tmp_path / "w.h5"), str(tmp_path / "s"), "--network", "event_rate", "--trials", "4"]
     command = [sys.executable, "-c", "from evslip.cli import main; main()", *arguments]
     both = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     outputs = [process.communicate(timeout=120) for process in both]

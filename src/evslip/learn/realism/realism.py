@@ -119,7 +119,7 @@ def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
         span = (pair.start_us, pair.end_us)
         tested = two_sample.classifier_test(pair.real, pair.simulated, pair.size, span, seed)
     if pair.other_draw is None:
-        notes.append("no floor: two files do not say how two draws of the sensor differ; --preset does")
+        notes.append("no floor: two files do not say how two draws of the sensor differ; --camera does")
     if pair.footage is None:
         notes.append("no rates by light: the recording has no frames")
     gaps = [intervals_us(events, pair.size[0])[0] for events in (pair.real, pair.simulated)]

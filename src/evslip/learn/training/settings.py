@@ -93,7 +93,7 @@ class TrainSettings:
     def words(self) -> list[str]:
         """Options of `evslip train` that give these settings."""
         usual = TrainSettings.of(self.model)
-        words = ["--model", self.model]
+        words = ["--network", self.model]
         for field in fields(self):
             option, value = field.name.replace("_", "-"), getattr(self, field.name)
             if value == getattr(usual, field.name) and field.name != "seed":
