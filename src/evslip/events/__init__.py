@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from evslip.events.noise_map import load_noise_map, measure_noise, save_noise_map
     from evslip.events.pixel_model import PixelModel
     from evslip.events.presets import PRESETS
+    from evslip.events.readout.settings import Readout
 
 _LAZY = {
     "batch": ("EventCameras",),
@@ -22,6 +23,7 @@ _LAZY = {
     "noise_map": ("load_noise_map", "measure_noise", "save_noise_map"),
     "pixel_model": ("PixelModel",),
     "presets": ("PRESETS",),
+    "readout.settings": ("Readout",),
 }
 __all__ = [
     "CAUSES",
@@ -30,6 +32,7 @@ __all__ = [
     "EventCameras",
     "Events",
     "PixelModel",
+    "Readout",
     "concatenate",
     "empty_events",
     "load_noise_map",

@@ -1,8 +1,9 @@
 """Event camera: frames in, events out."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -11,15 +12,21 @@ from evslip.events.frame import NO_BODY, Frame
 from evslip.events.pixel_model import FOREIGN
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.presets import named, resolve
+from evslip.events.readout.presets import named_readout
+from evslip.events.readout.settings import Readout, with_changes
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.frame_checks import checked_image, checked_mask, checked_time
 from evslip.events.sensor.optics import INTENSITIES, Intensity
 from evslip.events.sensor.ordering import in_time_order, unpack
 from evslip.events.sensor.sensor import Sensor
 from evslip.events.sensor.threads import FrameProcessor
-from evslip.events.stream import Events, concatenate
+from evslip.events.stream import Events, concatenate, empty_events
 from evslip.events.v2e.pixels import V2EPixels
 from evslip.utils.errors import ConfigError
+
+if TYPE_CHECKING:
+    from evslip.events.readout.counts import ReadoutCounts
+    from evslip.events.readout.sensor_readout import SensorReadout
 
 CHUNK_FRAMES, CHUNK_BYTES = 32, 1 << 25
 """`run` works on so many frames at once, or on as many as fit into so many bytes."""
@@ -49,6 +56,8 @@ class EventCamera:
     threads: in accurate mode, rows are shared among so many threads.
     device: "cuda" computes accurate mode on an NVIDIA GPU; the events are those of "cpu", but for single times that
         differ by a microsecond.
+    readout: how events are read out, and what is lost on the way: a `Readout`, or some of its fields by name, in place
+        of the preset's. Events that come out later than the last frame wait for the next one; see `waiting`.
     parameters: any field of `presets.PixelModel`, in place of the preset's.
 
     Raises ConfigError for a wrong argument, MissingExtraError for device "cuda" where there is none.
@@ -64,6 +73,7 @@ class EventCamera:
         intensity: Intensity = "linear",
         threads: int = 1,
         device: Device = "cpu",
+        readout: Readout | Mapping[str, float] | None = None,
         **parameters: Any,
     ):
         _one_of("mode", mode, MODES)
@@ -82,6 +92,7 @@ class EventCamera:
         self.seed = int(seed)
         self.threads = int(threads)
         self.model = resolve(preset, parameters, self.shape)
+        self.readout = with_changes(named_readout(preset), {} if readout is None else readout)
         asked = [name for name in FOREIGN[mode] if name in parameters]
         if asked:
             other = "accurate" if mode == "v2e" else "v2e"
@@ -99,6 +110,7 @@ class EventCamera:
         else:
             self._sensor = AccuratePixels(self.model, self.shape, self.seed, intensity, self.threads)
         self._buffer = FrameBuffer(self.shape, np.dtype(np.uint8), 0)
+        self._readout = self._idle_readout()
 
     @classmethod
     def from_biases(
@@ -135,9 +147,19 @@ class EventCamera:
         """OFF threshold of each pixel in ln units, of shape (height, width)."""
         return self._sensor.threshold_off.copy()
 
+    @property
+    def readout_counts(self) -> "ReadoutCounts | None":
+        """What became of the events so far, since the camera was made or reset; None if the readout is off."""
+        return None if self._readout is None else self._readout.counts
+
+    def waiting(self) -> Events:
+        """Events that have not come out of the readout yet, as they would if none followed. They stay there."""
+        return empty_events() if self._readout is None else self._readout.waiting()
+
     def reset(self) -> None:
         """Forget all frames; the next one is a first frame again, and the same frames give the same events."""
         self._buffer.clear()
+        self._readout = self._idle_readout()
 
     def state(self) -> dict[str, Any]:
         """Settings and state of the camera, as plain values and arrays; see `from_state`."""
@@ -151,6 +173,8 @@ class EventCamera:
             "last_us": buffer.last_us,
             "last_bodies": buffer.frames.bodies[0].reshape(self.shape).copy() if buffer.labelled else None,
             "memory": self._sensor.memory(),
+            "readout": asdict(self.readout),
+            "readout_memory": None if self._readout is None else self._readout.memory(),
         }
 
     @classmethod
@@ -158,10 +182,13 @@ class EventCamera:
         """A camera that continues exactly where the one stood whose `state()` this is."""
         names = ("size", "seed", "mode", "intensity")
         model = {name: value for name, value in state["model"].items() if name not in FOREIGN[state["mode"]]}
-        camera = cls("clean", threads=threads, device=device, **{name: state[name] for name in names}, **model)
+        settings = {"threads": threads, "device": device, "readout": state.get("readout")}
+        camera = cls("clean", **settings, **{name: state[name] for name in names}, **model)
         if state["last_us"] is not None:
             camera._buffer.begin(state["last_us"], None, state["last_bodies"])
             camera._sensor.restore(state["memory"])
+            if camera._readout is not None:
+                camera._readout.restore(state["readout_memory"])
         return camera
 
     def step(self, t_us: float, image: np.ndarray, bodies: np.ndarray | None = None) -> Events:
@@ -174,7 +201,7 @@ class EventCamera:
         Raises DataError for input that cannot be meant; the camera is then as it was before the call.
         """
         self._take(t_us, image, bodies, 1, self._process)
-        return self._process()
+        return self._read_out(self._process())
 
     def run(self, frames: Iterable[Timed]) -> Events:
         """Events of a sequence of (t_us, image), (t_us, image, bodies) or Frame, as from `step` one by one.
@@ -183,7 +210,6 @@ class EventCamera:
         asked for. With more than one thread, frames are asked for while those before them are still worked on.
         Continues where the last call ended. When a frame raises, the camera stands after the one before it.
         """
-        parts: list[Events] = []
         with self._processor() as processor:
 
             def process() -> None:
@@ -196,10 +222,8 @@ class EventCamera:
                         process()
             finally:
                 process()
-                parts = processor.events()
-        if any(part.body is not None for part in parts):
-            parts = [p if p.body is not None else p.replace(body=np.full(p.count, NO_BODY, np.uint8)) for p in parts]
-        return concatenate(parts)
+                made = self._read_out(_in_a_row(processor.events()))
+        return made
 
     def _take(self, t_us: float, image: Any, bodies: Any, length: int, process: Callable[[], object]) -> None:
         """Put a frame into the buffer, after processing what is there of another type."""
@@ -212,9 +236,25 @@ class EventCamera:
         if self._buffer.begun:
             self._buffer.add(time_us, image, bodies)
         else:
+            if self._readout is not None:
+                self._readout.begin(time_us)
             self._buffer.begin(time_us, image, bodies)
             # A copy is contiguous and writable: one type for the compiler, whatever the caller's array is.
             self._sensor.begin(np.array(image, order="C"), time_us)
+
+    def _idle_readout(self) -> "SensorReadout | None":
+        if not self.readout.is_on:
+            return None
+        # Nothing is compiled, or loaded, for a readout that is off.
+        from evslip.events.readout.sensor_readout import SensorReadout
+
+        return SensorReadout(self.readout, self.shape, self.seed)
+
+    def _read_out(self, events: Events) -> Events:
+        """What comes out of the readout up to the last frame, given the events that fired since the frames before."""
+        if self._readout is None or self._buffer.last_us is None:
+            return events
+        return self._readout.read(events, math.floor(self._buffer.last_us))
 
     def _process(self) -> Events:
         """Events of all frames in the buffer, which then begins anew."""
@@ -238,6 +278,13 @@ class EventCamera:
         if bodies is not None:
             bodies = checked_mask(bodies, self.shape, time_us)
         return time_us, checked_image(image, self.shape, self.intensity, time_us), bodies
+
+
+def _in_a_row(parts: list[Events]) -> Events:
+    """Events of buffers one after the other; with bodies if any has them."""
+    if any(part.body is not None for part in parts):
+        parts = [p if p.body is not None else p.replace(body=np.full(p.count, NO_BODY, np.uint8)) for p in parts]
+    return concatenate(parts)
 
 
 def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:

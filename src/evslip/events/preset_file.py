@@ -7,17 +7,22 @@ maps = "camera.npz"     # optional: parameters that differ from pixel to pixel, 
 [pixels]                # any parameter of `PixelModel`; the others keep their defaults
 theta_on = 0.31
 
+[readout]               # any parameter of `readout.settings.Readout`, likewise
+frame_us = 200.0
+
 [fit]                   # where the values come from; not read
 """
 
 import io
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from evslip.events.pixel_model import LIMITS, MAPS, PARAMETERS, PixelModel
+from evslip.events.readout.settings import OFF, Readout, with_changes
 from evslip.utils import atomic, npz
 from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.files import read_text
@@ -28,8 +33,33 @@ MOST_BYTES, MOST_MAP_BYTES = 1 << 20, 1 << 30
 
 
 def read(path: str | Path) -> PixelModel:
-    """The parameters of a preset's file. Raises ConfigError."""
+    """The pixels' parameters of a preset's file. Raises ConfigError."""
+    path, tree = Path(path), _tree(Path(path))
+    numbers = _section(path, tree, "pixels")
+    values: dict[str, Any] = {name: _number(path, name, value) for name, value in numbers.items()}
+    if "maps" in tree:
+        values |= _maps(path, tree["maps"])
+    return PixelModel(**values)
+
+
+def read_readout(path: str | Path) -> Readout:
+    """The readout's parameters of a preset's file; off if it has none. Raises ConfigError."""
     path = Path(path)
+    try:
+        return with_changes(OFF, _section(path, _tree(path), "readout"))
+    except ConfigError as error:
+        text = str(error)
+        raise ConfigError(text if text.startswith(str(path)) else f"{path}: {text.removeprefix('camera ')}") from None
+
+
+def _section(path: Path, tree: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    section = tree.get(name, {})
+    if not isinstance(section, dict):
+        raise ConfigError(f"{path}: {name}: expected a section")
+    return section
+
+
+def _tree(path: Path) -> Mapping[str, Any]:
     try:
         tree = parse_toml(read_text(path, MOST_BYTES))
     except (DataError, ValueError) as error:
@@ -39,20 +69,20 @@ def read(path: str | Path) -> PixelModel:
         raise ConfigError(f"{path}: not a camera preset; expected format = {FORMAT!r}")
     if tree.get("version") != VERSION:
         raise ConfigError(f"{path}: version: {tree.get('version')!r} is not known, expected {VERSION}")
-    unknown = set(tree) - {"format", "version", "maps", "pixels", "fit"}
+    unknown = set(tree) - {"format", "version", "maps", "pixels", "readout", "fit"}
     if unknown:
-        raise ConfigError(f"{path}: {min(unknown)}: unknown key, expected maps, pixels or fit")
-    numbers = tree.get("pixels", {})
-    if not isinstance(numbers, dict):
-        raise ConfigError(f"{path}: pixels: expected a section")
-    values: dict[str, Any] = {name: _number(path, name, value) for name, value in numbers.items()}
-    if "maps" in tree:
-        values |= _maps(path, tree["maps"])
-    return PixelModel(**values)
+        raise ConfigError(f"{path}: {min(unknown)}: unknown key, expected maps, pixels, readout or fit")
+    return tree
 
 
-def text(model: PixelModel, fit: Mapping[str, Mapping[str, Any]], maps: str | None = None) -> str:
-    """A preset's file: the numbers of a model that are not the defaults, and by parameter what is known of the fit."""
+def text(
+    model: PixelModel,
+    fit: Mapping[str, Mapping[str, Any]],
+    maps: str | None = None,
+    readout: Readout = OFF,
+) -> str:
+    """A preset's file: the numbers of a model and a readout that are not the defaults, and what is known of a fit, by
+    parameter."""
     lines = [f'format = "{FORMAT}"', f"version = {VERSION}"]
     if maps is not None:
         lines.append(f'maps = "{maps}"')
@@ -61,6 +91,9 @@ def text(model: PixelModel, fit: Mapping[str, Mapping[str, Any]], maps: str | No
         value = getattr(model, name)
         if value is not None and not isinstance(value, np.ndarray) and value != getattr(PixelModel(), name):
             lines.append(f"{name} = {float(value)!r}")
+    changed = {name: value for name, value in asdict(readout).items() if value != getattr(OFF, name)}
+    if changed:
+        lines += ["", "[readout]", *(f"{name} = {float(value)!r}" for name, value in changed.items())]
     for name, entries in fit.items():
         lines += ["", f"[fit.{name}]", *(f"{key} = {_toml(value)}" for key, value in entries.items())]
     return "\n".join(lines) + "\n"

@@ -9,9 +9,9 @@ import numpy as np
 from evslip.events.structured import Layout, columns_of, rows_of
 from evslip.utils.errors import ConfigError
 
-CAUSES = ("signal", "leak", "shot", "hot")
+CAUSES = ("signal", "leak", "shot", "hot", "burst")
 """Names of the cause labels."""
-SIGNAL, LEAK, SHOT, HOT = range(4)
+SIGNAL, LEAK, SHOT, HOT, BURST = range(5)
 
 
 class Event(NamedTuple):
