@@ -252,10 +252,17 @@ def test_masks_that_cannot_be_meant_are_refused(clip):
         camera().step(0, clip[0].luminance, clip[0].bodies.astype(np.int64))
 
 
+def test_a_threshold_for_both_polarities_replaces_those_of_the_preset():
+    sensor = camera(preset="davis346-bright", theta=0.4, sigma=0.0)
+    assert (sensor.theta_on == 0.4).all() and (sensor.theta_off == 0.4).all()
+    sensor = camera(preset="davis346-bright", theta=0.4, theta_off=0.3, sigma=0.0)
+    assert (sensor.theta_on == 0.4).all() and (sensor.theta_off == 0.3).all()
+
+
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"preset": "davis"}, "davis346, dvxplorer, prophesee-like, clean, noisy"),
+        ({"preset": "davis"}, "davis346, davis346-bright, dvxplorer, prophesee-like, clean, noisy"),
         ({"thetta": 0.1}, "thetta.*theta, sigma"),
         ({"theta": 0.0}, "theta: 0 is out of range"),
         ({"theta": float("nan")}, "theta"),

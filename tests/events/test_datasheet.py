@@ -25,7 +25,7 @@ def test_a_datasheet_names_every_parameter(preset):
 
 
 def test_an_unknown_preset_is_refused():
-    with pytest.raises(ConfigError, match="davis346, dvxplorer"):
+    with pytest.raises(ConfigError, match="davis346, davis346-bright"):
         datasheet("davis")
 
 

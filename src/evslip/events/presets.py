@@ -13,6 +13,18 @@ PRESETS: dict[str, PixelModel] = {
     "davis346": PixelModel(
         theta=0.15, sigma=0.03, cutoff_hz=15.0, leak_rate_hz=0.01, shot_rate_hz=0.001, refractory_us=500.0
     ),
+    "davis346-bright": PixelModel(
+        theta_on=0.270,
+        theta_off=0.297,
+        sigma=0.041,
+        cutoff_hz=2945.0,
+        cutoff_dark=0.113,
+        leak_rate_hz=0.0037,
+        shot_rate_hz=0.0014,
+        shot_white=0.0,
+        refractory_us=68.0,
+        dark=0.0732,
+    ),
     "dvxplorer": PixelModel(
         theta=0.2, sigma=0.02, cutoff_hz=390.0, leak_rate_hz=0.01, shot_rate_hz=0.03, refractory_us=200.0
     ),
@@ -22,10 +34,12 @@ PRESETS: dict[str, PixelModel] = {
     "clean": PixelModel(theta=0.2, sigma=0.02),
     "noisy": PixelModel(theta=0.2, sigma=0.05, cutoff_hz=30.0, leak_rate_hz=0.1, shot_rate_hz=5.0),
 }
-"""Named settings: davis346 is what the slip detection paper gave to v2e; clean and noisy are v2e's own (Hu, Liu,
-Delbruck, v2e: from video frames to realistic DVS events, CVPR workshops 2021). dvxplorer (Samsung VGA) and
-prophesee-like (Gen4, IMX636) follow what is public about these sensors; docs/explanation/event-camera.md gives the
-source of each value. Biases change all of them: `evslip calibrate` fits a camera at hand."""
+"""Named settings: davis346 is what the slip detection paper gave to v2e; davis346-bright is what `evslip calibrate` has
+fitted to a street by day, which hardly tells its corner and refractory period (docs/explanation/realism.md); clean and
+noisy are v2e's own (Hu, Liu, Delbruck, v2e: from video frames to realistic DVS events, CVPR workshops 2021). dvxplorer
+(Samsung VGA) and prophesee-like (Gen4, IMX636) follow what is public about these sensors;
+docs/explanation/event-camera.md gives the source of each value. Biases change all of them: `evslip calibrate` fits a
+camera at hand."""
 
 
 def named(preset: str) -> PixelModel:
@@ -43,7 +57,9 @@ def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> 
     for name in parameters:
         if name not in PARAMETERS:
             raise ConfigError(f"camera parameter {name!r} is unknown; expected one of {', '.join(PARAMETERS)}")
-    given = preset_file.maps_of(base) | parameters
+    # What is asked for both polarities replaces what the preset has for each.
+    own = {side: None for both in ("theta", "sigma") if both in parameters for side in (f"{both}_on", f"{both}_off")}
+    given = preset_file.maps_of(base) | own | parameters
     model = replace(base, **{name: _checked(name, value, shape) for name, value in given.items()})
     if model.photoreceptor_noise > 0 and model.cutoff_hz == 0:
         raise ConfigError("camera parameter photoreceptor_noise: needs a low-pass to limit its band; set cutoff_hz")
