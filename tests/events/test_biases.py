@@ -110,6 +110,7 @@ def test_a_camera_from_biases_sees_what_its_thresholds_let_it():
         seen = events_at("high sensitivity", change)
         assert seen.count >= 256 and (seen.p == (change > 0)).all()
     assert EventCamera.from_biases(size=(4, 4), theta_on=0.5).model.theta_on == 0.5
+    assert (EventCamera.from_biases(size=(4, 4), theta=0.5, sigma=0.0).theta_on == 0.5).all()
     assert EventCamera.from_biases(size=(4, 4), mode="v2e").model.theta_on == pytest.approx(0.283, abs=1e-3)
 
 

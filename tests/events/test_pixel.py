@@ -207,6 +207,29 @@ def test_shot_noise_has_its_share_of_on_and_of_white():
     assert events.p.mean() == pytest.approx(0.8, abs=0.01)
 
 
+def test_shot_noise_spreads_over_the_pixels_alike_for_on_and_off():
+    count, rate, seconds = 3000, 200.0, 20
+    sensor = camera(count, shot_rate_hz=rate, shot_on_share=0.6, shot_white=1.0, shot_spread=0.2, theta=0.5)
+    events = follow(sensor, [0, 1e6 * seconds], np.full((2, count), -1.0))
+    on, off = (np.bincount(events.x[events.p == p], minlength=count) for p in (True, False))
+    assert np.median(on + off) == pytest.approx(rate * seconds, rel=0.03)
+    assert np.log10(on + off).std() == pytest.approx(0.2, rel=0.05)
+    assert np.corrcoef(np.log10(on), np.log10(off))[0, 1] > 0.99
+    assert on.sum() / (on + off).sum() == pytest.approx(0.6, abs=0.005)
+
+
+def test_the_dim_preset_has_the_measured_noise():
+    # Medians and shares as benchmarks/noise_levels.py counts them in the measured files.
+    for lux, seconds, rates_hz, quiet in ((0.1, 8.6, (5.8, 4.4), (0.0, 0.0)), (3000.0, 21.6, (0.14, 0.0), (0.05, 1.0))):
+        sensor = EventCamera("davis346-dim", size=(100, 100))
+        events = sensor.run((1e6 * t, np.full((100, 100), lux / 4.0)) for t in np.linspace(0.0, seconds, 200))
+        pixel = events.y.astype(int) * 100 + events.x
+        for p, rate_hz, share in zip((True, False), rates_hz, quiet, strict=True):
+            counts = np.bincount(pixel[events.p == p], minlength=10_000)
+            assert np.median(counts) == pytest.approx(rate_hz * seconds, rel=0.05)
+            assert (counts < 2).mean() == pytest.approx(share, abs=0.01)
+
+
 def test_the_corner_without_light_is_a_share_of_that_at_white():
     log, change = math.log(1e-6 + DARK), 0.5
     for share in (0.01, 0.5):

@@ -133,7 +133,8 @@ class EventCamera:
         Raises ConfigError naming the bias.
         """
         found = pixel_parameters(circuit(biases or {}, white_lux), named(preset))
-        foreign = FOREIGN["v2e"] if arguments.get("mode") == "v2e" else ()
+        foreign = set(FOREIGN["v2e"] if arguments.get("mode") == "v2e" else ())
+        foreign |= {"theta_on", "theta_off"} if "theta" in arguments else set()
         parameters: dict[str, Any] = {name: value for name, value in found.items() if name not in foreign}
         return cls(preset, **parameters | arguments)
 

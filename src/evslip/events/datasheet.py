@@ -42,11 +42,11 @@ def datasheet(preset: str | PixelModel, width: int = 110) -> str:
 
 def presets_table() -> str:
     """Presets side by side, as Markdown; only what differs from one to another."""
-    different = [name for name in PARAMETERS if len({_shown(getattr(p, name)) for p in PRESETS.values()}) > 1]
-    lines = ["| preset | " + " | ".join(f"{name} ({UNITS[name]})" for name in different) + " |"]
-    lines.append("|---" * (len(different) + 1) + "|")
-    for preset, model in PRESETS.items():
-        lines.append(f"| {preset} | " + " | ".join(_shown(getattr(model, name)) for name in different) + " |")
+    lines = [f"| parameter | unit | {' | '.join(PRESETS)} |", "|---" * (len(PRESETS) + 2) + "|"]
+    for name in PARAMETERS:
+        values = [_shown(getattr(model, name)) for model in PRESETS.values()]
+        if len(set(values)) > 1:
+            lines.append(f"| {name} | {UNITS[name]} | {' | '.join(values)} |")
     return "\n".join(lines) + "\n"
 
 

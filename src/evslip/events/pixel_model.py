@@ -50,6 +50,9 @@ class PixelModel:
     """Shot noise at white, as a share of that in the dark; in between it falls linearly with light."""
     shot_on_share: float = field(default=0.5, metadata=_in("1", 0.0, 1.0))
     """Share of the shot noise events that are ON, in a pixel of mean thresholds."""
+    shot_spread: float = field(default=0.0, metadata=_in("decades", 0.0, 1.0))
+    """Standard deviation over the pixels of log10 of the shot noise rate, which is then the median; ON and OFF of a
+    pixel have it in common."""
     hot_share: float = field(default=0.0, metadata=_in("1", 0.0, 1.0))
     """Share of pixels that are hot: they fire ON at random without cause."""
     hot_rate_hz: float = field(default=50.0, metadata=_in("Hz", 0.0, 1e5))
@@ -98,6 +101,7 @@ FOREIGN = {
         "clipped_light",
         "shot_white",
         "shot_on_share",
+        "shot_spread",
     ),
     "accurate": ("surround_pixels", "surround_us", "adaptive_us", "adaptive_spread"),
 }

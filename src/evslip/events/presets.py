@@ -25,6 +25,22 @@ PRESETS: dict[str, PixelModel] = {
         refractory_us=68.0,
         dark=0.0732,
     ),
+    "davis346-dim": PixelModel(
+        theta_on=0.27,
+        theta_off=0.297,
+        sigma=0.041,
+        cutoff_hz=15.0,
+        refractory_us=500.0,
+        shot_rate_hz=11.1,
+        shot_white=5e-4,
+        shot_on_share=0.567,
+        shot_spread=0.22,
+        leak_rate_hz=0.062,
+        leak_light_hz=1e-4,
+        leak_spread=0.16,
+        hot_share=0.022,
+        hot_rate_hz=2.4,
+    ),
     "dvxplorer": PixelModel(
         theta=0.2, sigma=0.02, cutoff_hz=390.0, leak_rate_hz=0.01, shot_rate_hz=0.03, refractory_us=200.0
     ),
@@ -35,11 +51,12 @@ PRESETS: dict[str, PixelModel] = {
     "noisy": PixelModel(theta=0.2, sigma=0.05, cutoff_hz=30.0, leak_rate_hz=0.1, shot_rate_hz=5.0),
 }
 """Named settings: davis346 is what the slip detection paper gave to v2e; davis346-bright is what `evslip calibrate` has
-fitted to a street by day, which hardly tells its corner and refractory period (docs/explanation/realism.md); clean and
-noisy are v2e's own (Hu, Liu, Delbruck, v2e: from video frames to realistic DVS events, CVPR workshops 2021). dvxplorer
-(Samsung VGA) and prophesee-like (Gen4, IMX636) follow what is public about these sensors;
-docs/explanation/event-camera.md gives the source of each value. Biases change all of them: `evslip calibrate` fits a
-camera at hand."""
+fitted to a street by day, which hardly tells its corner and refractory period; davis346-dim is for a scene whose white
+is lit by 4 lux: thresholds of davis346-bright, bandwidth and refractory period of davis346, all noise as measured on
+another sensor (docs/explanation/realism.md has both); clean and noisy are v2e's own (Hu, Liu, Delbruck, v2e: from video
+frames to realistic DVS events, CVPR workshops 2021). dvxplorer (Samsung VGA) and prophesee-like (Gen4, IMX636) follow
+what is public about these sensors; docs/explanation/event-camera.md gives the source of each value. Biases change all
+of them: `evslip calibrate` fits a camera at hand."""
 
 
 def named(preset: str) -> PixelModel:

@@ -37,7 +37,7 @@ def draw_pixels(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[n
     """Constants in the pixels' state, float64 of shape (height, width, STATE), and in their noise process."""
     count = shape[0] * shape[1]
     key: Any = np.uint64(seed)
-    normals = normal_maps(key, count).reshape(3, *shape)
+    normals = normal_maps(key, count).reshape(4, *shape)
     on, off = thresholds(model, normals[:2])
     # v2e's rule: a pixel more sensitive than the mean is as much noisier.
     on_noise, off_noise = np.mean(on) / on, np.mean(off) / off
@@ -45,8 +45,9 @@ def draw_pixels(model: PixelModel, shape: tuple[int, int], seed: int) -> tuple[n
         on_noise = (model.theta if model.theta_on is None else model.theta_on) / on
     if not isinstance(model.theta_off, np.ndarray):
         off_noise = (model.theta if model.theta_off is None else model.theta_off) / off
-    on_rate = model.shot_on_share * model.shot_rate_hz * on_noise
-    off_rate = (1.0 - model.shot_on_share) * model.shot_rate_hz * off_noise
+    shot_hz = model.shot_rate_hz * 10.0 ** (model.shot_spread * normals[3])
+    on_rate = model.shot_on_share * shot_hz * on_noise
+    off_rate = (1.0 - model.shot_on_share) * shot_hz * off_noise
     leak_rate = (model.leak_rate_hz + model.leak_light_hz) * leak_map(model, normals[2])  # at white
     phase, *defects = uniform_maps(key, count, DEFECT).reshape(3, *shape)
     hot_rate = np.where(defects[0] < model.hot_share, model.hot_rate_hz, 0.0)

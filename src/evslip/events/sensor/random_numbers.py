@@ -11,7 +11,7 @@ import numpy as np
 from evslip.utils.jit import ZERO, compiled
 
 MISMATCH, LEAK, CANDIDATE, DEFECT, FRAME, PHOTO = np.arange(6)
-"""Purposes of a draw: thresholds and leak map, leak jitter, the noise process, hot and dead pixels, v2e's frames, the
+"""Purposes of a draw: mismatch of the pixels, leak jitter, the noise process, hot and dead pixels, v2e's frames, the
 photoreceptor's noise."""
 
 _MULTIPLY_0, _MULTIPLY_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
@@ -50,12 +50,12 @@ def normals(u: float, v: float) -> tuple[float, float]:
 
 @compiled(error_model="numpy")
 def normal_maps(seed: int, count: int) -> np.ndarray:
-    """Standard normal numbers of shape (3, count): for theta_on, theta_off and the leak map."""
-    maps = np.empty((3, count))
+    """Standard normal numbers of shape (4, count): for theta_on, theta_off, the leak map and the shot noise."""
+    maps = np.empty((4, count))
     for pixel in range(count):
         a, b, c, d = uniforms(seed, pixel, MISMATCH, ZERO)
         maps[0, pixel], maps[1, pixel] = normals(a, b)
-        maps[2, pixel], _ = normals(c, d)
+        maps[2, pixel], maps[3, pixel] = normals(c, d)
     return maps
 
 

@@ -166,7 +166,7 @@ class V2EPixels:
         self._model = model
         self._intensity: Intensity = intensity
         self._float = np.float64 if model.cutoff_hz > 0 else np.float32
-        maps = normal_maps(self._seed, shape[0] * shape[1]).reshape(3, *shape)
+        maps = normal_maps(self._seed, shape[0] * shape[1]).reshape(4, *shape)
         on, off = (threshold.astype(np.float32) for threshold in thresholds(model, maps[:2]))
         self.threshold_on, self.threshold_off = on, off
         self._leak = (model.leak_rate_hz * leak_map(model, maps[2])).astype(np.float32)
