@@ -5,7 +5,7 @@ The same fields serve twice: in a `Config` a field may hold a distribution, in `
 
 from typing import Any, Generic
 
-from pydantic import Field
+from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer
 
 from evslip.config.section import N, S, Section
 from evslip.config.sections.camera import CameraSpec
@@ -13,6 +13,7 @@ from evslip.config.sections.grip import GripSpec
 from evslip.config.sections.light import LightSpec
 from evslip.config.sections.motion import MotionSpec
 from evslip.config.sections.object import ObjectSpec
+from evslip.config.sections.readout import ReadoutSpec
 from evslip.config.sections.render import RenderSpec
 from evslip.config.sections.robot import RobotSpec
 from evslip.config.sections.sensor import SensorSpec
@@ -32,8 +33,17 @@ class SampleSpec(Section, Generic[N, S]):
     motion: MotionSpec[N, S]
     camera: CameraSpec[N, S]
     sensor: SensorSpec[N, S]
+    readout: ReadoutSpec[N, S] = Field(default={}, validate_default=True)
     render: RenderSpec[N, S]
     slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        """Written without a readout that says nothing, as before there was one."""
+        tree = handler(self)
+        if info.mode == "json" and all(value is None for _, value in self.readout):
+            tree.pop("readout", None)
+        return tree
 
 
 def leaves(spec: SampleSpec) -> dict[str, Any]:

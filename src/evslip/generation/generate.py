@@ -96,12 +96,13 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
         return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
     with watch.stage("events"):
         frames = _Frames(render_span(trajectory, truth.span_us))
-        events = camera_for(params).run(frames)
+        camera = camera_for(params)
+        events = camera.run(frames)
     watch.seconds["frames"] += frames.seconds
     watch.seconds["events"] -= frames.seconds
-    return _record(
-        params, kind="simulated", events=events, trajectory=trajectory, truth=truth, stats={"frames": frames.count}
-    )
+    counts = {} if camera.readout_counts is None else camera.readout_counts.totals()
+    stats = {"frames": frames.count} | counts
+    return _record(params, kind="simulated", events=events, trajectory=trajectory, truth=truth, stats=stats)
 
 
 def _estimate(config: Config, count: int, split: str) -> Estimate | None:

@@ -10,4 +10,5 @@ def camera_for(params: Params, threads: int = 1) -> EventCamera:
     overrides = params.sensor.model_dump(exclude={"preset"}, exclude_none=True)
     seed = seeds.integer(params.seed, params.split, params.index, "pixels")
     size = (params.camera.width, params.camera.height)
-    return EventCamera(params.sensor.preset, size=size, seed=seed, threads=threads, **overrides)
+    readout = params.readout.model_dump(exclude_none=True)
+    return EventCamera(params.sensor.preset, size=size, seed=seed, threads=threads, readout=readout, **overrides)

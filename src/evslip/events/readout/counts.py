@@ -37,6 +37,11 @@ class ReadoutCounts:
         """Events lost, for whichever reason."""
         return sum(self.blocked) + sum(self.overflowed) + sum(self.dropped)
 
+    def totals(self) -> dict[str, int]:
+        """Numbers of events, OFF and ON together, and the largest delay, by name."""
+        numbers = {f"events_{name}": sum(getattr(self, name)) for name in (*KINDS, "waiting")}
+        return numbers | {"events_delayed": self.delayed, "largest_delay_us": self.largest_delay_us}
+
 
 class Counts:
     """The same, as they change."""
