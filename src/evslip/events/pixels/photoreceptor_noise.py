@@ -37,7 +37,8 @@ def cut_by_noise(grid, first, start_us, end_us, current_0, current_1, params, no
     share = (cut_us - start_us) / (end_us - start_us)
     if cut_us < end_us:
         for i in range(len(current_1)):
-            log_0, log_1 = math.log(current_0[i]), math.log(current_1[i])
+            # Double: an interval may be cut a thousand times, and each cut begins where the last one ended.
+            log_0, log_1 = math.log(np.float64(current_0[i])), math.log(np.float64(current_1[i]))
             current_1[i] = np.float32(math.exp(log_0 + (log_1 - log_0) * share))
     _noise_at(grid, first, start_us, step_us, noise[0])
     if cut_us < point * step_us:
