@@ -18,8 +18,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
+import chaos_installation
 import chaos_verbs
 
 import evslip
@@ -38,6 +40,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--count", type=int, default=24)
+    parser.add_argument("--disks", type=int, default=3, help="full ones, with room for a random part")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", choices=TRIALS, default=TRIALS)
     parser.add_argument("--verbs", nargs="+", choices=chaos_verbs.VERBS, default=chaos_verbs.VERBS)
@@ -47,7 +50,7 @@ def main() -> None:
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder, "reference")
-        if set(options.only) - set(VERBS_TRIALS):
+        if set(options.only) - {*VERBS_TRIALS, *INSTALLATION_TRIALS}:
             generate(reference, options.count, "--workers", "1")
             print(f"{options.count} samples, undisturbed: {tree_hash(reference)[:16]}", flush=True)
         for name in options.only:
@@ -55,7 +58,7 @@ def main() -> None:
             is_right, seen = TRIALS[name](Path(folder, name), reference, options)
             wrong += is_right is False
             verdict = {True: "right", False: "WRONG", None: "skipped"}[is_right]
-            print(f"{verdict:8}{name:14}{time.perf_counter() - start:6.0f} s  {seen}", flush=True)
+            print(f"{verdict:8}{name:20}{time.perf_counter() - start:6.0f} s  {seen}", flush=True)
     sys.exit(wrong > 0)
 
 
@@ -291,7 +294,13 @@ def verbs_refused(root: Path, reference: Path, options: argparse.Namespace) -> O
     return not wrong, "; ".join(wrong[:3] or seen) + "; read-only and denied: one line each" * (not wrong)
 
 
+def installation(trial: Callable[[Path, int], tuple[bool, str]]) -> Callable[..., Outcome]:
+    """A trial of `chaos_installation`."""
+    return lambda root, reference, options: trial(root, options.disks)
+
+
 VERBS_TRIALS = {"verbs-kills": verbs_kills, "verbs-refused": verbs_refused}
+INSTALLATION_TRIALS = {name: installation(trial) for name, trial in chaos_installation.TRIALS.items()}
 TRIALS = {
     "kills": kills,
     "equal": equal,
@@ -304,6 +313,7 @@ TRIALS = {
     "changed": changed,
     "together-killed": together_killed,
     **VERBS_TRIALS,
+    **INSTALLATION_TRIALS,
 }
 
 

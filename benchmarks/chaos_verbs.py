@@ -29,7 +29,7 @@ from evslip.codecs import write_events
 from evslip.events.stream import Events
 from evslip.learn.search.sweep import JOURNAL, read_sweep
 
-VERBS = ("import", "convert", "windows", "train", "sweep")
+VERBS = ("import", "convert", "windows", "train", "sweep", "events", "calibrate", "detect")
 STOPPED = "evslip: stopped; what was finished is kept\n"
 KILLS_IN_A_ROW = 4
 """Times that one and the same work is killed before it may end."""
@@ -38,10 +38,15 @@ SPACE = "lr = { min = 1e-4, max = 1e-2, log = true }\nbatch = [8, 16]\nepochs = 
 
 
 LOADED = (
+    "evslip.cli.detect",
+    "evslip.cli.events",
     "evslip.cli.recordings",
+    "evslip.cli.sensor",
     "evslip.cli.train",
     "evslip.cli.windows",
+    "evslip.events",
     "evslip.exchange.format_to_format",
+    "evslip.exchange.frames_to_events",
     "evslip.exchange.importing.recordings",
     "evslip.view.evaluation.sweep",
     "matplotlib.figure",
@@ -97,7 +102,9 @@ def cases(sources: Path) -> dict[str, Case]:
     labels = ["--size", *map(str, SIZE), "--labels", str(sources / "labels.csv")]
     for number in range(RECORDS):
         done(["import", str(sources / f"{number}.csv"), str(sources / "records" / f"{number}.h5"), *labels])
-    windows = str(sources / "windows.h5")
+    windows, record = str(sources / "windows.h5"), str(sources / "records" / "0.h5")
+    images = np.random.default_rng(0).integers(0, 255, (20, 260, 346), np.uint8)
+    np.savez(sources / "clip.npz", frames=images, t_us=np.arange(20) * 10_000)
     done(["windows", str(sources / "records"), windows])
     small = ["--network", "countnet"]
     space = [*small, "--space", str(sources / "space.toml"), "--trials", "3"]
@@ -106,6 +113,9 @@ def cases(sources: Path) -> dict[str, Case]:
         "convert": Case(lambda out: ["convert", str(sources / "0.csv"), str(out / "a.aedat4")], files),
         "windows": Case(lambda out: ["windows", str(sources / "records"), str(out / "w.h5"), "--hop-s", "0.02"], files),
         "train": Case(lambda out: ["train", windows, str(out / "model"), *small, "--epochs", "3"], files),
+        "events": Case(lambda out: ["events", str(sources / "clip.npz"), str(out / "e.h5")], files),
+        "calibrate": Case(lambda out: ["calibrate", record, str(out / "noise.npz")], files),
+        "detect": Case(lambda out: ["detect", "default", record, "--out", str(out / "d"), "--hop-s", "0.05"], files),
         "sweep": Case(lambda out: ["sweep", windows, str(out / "sweep"), *space], trials),
     }
 

@@ -1,6 +1,7 @@
 """`evslip realism`: two files, or a recording with frames and a preset."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -36,6 +37,17 @@ def recording(tmp_path_factory):
     path = tmp_path_factory.mktemp("realism") / "rec.h5"
     record_file.write(path, Record(kind="recording", name="rec", size=SIZE, events=events, footage=footage))
     return path
+
+
+def test_frames_years_apart_are_refused_before_their_noise_is_made(recording, tmp_path):
+    record = record_file.read(recording)
+    footage = record.footage._replace(t_us=record.footage.t_us * 10**9)
+    times = np.linspace(0, footage.t_us[-1], len(record.events)).astype(np.int64)
+    far = replace(record, footage=footage, events=record.events.replace(t_us=times))
+    record_file.write(tmp_path / "far.h5", far)
+    words = ["realism", str(tmp_path / "far.h5"), "--camera", "noisy", "--interpolate", "linear"]
+    with pytest.raises(EvslipError, match=r"end-s: .* million noise events"):
+        run([*words, "--out", str(tmp_path / "r.html")])
 
 
 def figures(folder, *words: str) -> dict:

@@ -319,3 +319,11 @@ def test_no_frames_no_events():
 def test_reading_events_needs_no_compiler():
     code = "import sys, evslip.events.stream, evslip.events; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_frames_between_which_noise_alone_would_fill_the_memory_are_refused():
+    camera, image = EventCamera("noisy", size=(64, 48)), np.full((48, 64), 0.5)
+    camera.step(0, image)
+    with pytest.raises(DataError, match="million noise events since the frame at 0 us"):
+        camera.step(1e15, image)
+    assert camera.step(1e5, image).count > 0

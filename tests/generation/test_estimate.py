@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
+from evslip.events import preset_file
+from evslip.events.pixel_model import PixelModel
 from evslip.generation import estimate as cost
 from evslip.generation.generate import generate
 from evslip.utils.errors import ConfigError
@@ -28,6 +31,18 @@ def test_noise_counts_for_every_pixel_and_second():
     )
     seconds = (many.events - few.events) / (346 * 260 * 100)
     assert 5 < seconds < 15  # a sample of `simple` lasts that long
+
+
+def test_hot_pixels_and_measured_noise_count_too(tmp_path: Path):
+    noise = np.full((2, 260, 346), 100.0)
+    presets = {"quiet": {}, "hot": {"hot_share": 1.0, "hot_rate_hz": 200.0}, "mapped": {"noise_map": noise}}
+    events = {}
+    for name, values in presets.items():
+        preset_file.write(tmp_path / f"{name}.toml", PixelModel(**values), {})
+        changed = {"sensor.preset": str(tmp_path / f"{name}.toml"), "sensor.leak_rate_hz": 0.0}
+        events[name] = cost.estimate(draw(load_config("simple", changed | {"sensor.shot_rate_hz": 0.0}), 0)).events
+    made = [(events[name] - events["quiet"]) / (346 * 260 * 200) for name in ("hot", "mapped")]
+    assert all(5 < seconds < 15 for seconds in made)
 
 
 def test_what_cannot_fit_is_refused_before_a_folder_is_made(tmp_path: Path):

@@ -125,6 +125,7 @@ def _show(found: "Calibration") -> None:
 
 def _noise(recordings: list[Path], out: Path) -> None:
     """Write the noise of each pixel of a recording of a still scene."""
+    from evslip.codecs.clips.pixels import check_sensor
     from evslip.data.record_file import read_recording
     from evslip.events.calibration.calibration import RESTLESS
     from evslip.events.noise_map import measure_noise, save_noise_map, unrest
@@ -133,6 +134,7 @@ def _noise(recordings: list[Path], out: Path) -> None:
         raise ConfigError(f"calibrate: {len(recordings)} recordings given; the noise of each pixel is measured in one")
     (recording,) = recordings
     record = read_recording(recording)
+    check_sensor(record.size, recording)
     rates = measure_noise(record.events, record.size)
     save_noise_map(out, rates)
     on, off = rates.mean((1, 2))

@@ -22,7 +22,7 @@ from evslip.events.sensor.sensor import Sensor
 from evslip.events.sensor.threads import FrameProcessor
 from evslip.events.stream import Events, concatenate, empty_events
 from evslip.events.v2e.pixels import V2EPixels
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, DataError
 
 if TYPE_CHECKING:
     from evslip.events.readout.counts import ReadoutCounts
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 CHUNK_FRAMES, CHUNK_BYTES = 32, 1 << 25
 """`run` works on so many frames at once, or on as many as fit into so many bytes."""
+MOST_NOISE = 1 << 26
+"""Noise events between two frames: they take 3 GB."""
 
 Mode = Literal["accurate", "v2e"]
 MODES = ("accurate", "v2e")
@@ -93,6 +95,7 @@ class EventCamera:
         self.threads = int(threads)
         self.model = resolve(preset, parameters, self.shape)
         self.readout = with_changes(named_readout(preset), {} if readout is None else readout)
+        self._noise_hz = self.model.noise_hz(self.shape[0] * self.shape[1])
         asked = [name for name in FOREIGN[mode] if name in parameters]
         if asked:
             other = "accurate" if mode == "v2e" else "v2e"
@@ -275,7 +278,13 @@ class EventCamera:
 
     def _checked(self, t_us: Any, image: Any, bodies: Any) -> tuple[float, np.ndarray, np.ndarray | None]:
         """A frame in the units of the kernel. Raises DataError."""
-        time_us = checked_time(t_us, self._buffer.last_us)
+        last_us = self._buffer.last_us
+        time_us = checked_time(t_us, last_us)
+        if last_us is not None and (noise := self._noise_hz * (time_us - last_us) / 1e6) > MOST_NOISE:
+            raise DataError(
+                f"frame time {time_us:.10g} us: {noise / 1e6:,.0f} million noise events since the frame at "
+                f"{last_us:.10g} us, expected at most {MOST_NOISE / 1e6:.0f}: frames that come closer, or less noise"
+            )
         if bodies is not None:
             bodies = checked_mask(bodies, self.shape, time_us)
         return time_us, checked_image(image, self.shape, self.intensity, time_us), bodies

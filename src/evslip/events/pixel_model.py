@@ -79,6 +79,16 @@ class PixelModel:
     adaptive_spread: float = field(default=0.5, metadata=_in("ln", 0.0, 2.0))
     """Standard deviation over the pixels of ln of that time constant. Mode v2e."""
 
+    def noise_hz(self, pixels: int) -> float:
+        """Noise events a second of so many pixels, about: leak at white and shot noise in the dark, where they are
+        most."""
+        if self.noise_map is not None:
+            return float(self.noise_map.sum())
+        leak = (self.leak_rate_hz + self.leak_light_hz) * (
+            1.0 if self.leak_map is None else float(self.leak_map.mean())
+        )
+        return pixels * (leak + self.shot_rate_hz + self.hot_share * self.hot_rate_hz)
+
 
 PARAMETERS = tuple(field.name for field in fields(PixelModel))
 LIMITS: dict[str, tuple[float, float]] = {field.name: field.metadata["limits"] for field in fields(PixelModel)}

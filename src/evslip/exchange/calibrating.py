@@ -8,6 +8,7 @@ import numpy as np
 
 from evslip.codecs.clips import flow
 from evslip.codecs.clips.grey import to_grey
+from evslip.codecs.clips.pixels import check_sensor
 from evslip.data.footage import Footage
 from evslip.events import preset_file
 from evslip.events.calibration.calibration import Calibration, calibrate, calibrate_blind
@@ -50,6 +51,9 @@ def calibrate_recordings(
     out = Path(out)
     if out.suffix.lower() != preset_file.SUFFIX:
         raise ConfigError(f"{out}: a preset is a .toml file, or .npz for the noise alone; its name must end so")
+    flow.check_upsample(upsample)
+    if len({Path(path).resolve() for path in recordings}) < len(recordings):
+        raise ConfigError("recordings: one is named more than once, and would count for more than it says")
     seen = [_seen(Path(path), span) for path in recordings]
     with_frames = [one for one in seen if one.footage is not None]
     if with_frames:
@@ -74,6 +78,7 @@ def _seen(path: Path, span: Span) -> _Seen:
     """The asked part of a recording's events, and its frames if it has any."""
     record = read_event_file(path, Importing(), from_zero=False)
     events, footage, size = record.events, record.footage, record.size
+    check_sensor(size, path)
     if not len(events):
         raise DataError(f"{path}: holds no events to calibrate a camera with")
     first_us, last_us = int(events.t_us[0]), int(events.t_us[-1])
@@ -82,6 +87,8 @@ def _seen(path: Path, span: Span) -> _Seen:
     part = events.between(start_us, end_us)
     if not len(part):
         raise DataError(f"{path}: no events between {span.start_s:g} and {span.end_s:g} s after the first one")
+    if part.t_us[0] == part.t_us[-1]:
+        raise DataError(f"{path}: all of its {len(part)} events are at one time; expected some that span a time")
     if footage is None:
         return _Seen(path, part, size, None)
     chosen = (footage.t_us >= start_us) & (footage.t_us <= end_us)

@@ -7,6 +7,7 @@ presets (docs/explanation/benchmarks.md) and right to a factor of 3.
 import contextlib
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -46,11 +47,11 @@ def estimate(params: Params) -> Estimate:
     camera, sensor, render = params.camera, params.sensor, params.render
     pixels, seconds = camera.width * camera.height, max(end for _, end in phase_times(params).values()) / 1e6
     model = named(sensor.preset)
-    rates = (
-        model.leak_rate_hz + model.leak_light_hz if sensor.leak_rate_hz is None else sensor.leak_rate_hz,
-        model.shot_rate_hz if sensor.shot_rate_hz is None else sensor.shot_rate_hz,
-    )
-    events = pixels * (sum(rates) * seconds + MOVING_EVENTS)
+    if sensor.leak_rate_hz is not None:
+        model = replace(model, leak_rate_hz=sensor.leak_rate_hz)
+    if sensor.shot_rate_hz is not None:
+        model = replace(model, shot_rate_hz=sensor.shot_rate_hz)
+    events = model.noise_hz(pixels) * seconds + pixels * MOVING_EVENTS
     frames = max(seconds * render.min_rate_hz, FRAMES * camera.width / 346 * 0.5 / render.max_motion_px)
     return Estimate(
         events,

@@ -50,13 +50,18 @@ def moved(
 
 def smoothed(frames: Iterable[TimedImage], upsample: int, intensity: Intensity) -> Iterator[TimedImage]:
     """Every interval cut into `upsample` equal ones (see `upsampled`). Raises ConfigError, MissingExtraError."""
+    check_upsample(upsample)
+    _opencv()
+    shares = [number / upsample for number in range(1, upsample)]
+    return upsampled(frames, upsample, lambda first, second: moved(first, second, shares, intensity))
+
+
+def check_upsample(upsample: int) -> None:
+    """Raise ConfigError unless an interval may be cut into so many."""
     if not LEAST_UPSAMPLE <= upsample <= MOST_UPSAMPLE:
         raise ConfigError(
             f"upsample: {upsample!r} is out of range, expected {LEAST_UPSAMPLE} to {MOST_UPSAMPLE} intervals"
         )
-    _opencv()
-    shares = [number / upsample for number in range(1, upsample)]
-    return upsampled(frames, upsample, lambda first, second: moved(first, second, shares, intensity))
 
 
 class _Side(NamedTuple):

@@ -11,3 +11,11 @@ def check_pixels(width: int, height: int, where: object) -> None:
     """Raise DataError for frames that are too large."""
     if not 0 < width * height <= MOST_PIXELS:
         raise DataError(f"{where}: a frame of {width}x{height} pixels, {EXPECTED}")
+
+
+def check_sensor(size: tuple[int, int], where: object) -> None:
+    """Raise DataError for a sensor, (width, height), of whose pixels each one cannot be looked at."""
+    if not 0 < size[0] * size[1] <= MOST_PIXELS:
+        raise DataError(
+            f"{where}: a sensor of {size[0]}x{size[1]} pixels, expected at most {MOST_PIXELS / 1e6:.1f} million"
+        )

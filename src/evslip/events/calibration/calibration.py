@@ -166,6 +166,8 @@ def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[F
     if not clear:
         return [], ["leak, shot noise: no pixel is still"]
     light, on, off, time = (np.concatenate(parts) for parts in zip(*clear, strict=True))
+    if not time.any():
+        return [], ["leak, shot noise: every still pixel is clipped"]
     facts, unknown = [], []
     shot = still.line_of(light, off, time)
     if shot is None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from evslip.codecs import open_events
+from evslip.codecs.clips.pixels import check_sensor
 from evslip.data.record import Record
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
@@ -56,6 +57,7 @@ def pair_of_files(recording: Path, simulation: Path, settings: RealismSettings) 
 def real_recording(path: Path) -> tuple[Record, int]:
     """A recording whose first event is at 0, and the time of that on its own clock."""
     record = read_event_file(path, Importing(), from_zero=False)
+    check_sensor(record.size, path)
     if not len(record.events):
         raise DataError(f"{path}: holds no events; expected those of a real sensor")
     zero_us, footage = _first(record.events), record.footage

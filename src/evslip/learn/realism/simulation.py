@@ -9,7 +9,7 @@ from evslip.codecs.clips.grey import to_grey
 from evslip.codecs.clips.sources import TimedImage
 from evslip.data.footage import Footage
 from evslip.events.calibration.exposures import steadied, white_of
-from evslip.events.camera import EventCamera
+from evslip.events.camera import MOST_NOISE, EventCamera
 from evslip.events.stream import Events, concatenate
 from evslip.learn.realism.settings import RealismSettings
 from evslip.utils.errors import ConfigError
@@ -28,6 +28,12 @@ def simulated_events(
     cameras = [
         EventCamera(preset, size=(width, height), seed=seed, mode=settings.mode, intensity=intensity) for seed in seeds
     ]
+    noise = cameras[0].model.noise_hz(width * height) * (end_us - int(footage.t_us[0])) / 1e6
+    if noise > MOST_NOISE:
+        raise ConfigError(
+            f"end-s: {noise / 1e6:,.0f} million noise events up to {end_us / 1e6:g} s, expected an end with "
+            f"{MOST_NOISE / 1e6:.0f} at most"
+        )
     parts: list[list[Events]] = [[] for _ in cameras]
     frames = frames_between(footage, settings, end_us)
     # Frames are made once for all cameras, and not kept.
