@@ -14,6 +14,7 @@ from evslip.cli.events import PixelOptions, parameters_of
 from evslip.data.record_file import read_recording
 from evslip.events import EventCamera, save_noise_map
 from evslip.events.pixel_model import PARAMETERS
+from evslip.events.readout.settings import READOUT_PARAMETERS
 
 
 @pytest.fixture
@@ -87,6 +88,8 @@ def evslip(monkeypatch, text: str) -> int:
         ("clip.npz OUT --leak-map none.npy", ["none.npy"]),
         ("clip.npz OUT --noise-map none.npz", ["none.npz"]),
         ("clip.npz OUT --hot-share 0.1 --mode v2e", ["hot_share", "v2e"]),
+        ("clip.npz OUT --lost-share 2", ["lost_share", "0 to 1"]),
+        ("clip.npz OUT --frame-us 100 --row-us 1", ["frame_us", "row_us"]),
         ("clip.npz OUT --seed -1", ["seed"]),
         ("clip.npz OUT --seed 1.5", ["--seed", "1.5"]),
         ("clip.npz OUT --threads 0", ["threads"]),
@@ -118,7 +121,7 @@ def test_every_parameter_of_the_camera_is_an_option():
 def test_help_gives_units_and_limits(monkeypatch, capfd):
     assert evslip(monkeypatch, "events --help") == 0
     text = " ".join(capfd.readouterr().out.replace("│", " ").split())
-    for name in PARAMETERS:
+    for name in (*PARAMETERS, *READOUT_PARAMETERS):
         assert f"--{name.replace('_', '-')} " in text
     assert "[us, 0 to 1e+06]" in text
     assert "none: a frame stands still" in text
@@ -147,6 +150,19 @@ def test_options_reach_the_camera(work, monkeypatch, capfd):
     shown = capfd.readouterr().out
     assert '"theta_off": 0.3' in shown
     assert '"intensity": "srgb"' in shown
+
+
+def test_a_readout_is_used_said_and_kept(work, monkeypatch, capfd):
+    assert evslip(monkeypatch, "events clip.npz e.h5 --camera noisy --frame-us 400 --lost-share 0.5") == 0
+    printed = " ".join(capfd.readouterr().out.split())
+    with np.load("clip.npz") as arrays:
+        frames = list(zip(arrays["t_us"], arrays["frames"], strict=True))
+    camera = EventCamera("noisy", size=(16, 12), intensity="uint8", readout={"frame_us": 400.0, "lost_share": 0.5})
+    assert read_recording("e.h5").events.count == camera.run(frames).count
+    assert camera.readout_counts is not None
+    assert f"readout: {sum(camera.readout_counts.offered):,} events offered" in printed
+    assert evslip(monkeypatch, "show e.h5") == 0
+    assert '"frame_us": 400.0' in capfd.readouterr().out
 
 
 def test_bright_floats_and_formats_without_settings_are_remarked(work, monkeypatch, capfd):

@@ -29,7 +29,10 @@ def test_every_name_has_what_it_stands_for():
     [
         ("motion.kind", "pick_and_place, hold, shake, rotate, waypoints"),
         ("camera.mount", "side, front, custom"),
-        ("sensor.preset", "davis346, davis346-bright, davis346-dim, dvxplorer, prophesee-like, clean, noisy"),
+        (
+            "sensor.preset",
+            "davis346, davis346-bright, davis346-dim, dvxplorer, dvxplorer-lite, prophesee-like, clean, noisy",
+        ),
         ("object.shape", "cuboid, cylinder, mesh"),
         ("slip.kind", "natural, hold, rotation"),
     ],

@@ -262,7 +262,10 @@ def test_a_threshold_for_both_polarities_replaces_those_of_the_preset():
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"preset": "davis"}, "davis346, davis346-bright, davis346-dim, dvxplorer, prophesee-like, clean, noisy"),
+        (
+            {"preset": "davis"},
+            "davis346, davis346-bright, davis346-dim, dvxplorer, dvxplorer-lite, prophesee-like, clean, noisy",
+        ),
         ({"thetta": 0.1}, "thetta.*theta, sigma"),
         ({"theta": 0.0}, "theta: 0 is out of range"),
         ({"theta": float("nan")}, "theta"),

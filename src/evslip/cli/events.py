@@ -10,6 +10,7 @@ from tyro.conf import Positional, arg
 from evslip.cli.options import HIDDEN, given, options_of
 from evslip.events.datasheet import UNITS
 from evslip.events.pixel_model import LIMITS, MAPS, PARAMETERS, PixelModel
+from evslip.events.readout.settings import READOUT_LIMITS, READOUT_PARAMETERS, READOUT_UNITS, Readout
 from evslip.exchange.frames_to_events_settings import FrameConversion
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, DataError
@@ -28,8 +29,15 @@ def _pixel_option(name: str) -> Any:
     return Annotated[kind, arg(metavar=shown, help_behavior_hint=hint)]
 
 
-ConversionOptions = options_of(FrameConversion, {"clip": HIDDEN, "parameters": HIDDEN})
+def _readout_option(name: str) -> Any:
+    low, high = READOUT_LIMITS[name]
+    hint = f"[{READOUT_UNITS[name]}, {low:g} to {high:g}] (default: the preset's)"
+    return Annotated[float | None, arg(metavar="NUMBER", help_behavior_hint=hint)]
+
+
+ConversionOptions = options_of(FrameConversion, {"clip": HIDDEN, "parameters": HIDDEN, "readout": HIDDEN})
 PixelOptions = options_of(PixelModel, {name: _pixel_option(name) for name in PARAMETERS})
+ReadoutOptions = options_of(Readout, {name: _readout_option(name) for name in READOUT_PARAMETERS})
 
 
 def events(
@@ -38,6 +46,7 @@ def events(
     *,
     settings: Annotated[FrameConversion, arg(constructor=ConversionOptions)],
     pixels: Annotated[PixelModel, arg(constructor=PixelOptions)],
+    readout: Annotated[Readout, arg(constructor=ReadoutOptions)],
     threads: int = 1,
     device: Annotated[str, arg(metavar="cpu|cuda")] = "cpu",
     preview: Path | None = None,
@@ -65,7 +74,7 @@ def events(
 
     format_of(out, writing=True)
     watchers = []
-    conversion = FrameConversion(clip=clip, parameters=parameters_of(pixels), **given(settings))
+    conversion = FrameConversion(clip=clip, parameters=parameters_of(pixels), readout=given(readout), **given(settings))
     source = open_frames(conversion)
     if preview is not None:
         check_preview(preview, preview_ms)
@@ -80,6 +89,8 @@ def events(
             conversion, source, out, watchers=watchers, threads=threads, device=device, progress=advance
         )
     console.print(f"{out}: {made.summary()}")
+    if made.readout is not None:
+        console.print(made.readout.summary())
     for written in filter(None, (preview, plot)):
         console.print(str(written))
     if source.intensity == "linear" and made.brightest > 16:

@@ -87,11 +87,12 @@ def _camera(name: str | None, biasing: Biasing, out: Path | None) -> None:
 
     from evslip.events import preset_file
     from evslip.events.biases import circuit, parse_biases, pixel_parameters
-    from evslip.events.datasheet import bias_sheet, bias_table, datasheet, presets_table
+    from evslip.events.datasheet import bias_sheet, bias_table, datasheet, presets_table, readout_sheet
     from evslip.events.presets import named
+    from evslip.events.readout.presets import named_readout
     from evslip.utils import atomic
 
-    model = named("davis346" if name is None else name)
+    model, readout = named(name or "davis346"), named_readout(name or "davis346")
     if biasing.biases:
         biases = parse_biases(biasing.biases)
         model = replace(model, **pixel_parameters(circuit(biases, biasing.white_lux), model))
@@ -102,11 +103,11 @@ def _camera(name: str | None, biasing: Biasing, out: Path | None) -> None:
     elif name is None:
         print(presets_table(), end="")
         return
-    print(datasheet(model), end="")
+    print(f"{datasheet(model)}\nreadout\n{readout_sheet(readout)}", end="")
     if out is not None:
         if out.suffix.lower() != preset_file.SUFFIX or preset_file.maps_of(model):
             raise ConfigError(f"{out}: a preset without maps is written to a file such as OUT.toml")
-        atomic.write_text(out, preset_file.text(model, {}))
+        atomic.write_text(out, preset_file.text(model, {}, readout=readout))
 
 
 def _textures(name: str | None, out: Path) -> None:

@@ -12,11 +12,13 @@ import numpy as np
 from evslip.events.biases import BIAS_SETS, Bias, circuit, currents, pixel_parameters
 from evslip.events.pixel_model import LIMITS, PARAMETERS, UNITS, PixelModel
 from evslip.events.presets import PRESETS, named
+from evslip.events.readout.presets import READOUTS
+from evslip.events.readout.settings import OFF, READOUT_LIMITS, READOUT_PARAMETERS, READOUT_UNITS, Readout
 
 
-def meanings() -> dict[str, str]:
-    """Meaning of each parameter of the pixel model, in one line each: the text below the field in the source."""
-    (model,) = ast.parse(textwrap.dedent(inspect.getsource(PixelModel))).body
+def meanings(parameters: type = PixelModel) -> dict[str, str]:
+    """Meaning of each parameter of a class of them, in one line each: the text below the field in the source."""
+    (model,) = ast.parse(textwrap.dedent(inspect.getsource(parameters))).body
     assert isinstance(model, ast.ClassDef)
     texts, name = {}, ""
     for part in model.body:
@@ -29,12 +31,22 @@ def meanings() -> dict[str, str]:
 
 def datasheet(preset: str | PixelModel, width: int = 110) -> str:
     """A preset in full, a parameter a line, meanings folded at `width` columns. Raises ConfigError."""
-    model = named(preset) if isinstance(preset, str) else preset
+    return _sheet(named(preset) if isinstance(preset, str) else preset, LIMITS, UNITS, width)
+
+
+def readout_sheet(readout: Readout, width: int = 110) -> str:
+    """A readout in full, likewise."""
+    return _sheet(readout, READOUT_LIMITS, READOUT_UNITS, width)
+
+
+def _sheet(
+    values: PixelModel | Readout, limits: Mapping[str, tuple[float, float]], units: Mapping[str, str], width: int
+) -> str:
     head = f"{'parameter':<20}{'value':>8} {'unit':<8}{'limits':<17}"
     lines = [head + "meaning"]
-    for name, text in meanings().items():
-        low, high = LIMITS[name]
-        start = f"{name:<20}{_shown(getattr(model, name)):>8} {UNITS[name]:<8}{f'{low:g} to {high:.3g}':<17}"
+    for name, text in meanings(type(values)).items():
+        low, high = limits[name]
+        start = f"{name:<20}{_shown(getattr(values, name)):>8} {units[name]:<8}{f'{low:g} to {high:.3g}':<17}"
         folded = textwrap.wrap(text, max(width - len(head), 30))
         lines += [left + right for left, right in zip([start] + [" " * len(head)] * len(folded), folded, strict=False)]
     return "\n".join(lines) + "\n"
@@ -47,6 +59,10 @@ def presets_table() -> str:
         values = [_shown(getattr(model, name)) for model in PRESETS.values()]
         if len(set(values)) > 1:
             lines.append(f"| {name} | {UNITS[name]} | {' | '.join(values)} |")
+    for name in READOUT_PARAMETERS:
+        values = [_shown(getattr(READOUTS.get(preset, OFF), name)) for preset in PRESETS]
+        if len(set(values)) > 1:
+            lines.append(f"| readout.{name} | {READOUT_UNITS[name]} | {' | '.join(values)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -44,6 +44,7 @@ PRESETS: dict[str, PixelModel] = {
     "dvxplorer": PixelModel(
         theta=0.2, sigma=0.02, cutoff_hz=390.0, leak_rate_hz=0.01, shot_rate_hz=0.03, refractory_us=200.0
     ),
+    "dvxplorer-lite": PixelModel(theta=0.2, sigma=0.02, cutoff_hz=390.0, leak_rate_hz=0.01, shot_rate_hz=0.03),
     "prophesee-like": PixelModel(
         theta=0.22, sigma=0.02, cutoff_hz=1060.0, leak_rate_hz=0.01, shot_rate_hz=0.1, refractory_us=10.0
     ),
@@ -55,8 +56,9 @@ fitted to a street by day, which hardly tells its corner and refractory period; 
 is lit by 4 lux: thresholds of davis346-bright, bandwidth and refractory period of davis346, all noise as measured on
 another sensor (docs/explanation/realism.md has both); clean and noisy are v2e's own (Hu, Liu, Delbruck, v2e: from video
 frames to realistic DVS events, CVPR workshops 2021). dvxplorer (Samsung VGA) and prophesee-like (Gen4, IMX636) follow
-what is public about these sensors; docs/explanation/event-camera.md gives the source of each value. Biases change all
-of them: `evslip calibrate` fits a camera at hand."""
+what is public about these sensors; dvxplorer-lite has dvxplorer's pixels behind the event frames of a recording, in
+place of a refractory period that stands for them (`readout.presets`); docs/explanation/event-camera.md gives the source
+of each value. Biases change all of them: `evslip calibrate` fits a camera at hand."""
 
 
 def named(preset: str) -> PixelModel:

@@ -14,6 +14,7 @@ import numpy as np
 
 from evslip.codecs.clips.sources import Clip, TimedImage, held, open_clip
 from evslip.events.camera import CHUNK_BYTES, CHUNK_FRAMES, EventCamera
+from evslip.events.readout.counts import ReadoutCounts
 from evslip.events.stream import Events
 from evslip.exchange.frames_to_events_settings import FrameConversion
 from evslip.utils.errors import ConfigError, DataError
@@ -41,6 +42,8 @@ class ConvertedFrames:
     size: tuple[int, int]
     brightest: float
     """Largest number in the first frame."""
+    readout: ReadoutCounts | None = None
+    """What became of the events in the readout; None if it is off."""
 
     def summary(self) -> str:
         """One line for a person."""
@@ -81,6 +84,7 @@ def convert_frames(
 
     require_other(out, clip)
     how: Any = {"mode": conversion.mode, "threads": threads, "device": device, **conversion.parameters}
+    how["readout"] = conversion.readout
     camera = EventCamera(conversion.camera, size=clip.size, seed=conversion.seed, intensity=clip.intensity, **how)
     settings = json.dumps(describe(conversion, clip, camera), indent=1)
     frames = _between(_watched(clip, progress), conversion, clip)
@@ -101,7 +105,9 @@ def convert_frames(
                 push(part, last_us)
         if seen == 0:
             raise DataError("holds a single frame; events need at least two")
-    return ConvertedFrames(seen + 1, events, on, first[0], last_us, clip.size, float(first[1].max()))
+    return ConvertedFrames(
+        seen + 1, events, on, first[0], last_us, clip.size, float(first[1].max()), camera.readout_counts
+    )
 
 
 def require_other(path: Path, clip: Clip) -> None:
@@ -115,6 +121,9 @@ def describe(conversion: FrameConversion, clip: Clip, camera: EventCamera) -> di
     said = {name: str(value) if isinstance(value, Path) else value for name, value in vars(conversion).items()}
     if conversion.interpolate not in ("flow", "rife"):
         del said["upsample"]
+    del said["readout"]
+    if camera.readout.is_on:
+        said["readout"] = asdict(camera.readout)
     parameters = {name: _as_json(value) for name, value in asdict(camera.model).items()}
     return {"evslip": __version__, **said, "intensity": clip.intensity, "size": clip.size} | {"parameters": parameters}
 

@@ -34,3 +34,5 @@ class FrameConversion:
     """Seed of the noise and the mismatch."""
     parameters: dict[str, Any] = field(default_factory=dict)
     """Fields of PixelModel, in place of the preset's."""
+    readout: dict[str, float] = field(default_factory=dict)
+    """Fields of Readout, in place of the preset's."""

@@ -37,6 +37,15 @@ class ReadoutCounts:
         """Events lost, for whichever reason."""
         return sum(self.blocked) + sum(self.overflowed) + sum(self.dropped)
 
+    def summary(self) -> str:
+        """One line for a person."""
+        offered = sum(self.offered) + sum(self.added)
+        return (
+            f"readout: {offered:,} events offered, {self.lost:,} lost ({self.lost / max(offered, 1):.1%}), "
+            f"{sum(self.waiting):,} still waiting; delay {self.mean_delay_us:.1f} us on average, at most "
+            f"{self.largest_delay_us:,} us"
+        )
+
     def totals(self) -> dict[str, int]:
         """Numbers of events, OFF and ON together, and the largest delay, by name."""
         numbers = {f"events_{name}": sum(getattr(self, name)) for name in (*KINDS, "waiting")}

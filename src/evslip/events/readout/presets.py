@@ -3,8 +3,9 @@
 from evslip.events import preset_file
 from evslip.events.readout.settings import OFF, Readout
 
-READOUTS: dict[str, Readout] = {}
-"""Readouts of the presets of `events.presets` that have one."""
+READOUTS: dict[str, Readout] = {"dvxplorer-lite": Readout(frame_us=197.28, scan_us=-192.0)}
+"""Readouts of the presets of `events.presets` that have one. dvxplorer-lite: measured in a recording of a DVXplorer
+Lite (320 x 240 pixels) by `benchmarks/readout.py recording`; other settings of its clock give other frames."""
 
 
 def named_readout(preset: str) -> Readout:

@@ -16,6 +16,8 @@ from evslip.events.readout.settings import Readout
 from evslip.events.readout.transit import Transit
 from evslip.utils.jit import compiled
 
+AFTER, FIRED, WORD = range(3)
+"""Of a pixel's event: the pixel whose event came next in the same row, or FREE or LAST; when it fired; its word."""
 FREE, LAST = -2, -1
 """Instead of the next pixel: of one without an event, and of the last that waits in a row."""
 
@@ -23,12 +25,8 @@ FREE, LAST = -2, -1
 class RowQueue(NamedTuple):
     """Rows that wait for the arbiter, and the events in them."""
 
-    after: np.ndarray
-    """Pixel whose event came next in the same row, or FREE or LAST; int64 of shape (pixels,)."""
-    fired_us: np.ndarray
-    """Times at which the pixels' events arose, int64 of shape (pixels,)."""
-    words: np.ndarray
-    """Words of these events, int64 of shape (pixels,)."""
+    held: np.ndarray
+    """Event that each pixel holds: columns AFTER, FIRED, WORD; int64 of shape (pixels, 4), half a line of cache."""
     ends: np.ndarray
     """First and last pixel that wait in each row, int64 of shape (rows, 2)."""
     since_us: np.ndarray
@@ -45,41 +43,13 @@ def idle_queue(shape: tuple[int, int]) -> RowQueue:
     """A queue in which nothing waits."""
     rows, count = shape[0], shape[0] * shape[1]
     return RowQueue(
-        after=np.full(count, FREE, np.int64),
-        fired_us=np.zeros(count, np.int64),
-        words=np.zeros(count, np.int64),
+        held=np.tile(np.array([FREE, 0, 0, 0], np.int64), (count, 1)),
         ends=np.full((rows, 2), LAST, np.int64),
         since_us=np.zeros(rows),
         ring=np.zeros(rows, np.int64),
         place=np.zeros(3, np.int64),
         free_us=np.full(1, -np.inf),
     )
-
-
-@compiled(error_model="numpy")
-def _grant(queue: RowQueue, row_us: float, event_us: float, before_us: float, out: Transit, count: int) -> int:
-    """Serve the rows whose turn comes before a time. Returns the number of events in `out` then."""
-    rows = len(queue.ring)
-    while queue.place[1] > 0:
-        row = queue.ring[queue.place[0]]
-        begin_us = max(queue.free_us[0], queue.since_us[row])
-        if begin_us >= before_us:
-            break
-        first, pixel = count, queue.ends[row, 0]
-        while pixel != LAST:
-            out.at_us[count] = begin_us
-            out.fired_us[count] = queue.fired_us[pixel]
-            out.words[count] = queue.words[pixel]
-            count += 1
-            following = queue.after[pixel]
-            queue.after[pixel] = FREE
-            pixel = following
-        queue.ends[row, 0] = LAST
-        queue.free_us[0] = begin_us + row_us + (count - first) * event_us
-        queue.place[0] = (queue.place[0] + 1) % rows
-        queue.place[1] -= 1
-        queue.place[2] -= count - first
-    return count
 
 
 @compiled(error_model="numpy")
@@ -91,26 +61,53 @@ def serve_rows(
 
     queue, lost: changed in place; lost counts OFF and ON events that pixels could not fire. out: room for all events.
     """
-    rows = len(queue.ring)
-    columns, count = len(queue.after) // rows, 0
-    for i in range(len(events.words)):
-        t, word = events.at_us[i], events.words[i]
-        count = _grant(queue, row_us, event_us, t, out, count)
+    held, ends, since_us, ring = queue.held, queue.ends, queue.since_us, queue.ring
+    rows, arrivals, count, blocked = len(ring), len(events.words), 0, 0
+    columns, begin, waiting = len(held) // rows, queue.place[0], queue.place[1]
+    free_us = queue.free_us[0]
+    for i in range(arrivals + 1):
+        t = events.at_us[i] if i < arrivals else until_us
+        while waiting > 0:
+            row = ring[begin]
+            turn_us = max(free_us, since_us[row])
+            # What comes at this very moment is still read.
+            if turn_us >= t:
+                break
+            first, pixel = count, ends[row, 0]
+            while pixel != LAST:
+                out.at_us[count] = turn_us
+                out.fired_us[count] = held[pixel, FIRED]
+                out.words[count] = held[pixel, WORD]
+                count += 1
+                following = held[pixel, AFTER]
+                held[pixel, AFTER] = FREE
+                pixel = following
+            ends[row, 0] = LAST
+            free_us = turn_us + row_us + (count - first) * event_us
+            begin = begin + 1 if begin + 1 < rows else 0
+            waiting -= 1
+        if i == arrivals:
+            break
+        word = events.words[i]
         row = (word >> 32) & 65535
         pixel = row * columns + ((word >> 16) & 65535)
-        if queue.after[pixel] != FREE:
+        if held[pixel, AFTER] != FREE:
             lost[word & 1] += 1
+            blocked += 1
             continue
-        queue.after[pixel], queue.fired_us[pixel], queue.words[pixel] = LAST, events.fired_us[i], word
-        if queue.ends[row, 0] == LAST:
-            queue.ends[row, 0], queue.since_us[row] = pixel, t
-            queue.ring[(queue.place[0] + queue.place[1]) % rows] = row
-            queue.place[1] += 1
+        held[pixel, AFTER], held[pixel, FIRED], held[pixel, WORD] = LAST, events.fired_us[i], word
+        if ends[row, 0] == LAST:
+            ends[row, 0], since_us[row] = pixel, t
+            place = begin + waiting
+            ring[place if place < rows else place - rows] = row
+            waiting += 1
         else:
-            queue.after[queue.ends[row, 1]] = pixel
-        queue.ends[row, 1] = pixel
-        queue.place[2] += 1
-    return _grant(queue, row_us, event_us, until_us, out, count)
+            held[ends[row, 1], AFTER] = pixel
+        ends[row, 1] = pixel
+    queue.place[0], queue.place[1] = begin, waiting
+    queue.place[2] += arrivals - blocked - count
+    queue.free_us[0] = free_us
+    return count
 
 
 class RowArbiter:
