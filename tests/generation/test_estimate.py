@@ -33,6 +33,14 @@ def test_noise_counts_for_every_pixel_and_second():
     assert 5 < seconds < 15  # a sample of `simple` lasts that long
 
 
+def test_bursts_of_the_readout_count_too():
+    few, many = (
+        cost.estimate(draw(load_config("simple", {"readout.row_bursts_hz": rate, "readout.pixel_bursts_hz": rate}), 0))
+        for rate in (0.0, 10.0)
+    )
+    assert 5 < (many.events - few.events) / (10 * (346 + 1000)) < 15
+
+
 def test_hot_pixels_and_measured_noise_count_too(tmp_path: Path):
     noise = np.full((2, 260, 346), 100.0)
     presets = {"quiet": {}, "hot": {"hot_share": 1.0, "hot_rate_hz": 200.0}, "mapped": {"noise_map": noise}}

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from evslip.config.params import Params
 from evslip.events.presets import named
+from evslip.generation.sensor import readout_of
 from evslip.physics.motion.phases import phase_times
 from evslip.utils.errors import ConfigError
 
@@ -51,7 +52,8 @@ def estimate(params: Params) -> Estimate:
         model = replace(model, leak_rate_hz=sensor.leak_rate_hz)
     if sensor.shot_rate_hz is not None:
         model = replace(model, shot_rate_hz=sensor.shot_rate_hz)
-    events = model.noise_hz(pixels) * seconds + pixels * MOVING_EVENTS
+    noise_hz = model.noise_hz(pixels) + readout_of(params).burst_events_hz(camera.width, camera.height)
+    events = noise_hz * seconds + pixels * MOVING_EVENTS
     frames = max(seconds * render.min_rate_hz, FRAMES * camera.width / 346 * 0.5 / render.max_motion_px)
     return Estimate(
         events,

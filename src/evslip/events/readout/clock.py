@@ -17,9 +17,13 @@ class Clock:
 
     def __init__(self, settings: Readout, seed: np.uint64):
         self._settings = settings
-        self.state = {"jumps_us": np.empty(0), "start_us": np.zeros(1)}
+        self.state = {"last_us": np.zeros(1), "number": np.zeros(1, np.int64)}
         length_us = abs(settings.jump_us)
         self._times = RandomTimes(seed, 0, JUMP, settings.jumps_hz, length_us) if settings.jumps_hz > 0 else None
+
+    def begin(self, time_us: float) -> None:
+        """Let time begin."""
+        self.state["last_us"][0] = time_us
 
     def stamps(self, at_us: np.ndarray) -> np.ndarray:
         """Time stamps of events that come out at these times, which never decrease; int64."""
@@ -30,13 +34,11 @@ class Clock:
         return t_us - t_us % resolution if resolution > 1 else t_us
 
     def _jumped(self, at_us: np.ndarray, times: RandomTimes) -> np.ndarray:
-        known = self.state["jumps_us"]
-        after = known[-1] if len(known) else self.state["start_us"][0]
-        jumps = np.concatenate([known, times.following(len(known), after, np.nextafter(at_us[-1], np.inf))])
-        self.state["jumps_us"] = jumps
-        if not len(jumps):
-            return at_us
-        last = np.searchsorted(jumps, at_us, side="right") - 1
-        begin = np.where(last >= 0, jumps[last], -np.inf)
+        last_us, number = self.state["last_us"], self.state["number"]
+        new = times.following(int(number[0]), float(last_us[0]), float(np.nextafter(at_us[-1], np.inf)))
+        jumps = np.concatenate([last_us if number[0] > 0 else [-np.inf], new])
+        begin = jumps[np.searchsorted(jumps, at_us, side="right") - 1]
+        if len(new):
+            last_us[0], number[0] = new[-1], number[0] + len(new)
         jump_us = self._settings.jump_us
         return np.where(at_us < begin + abs(jump_us), begin + max(jump_us, 0.0), at_us)

@@ -47,7 +47,7 @@ class SensorReadout:
 
     def begin(self, time_us: float) -> None:
         """Let time begin, before the first event."""
-        self._clock.state["start_us"][0] = time_us
+        self._clock.begin(time_us)
         if self._bursts is not None:
             self._bursts.begin(time_us)
 

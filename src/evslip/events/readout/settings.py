@@ -16,7 +16,8 @@ class Readout:
     """Parameters of the readout, each off by default: events then come out at the microsecond at which they arise."""
 
     frame_us: float = field(default=0.0, metadata=_in("us", 0.0, 1e6))
-    """Time from one event frame to the next: the array is frozen, then scanned column by column; 0: no frames."""
+    """Time from one event frame to the next: the array is frozen, then scanned column by column; at least 1, or
+    0: no frames."""
     scan_us: float = field(default=0.0, metadata=_in("us", -1e6, 1e6))
     """Time of the scan over all columns of a frame, from the left; negative: from the right. A column's events share a
     time stamp; at 0 all of a frame do."""
@@ -58,6 +59,11 @@ class Readout:
     def arbitrates(self) -> bool:
         return self.row_us > 0 or self.event_us > 0
 
+    def burst_events_hz(self, width: int, height: int) -> float:
+        """Events a second of bursts, on average."""
+        rows, columns = self.row_bursts_hz * width, self.column_bursts_hz * height
+        return rows + columns + self.pixel_bursts_hz * self.burst_events
+
     @property
     def bursts(self) -> bool:
         return self.row_bursts_hz > 0 or self.column_bursts_hz > 0 or self.pixel_bursts_hz > 0
@@ -81,6 +87,8 @@ def with_changes(base: Readout, changes: Readout | Mapping[str, Any]) -> Readout
             raise ConfigError(f"camera readout.{name}: unknown parameter; expected one of {known}")
         given[name] = _checked(name, value)
     found = Readout(**asdict(base) | given)
+    if 0 < found.frame_us < 1:
+        raise ConfigError(f"camera readout.frame_us: {found.frame_us:g} is out of range, expected 0, or 1 or more")
     if found.frame_us > 0 and found.arbitrates:
         raise ConfigError("camera readout.frame_us: event frames have no arbiter; expected 0, or row_us = event_us = 0")
     if abs(found.scan_us) > found.frame_us:
