@@ -3,7 +3,8 @@
 python benchmarks/flicker.py [PRESET] [INDEX] [TIME_S] [PATHS ...]
 
 The fast renderer has no noise, so what it shows to change is true. Noise of the same random numbers stands still only
-where all that light meets on its way does; it halves with four times the paths. Needs the extra [photo].
+where all that light meets on its way does; it halves with four times the paths. Denoised
+frames have less. Needs the extra [photo].
 """
 
 import sys
@@ -21,8 +22,8 @@ from evslip.rendering.poses import ScenePoses
 from evslip.rendering.timing.schedule import image_motion
 from evslip.utils.errors import EvslipError
 
-FRAMES = 4
-"""Traced ones, `render.key_motion_px` of the image apart."""
+FRAMES, AROUND = 4, 3
+"""Traced ones, `render.key_motion_px` of the image apart, and how many more before and after them."""
 
 
 def main(preset: str = "complex", index: str = "3", time_s: str = "2.57", *paths: str) -> None:
@@ -33,21 +34,23 @@ def main(preset: str = "complex", index: str = "3", time_s: str = "2.57", *paths
     motion = image_motion(ScenePoses(fast, camera, times), camera.pinhole(), fast.params)
     traced = times[plan_keyframes(motion, fast.params.render.key_motion_px).keys]
     first = np.searchsorted(traced, float(time_s) * 1e6)
-    if first > len(traced) - FRAMES:
-        raise ValueError(f"TIME_S: {time_s} is too late, expected at most {traced[-FRAMES] / 1e6:g}")
+    if not AROUND <= first <= len(traced) - FRAMES - AROUND:
+        raise ValueError(
+            f"TIME_S: {time_s} is too early or too late, expected about {traced[len(traced) // 2] / 1e6:g}"
+        )
     print("| paths a pixel | body | mean change of ln luminance | share of pixels over 0.15 |")
     print("|---|---|---|---|")
-    for spp in (None, *counts):
-        keys = {} if spp is None else {"render.renderer": "pathtrace", "render.spp": spp}
+    for spp, denoise in ((None, False), *((count, False) for count in counts), *((count, True) for count in counts)):
+        keys = {"render.renderer": "pathtrace", "render.spp": spp, "render.denoise": denoise} if spp else {}
         traj = fast._replace(params=draw(load_config(preset, keys), int(index), "test"))
         raycaster = make_renderer(None, traj, camera, span)
-        poses = ScenePoses(traj, camera, traced[first : first + FRAMES])
+        poses = ScenePoses(traj, camera, traced[first - AROUND : first + FRAMES + AROUND])
         scale = exposure_scale(raycaster, traj, camera, span[0])
-        pictures, bodies = zip(*(raycaster.draw(poses, k, scale) for k in range(len(poses.travel_m))), strict=True)
+        pictures, bodies = zip(*(raycaster.draw(poses, k, scale) for k in range(AROUND, AROUND + FRAMES)), strict=True)
         changes = np.abs(np.diff(np.log(np.array(pictures) + 0.01), axis=0))
         for body in (OBJECT, GRIPPER):
             found = changes[:, np.all(np.array(bodies) == body, 0)]
-            name = "none: the fast renderer" if spp is None else spp
+            name = "none: the fast renderer" if spp is None else f"{spp}, denoised" if denoise else spp
             print(f"| {name} | {BODIES[body]} | {found.mean():.4f} | {np.mean(found > 0.15):.3f} |", flush=True)
 
 

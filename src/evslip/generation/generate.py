@@ -29,6 +29,7 @@ from evslip.physics.truth import measure
 from evslip.rendering import render_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
+from evslip.rendering.pathtrace.denoising import check_denoiser
 from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected, StorageError
 from evslip.utils.version import __version__
 
@@ -118,6 +119,8 @@ def _check(config: Config, count: int, split: str) -> None:
     the robot can do in none of a few samples."""
     if config.render.renderer == "pathtrace":
         variant.check_installed()
+        if config.render.denoise:
+            check_denoiser()
     camera_for(draw(config, count - 1, split))
     rejected = []
     for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):

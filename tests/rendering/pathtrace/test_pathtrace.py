@@ -17,6 +17,7 @@ from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import pictures, render
 from evslip.rendering.camera import hand_camera, scene_camera
 from evslip.rendering.pathtrace import variant
+from evslip.rendering.pathtrace.denoising import check_denoiser
 from evslip.rendering.pathtrace.keyframes import Keyframes, plan_keyframes
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
@@ -212,3 +213,27 @@ def test_what_is_missing_is_named_with_its_remedy(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "mitsuba" else found(name))
     with pytest.raises(MissingExtraError, match=r"pip install 'evslip\[photo\]'"):
         variant.mitsuba()
+
+
+def test_denoised_frames_come_near_to_many_paths():
+    from evslip.rendering.pathtrace.mitsuba_scene import MitsubaScene
+
+    pytest.importorskip("pyoidn", reason="denoising needs Open Image Denoise: pip install 'evslip[photo]'")
+    truth, plain, denoised = [], [], []
+    for denoise, pictures_of in ((False, plain), (True, denoised)):
+        params = sample(render__denoise=denoise)
+        scene = MitsubaScene(params, hand_camera(params).pinhole())
+        scene.show(ScenePoses(still(params), hand_camera(params), np.array([0])), 0)
+        pictures_of.append(scene.render(4))
+        assert np.array_equal(scene.render(4), pictures_of[0])
+        if not denoise:
+            truth.append(scene.render(512))
+    errors = [np.sqrt(np.mean(np.log((one[0] + 1.0) / (truth[0] + 1.0)) ** 2)) for one in (plain, denoised)]
+    assert errors[1] < 0.5 * errors[0]
+    assert np.corrcoef(denoised[0].ravel(), truth[0].ravel())[0, 1] > 0.98
+
+
+def test_denoising_says_what_it_needs(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(MissingExtraError, match=r"render.denoise.*evslip\[photo\]"):
+        check_denoiser()

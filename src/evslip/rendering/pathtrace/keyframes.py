@@ -17,6 +17,12 @@ SAME_DEPTH = 0.01
 """Share by which the depth of a point may differ from what a traced frame shows in its place, to be the same one."""
 LEAST = 1e-6
 """Weight of a traced frame that only counts where the other one does not show a point."""
+AROUND = 3
+"""Denoised frames before and after one that are averaged with it where the image stands still: on what is held. What
+the denoiser makes of other noise differs there by 3 % from frame to frame, the light itself by half a percent."""
+STILL_PX = 0.05
+HOLE_SPP = 64
+"""Least paths of single pixels beside denoised frames: they cannot be denoised."""
 ORDER = 3
 """Order of the splines between pixels."""
 
@@ -48,14 +54,16 @@ class Keyframes:
         """camera: a pinhole on the hand."""
         self._params, self._camera, self._scene = params, camera, scene
         self._pixel_rays, self._spp = PixelRays(params, camera), params.render.spp
+        self._hole_spp = max(self._spp, HOLE_SPP) if params.render.denoise else self._spp
         self._poses: ScenePoses | None = None
         self._plan = KeyframePlan(np.zeros(1), np.zeros(1, np.int64))
         self._keys: dict[int, Key] = {}
+        self._traces: dict[int, np.ndarray] = {}
 
     def draw(self, poses: ScenePoses, index: int) -> np.ndarray:
         """Linear RGB in cd/m2, of shape (height, width, 3). Which frames are traced depends on all the poses alone."""
         if poses is not self._poses:
-            self._poses, self._keys = poses, {}
+            self._poses, self._keys, self._traces = poses, {}, {}
             motion = image_motion(poses, self._camera, self._params)
             self._plan = plan_keyframes(motion, self._params.render.key_motion_px)
         keys = self._plan.keys
@@ -69,13 +77,36 @@ class Keyframes:
         if index not in self._keys:
             if len(self._keys) > 1:
                 del self._keys[min(self._keys)]
-            self._scene.show(poses, index)
-            image = self._scene.render(self._spp)
             depth, _, part = self._pixel_rays.cast(poses, index)
+            image = self._steadied(poses, index, depth, part)
             single: Any = np.float32
             splines = [spline_filter(np.ascontiguousarray(image[..., k]), ORDER, single) for k in range(3)]
             self._keys[index] = Key(image, splines, depth, part)
         return self._keys[index]
+
+    def _rendered(self, poses: ScenePoses, index: int) -> np.ndarray:
+        if index not in self._traces:
+            if len(self._traces) > 2 * AROUND + 1:
+                del self._traces[min(self._traces)]
+            self._scene.show(poses, index)
+            self._traces[index] = self._scene.render(self._spp)
+        return self._traces[index]
+
+    def _steadied(self, poses: ScenePoses, index: int, depth: np.ndarray, part: np.ndarray) -> np.ndarray:
+        """A traced frame; if it is denoised, the mean of it and its neighbours where the image stands still."""
+        if not self._params.render.denoise:
+            return self._rendered(poses, index)
+        keys = self._plan.keys
+        number = int(np.searchsorted(keys, index))
+        total, count = self._rendered(poses, index).astype(np.float64), np.ones((*depth.shape, 1))
+        row, column = np.mgrid[0.5 : depth.shape[0], 0.5 : depth.shape[1]]
+        for other in keys[max(0, number - AROUND) : number + AROUND + 1].tolist():
+            if other != index:
+                there = self._camera.project(self._pixel_rays.carried(depth, part, poses, index, other))
+                still = np.hypot(there[..., 0] - column, there[..., 1] - row)[..., None] < STILL_PX
+                total += np.where(still, self._rendered(poses, other), 0.0)
+                count += still
+        return (total / count).astype(np.float32)
 
     def _between(self, poses: ScenePoses, index: int, before: int, after: int) -> np.ndarray:
         depth, _, part = self._pixel_rays.cast(poses, index)
@@ -100,11 +131,11 @@ class Keyframes:
         """Pixels (n, 2), row and column, traced one by one; (n, 3)."""
         self._scene.show(poses, index)
         camera = self._camera
-        places = pixels[:, None] + np.random.default_rng(0).random((len(pixels), self._spp, 2))
+        places = pixels[:, None] + np.random.default_rng(0).random((len(pixels), self._hole_spp, 2))
         x = (places[..., 1] - camera.width / 2) / camera.focal_px
         y = (camera.height / 2 - places[..., 0]) / camera.focal_px
         rays = np.stack([x, y, -np.ones_like(x)], -1) @ poses.camera_rotation[index].T
-        return self._scene.render_pixels(rays, self._spp)
+        return self._scene.render_pixels(rays, self._hole_spp)
 
 
 def shown(there: np.ndarray, part: np.ndarray, key: Key) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, finger_place, finger_turn
+from evslip.rendering.pathtrace.denoising import AOVS, Denoiser
 from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
 from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, parts_of
 from evslip.rendering.pathtrace.variant import mitsuba
@@ -19,6 +20,8 @@ BOUNCES = 8
 """Longest path of light, from the lamp to the camera, in segments."""
 MOST_PATHS = 1 << 24
 """Traced at a time: bounds the memory."""
+SURFACE_SPP = 4
+"""Rays a pixel for albedo and normal, which the denoiser looks at."""
 LEAST_RAYS = 1 << 12
 """Rays of a bundle; fewer cost as much."""
 UNDER_M = np.array([0.0, 0.0, -5.0])
@@ -49,6 +52,9 @@ class MitsubaScene:
             "sampler": {"type": "multijitter"},
         }  # fmt: skip
         self.integrator = mi.load_dict({"type": "path", "max_depth": bounces})
+        self._denoiser = Denoiser() if params.render.denoise else None
+        self._surfaces = mi.load_dict({"type": "aov", "aovs": AOVS})
+        self._per_white = 1.0 / white_luminance(params)
         # A dark emitter would make Mitsuba divide zero by zero.
         lights = {}
         if params.background.luminance_cd_m2 > 0:
@@ -81,16 +87,24 @@ class MitsubaScene:
         handles.update()
 
     def render(self, spp: int) -> np.ndarray:
-        """Linear RGB in cd/m2, float32 of shape (height, width, 3), from `spp` paths a pixel.
+        """Linear RGB in cd/m2, float32 of shape (height, width, 3), from `spp` paths a pixel; denoised if the
+        parameters ask for it.
 
         Every frame has the same random numbers: noise that stands still makes no events.
         """
+        light = self._averaged(self.integrator, spp)
+        if self._denoiser is None:
+            return light
+        surfaces = self._averaged(self._surfaces, min(spp, SURFACE_SPP))
+        return self._denoiser(light, surfaces[..., :3], surfaces[..., 3:6], self._per_white)
+
+    def _averaged(self, integrator: Any, spp: int) -> np.ndarray:
         height, width = (int(side) for side in self.scene.sensors()[0].film().size()[::-1])
         most = max(1, MOST_PATHS // (height * width))
-        total = np.zeros((height, width, 3))
+        total: Any = 0.0
         for seed, done in enumerate(range(0, spp, most)):
             count = min(most, spp - done)
-            image = self._mi.render(self.scene, integrator=self.integrator, spp=count, seed=seed)
+            image = self._mi.render(self.scene, integrator=integrator, spp=count, seed=seed)
             total += count * np.array(image, np.float64)
         return (total / spp).astype(np.float32)
 
@@ -115,6 +129,12 @@ class MitsubaScene:
         bundle = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origins), mi.Vector3f(directions.T)))
         light = np.array(self.integrator.sample(self.scene, sampler, bundle)[0])
         return light.T[:count].reshape(len(rays), spp, 3).mean(1)
+
+
+def white_luminance(params: Params) -> float:
+    """About the luminance, cd/m2, of a white surface that faces the lamp."""
+    lamp_share = (params.light.radius_m / params.light.distance_m) ** 2
+    return max(params.light.luminance_cd_m2 * lamp_share + params.background.luminance_cd_m2, 1e-6)
 
 
 def frames_of(poses: ScenePoses, index: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
