@@ -21,7 +21,8 @@ class RenderSpec(Section, Generic[N, S]):
     spp: Annotated[int, Strict(), Within(1, 65536)] = 64
     """Light paths a pixel of pathtrace: more of them, less noise."""
     denoise: Annotated[bool | None, Strict()] = None
-    """Pathtrace: take the noise out of the traced frames (Open Image Denoise); 8 paths a pixel are enough then. Off unless asked for."""
+    """Pathtrace: take the noise out of the traced frames (Open Image Denoise); 8 paths a pixel are enough then.
+    Off unless asked for."""
     key_motion_px: Annotated[float, Strict(), Within(0.0, 64.0)] = 4.0
     """Pathtrace: farthest that any point may move in the image between two frames that are traced. The frames between
     are made from both by the known motion. 0: all are traced."""
