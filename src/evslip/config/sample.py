@@ -9,7 +9,9 @@ from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, mo
 
 from evslip.config.section import N, S, Section
 from evslip.config.sections.camera import CameraSpec
+from evslip.config.sections.flicker import FlickerSpec
 from evslip.config.sections.grip import GripSpec
+from evslip.config.sections.lens import LensSpec
 from evslip.config.sections.light import LightSpec
 from evslip.config.sections.motion import MotionSpec
 from evslip.config.sections.object import ObjectSpec
@@ -20,6 +22,9 @@ from evslip.config.sections.sensor import SensorSpec
 from evslip.config.sections.slip import SlipSpec
 from evslip.config.sections.surroundings import BackgroundSpec, SurfaceSpec
 
+OPTIONAL = ("flicker", "lens", "readout")
+"""Sections that came later, and do nothing by default."""
+
 
 class SampleSpec(Section, Generic[N, S]):
     """All of one sample."""
@@ -29,9 +34,11 @@ class SampleSpec(Section, Generic[N, S]):
     surface: SurfaceSpec[N, S]
     background: BackgroundSpec[N, S]
     light: LightSpec[N, S]
+    flicker: FlickerSpec[N, S] = Field(default={}, validate_default=True)
     robot: RobotSpec = RobotSpec()
     motion: MotionSpec[N, S]
     camera: CameraSpec[N, S]
+    lens: LensSpec[N, S] = Field(default={}, validate_default=True)
     sensor: SensorSpec[N, S]
     readout: ReadoutSpec[N, S] = Field(default={}, validate_default=True)
     render: RenderSpec[N, S]
@@ -39,10 +46,13 @@ class SampleSpec(Section, Generic[N, S]):
 
     @model_serializer(mode="wrap")
     def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
-        """Written without a readout that says nothing, as before there was one."""
+        """Written without the sections of OPTIONAL that say nothing, as before there were any."""
         tree = handler(self)
-        if info.mode == "json" and all(value is None for _, value in self.readout):
-            tree.pop("readout", None)
+        if info.mode == "json":
+            for name in OPTIONAL:
+                section = getattr(self, name)
+                if all(value == type(section).model_fields[key].default for key, value in section):
+                    tree.pop(name, None)
         return tree
 
 

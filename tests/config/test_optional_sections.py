@@ -1,0 +1,57 @@
+"""Sections that came later: a configuration that does not use them is what it was."""
+
+import json
+
+import pytest
+
+from evslip.config.loading import config_from_text, dump_config, load_config
+from evslip.config.params import Params
+from evslip.config.sample import OPTIONAL
+from evslip.draws.draw import draw
+from evslip.utils.errors import ConfigError
+
+USED = {
+    "flicker": {"lamp_depth": {"min": 0.1, "max": 0.3}, "waveform": ["sine", "pwm"], "frequency_hz": [100.0, 120.0]},
+    "lens": {"spots": {"min": 1.0, "max": 9.0}, "glare": 0.1},
+    "readout": {"lost_share": 0.1},
+}
+
+
+@pytest.mark.parametrize("name", OPTIONAL)
+def test_a_section_is_written_only_where_it_says_something(name: str):
+    plain = load_config("complex")
+    assert f"[{name}]" not in dump_config(plain) and name not in json.loads(draw(plain, 0).model_dump_json())
+    assert config_from_text(dump_config(plain)) == plain
+
+
+@pytest.mark.parametrize("name", sorted(USED))
+def test_a_section_is_drawn_and_read_back_and_changes_no_other_draw(name: str):
+    config = load_config("complex", {f"{name}.{key}": value for key, value in USED[name].items()})
+    assert config_from_text(dump_config(config)) == config
+    params, plain = draw(config, 3), draw(load_config("complex"), 3)
+    assert Params.from_json(params.model_dump_json()) == params
+    assert params != plain
+    assert params.model_copy(update={name: getattr(plain, name)}) == plain
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        ({"flicker.lamp_depth": 1.5}, "flicker.lamp_depth: 1.5 is out of range, expected 0 to 1"),
+        ({"flicker.surroundings_depth": {"min": -0.1, "max": 0.1}}, "flicker.surroundings_depth: -0.1 is out of range"),
+        ({"flicker.waveform": "square"}, "flicker.waveform: 'square' is unknown; expected one of sine, pwm"),
+        ({"flicker.frequency_hz": 0}, "flicker.frequency_hz: 0 is out of range, expected 10 to 1000"),
+        ({"flicker.harmonic": 0.5}, "flicker.harmonic: 0.5 is out of range"),
+        ({"flicker.duty": 1.0}, "flicker.duty: 1 is out of range"),
+        ({"flicker.depth": 0.1}, "flicker.depth: unknown key; did you mean lamp_depth?"),
+        ({"flicker": 3}, "flicker: 3 is wrong"),
+        ({"lens.spots": -1}, "lens.spots: -1 is out of range"),
+        ({"lens.spot_px": 0}, "lens.spot_px: 0 is out of range"),
+        ({"lens.spot_opacity": "dark"}, "lens.spot_opacity: 'dark' is wrong"),
+        ({"lens.glare": 0.9}, "lens.glare: 0.9 is out of range, expected 0 to 0.5"),
+    ],
+)
+def test_wrong_values_are_named(overrides: dict[str, object], message: str):
+    with pytest.raises(ConfigError) as caught:
+        load_config("simple", overrides)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
