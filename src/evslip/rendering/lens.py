@@ -5,6 +5,7 @@ from scipy.special import ive
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
+from evslip.rendering.dirt import Dirt
 from evslip.rendering.scratch import kernel
 
 SPREAD = np.float32(0.125)
@@ -15,8 +16,8 @@ TAIL = 1e-6
 
 
 class Lens:
-    """Distortion, slight blur, defocus, vignetting. Each but the slight blur costs time only where the parameters ask
-    for it."""
+    """Distortion, slight blur, defocus, vignetting, dirt. Each but the slight blur costs time only where the parameters
+    ask for it."""
 
     def __init__(self, params: Params, camera: Camera):
         self.pinhole = camera.pinhole()
@@ -28,6 +29,7 @@ class Lens:
             self._taps, self._weights = bspline_taps(camera, self.pinhole)
         self._defocus = gaussian(settings.defocus_px * camera.width / settings.width)
         self._fall_off = fall_off(camera, settings.vignetting) if settings.vignetting else None
+        self._dirt = Dirt(params, camera)
 
     def form(self, image: np.ndarray, scale: float, spread: np.float32) -> np.ndarray:
         """The luminance (height, width) that the sensor sees, times `scale`, from what the pinhole sees."""
@@ -40,6 +42,7 @@ class Lens:
             defocus(out, self._defocus, self._blur)
         if self._fall_off is not None:
             out *= self._fall_off
+        self._dirt.darken(out)
         return out
 
     def bend_mask(self, bodies: np.ndarray) -> np.ndarray:
