@@ -5,24 +5,31 @@ presets (docs/explanation/benchmarks.md) and right to a factor of 3.
 """
 
 import contextlib
+import math
 import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from evslip.config.params import Params
+from evslip.events.pixel_model import PixelModel
 from evslip.events.presets import named
 from evslip.generation.sensor import readout_of
 from evslip.physics.motion.phases import phase_times
+from evslip.rendering import MIDDLE_GREY
+from evslip.rendering.timing.flicker import DARK, Flicker
 from evslip.utils.errors import ConfigError
 
 MOVING_EVENTS = 40.0
 """Events of a pixel that movement makes, in `simple`."""
 BASE_BYTES, PIXEL_BYTES, EVENT_BYTES, STORED_BYTES = 4e8, 250.0, 45.0, 3.1
 """Memory of a process, for each pixel, for each event; size of an event in a file."""
-FRAMES, PIXEL_S, EVENT_S = 1500.0, 45e-9, 3e-7
-"""Frames of a sample 346 pixels wide at 0.5 pixels a frame; processor time of a pixel of a frame, and of an event."""
+FRAMES, PIXEL_S, MIXED_S, EVENT_S = 1500.0, 45e-9, 6e-9, 3e-7
+"""Frames of a sample 346 pixels wide at 0.5 pixels a frame; processor time of a pixel of a frame, of a pixel of a frame
+that a flicker adds, and of an event."""
 LARGE_BYTES, LARGE_S, LARGE_DISK = 2e9, 300.0, 1e11
 """Memory and time of a sample, and size of a data set, from which on a person reads them before it starts."""
 
@@ -53,14 +60,28 @@ def estimate(params: Params) -> Estimate:
     if sensor.shot_rate_hz is not None:
         model = replace(model, shot_rate_hz=sensor.shot_rate_hz)
     noise_hz = model.noise_hz(pixels) + readout_of(params).burst_events_hz(camera.width, camera.height)
-    events = noise_hz * seconds + pixels * MOVING_EVENTS
+    flicker = Flicker(params)
+    events = (noise_hz + pixels * _flicker_hz(params, model)) * seconds + pixels * MOVING_EVENTS
     frames = max(seconds * render.min_rate_hz, FRAMES * camera.width / 346 * 0.5 / render.max_motion_px)
+    mixed = len(flicker.times(np.array([0, 1_000_000]))) * seconds if flicker.is_on else 0.0
     return Estimate(
         events,
         events * STORED_BYTES,
         BASE_BYTES + pixels * PIXEL_BYTES + events * EVENT_BYTES,
-        frames * pixels * PIXEL_S + events * EVENT_S,
+        (frames * PIXEL_S + mixed * MIXED_S) * pixels + events * EVENT_S,
     )
+
+
+def _flicker_hz(params: Params, model: PixelModel) -> float:
+    """Events a second of a pixel that sees only the light that flickers most: what passes its low-pass, at a brightness
+    of MIDDLE_GREY, in whole thresholds."""
+    own, sensor = params.flicker, params.sensor
+    depth = min(max(own.lamp_depth, own.surroundings_depth), 1 - DARK)
+    cutoff_hz = model.cutoff_hz if sensor.cutoff_hz is None else sensor.cutoff_hz
+    preset = model.theta if model.theta_on is None else float(np.mean(model.theta_on))
+    theta = preset if sensor.theta is None else sensor.theta
+    passed = 1 / math.hypot(1, own.frequency_hz / (cutoff_hz * MIDDLE_GREY)) if cutoff_hz > 0 else 1.0
+    return 2 * own.frequency_hz * math.floor(2 * math.atanh(depth) * passed / theta)
 
 
 def require_room(one: Estimate | None, count: int, workers: int | None, root: Path) -> str | None:
@@ -72,7 +93,7 @@ def require_room(one: Estimate | None, count: int, workers: int | None, root: Pa
     if one.memory_bytes > there:
         raise ConfigError(
             f"{one.line()}, and this machine has {_bytes(there)}: expected fewer pixels (camera.width, camera.height), "
-            "less noise (sensor.shot_rate_hz, sensor.leak_rate_hz) or a shorter motion (motion.duration_s)"
+            "less noise (sensor.shot_rate_hz, sensor.leak_rate_hz), less flicker or a shorter motion (motion.duration_s)"
         )
     if count * one.file_bytes > 3 * free:
         raise ConfigError(

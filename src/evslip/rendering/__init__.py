@@ -13,8 +13,10 @@ import numpy as np
 from evslip.events.frame import Frame
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera, scene_camera
+from evslip.rendering.lights import Lights
 from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
 from evslip.rendering.poses import ScenePoses
+from evslip.rendering.timing.flicker import Flicker
 from evslip.rendering.timing.schedule import check_span, frame_times
 from evslip.scene.textures.library import linear_to_srgb
 from evslip.utils.errors import ConfigError
@@ -45,9 +47,9 @@ def render(
 ) -> Iterator[Frame]:
     """Frames of a trajectory from the hand camera, luminance relative to white.
 
-    By default the recorded span (`measure(traj).span_us`) at times from `frame_times`; `times_us` (sorted
-    integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its own. `renderer`: of
-    RENDERERS; default: the parameters' render.renderer.
+    By default the recorded span (`measure(traj).span_us`) at times from `frame_times`, and those that a flicker asks
+    for; `times_us` (sorted integers) overrides them. `size` is (width, height) in pixels. Every frame's arrays are its
+    own. `renderer`: of RENDERERS; default: the parameters' render.renderer.
     `outputs`, of OUTPUTS: what else the frames shall hold, see `Frame`. Raises ConfigError.
     """
     check_outputs(outputs)
@@ -73,11 +75,20 @@ def render_span(
         times_us = frame_times(traj, *(part or span), camera=camera)
     times_us = np.asarray(times_us, np.int64)
     check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
+    poses, kept = ScenePoses(traj, camera, times_us), Outputs(traj, camera, outputs) if outputs else None
+    flicker = Flicker(traj.params)
+    if flicker.is_on:
+        lights = Lights(traj.params, lambda params: make_renderer(renderer, traj._replace(params=params), camera, span))
+        scale = exposure_scale(lights, traj, camera, span[0])
+        if not in_sequence:
+            return _frames(lights.draw_single(poses, times_us, scale), times_us, kept)
+        every_us = flicker.times(times_us)
+        return _frames(lights.draw_sequence(poses, times_us, every_us, scale), every_us, kept)
     chosen = make_renderer(renderer, traj, camera, span)
-    scale, poses = exposure_scale(chosen, traj, camera, span[0]), ScenePoses(traj, camera, times_us)
+    scale = exposure_scale(chosen, traj, camera, span[0])
     single = (chosen.draw(poses, k, scale) for k in range(len(times_us)))
     drawn = chosen.draw_sequence(poses, scale) if in_sequence else single
-    return _frames(drawn, times_us, Outputs(traj, camera, outputs) if outputs else None)
+    return _frames(drawn, times_us, kept)
 
 
 def render_color(

@@ -147,11 +147,15 @@ def _shade_sphere(S, n, loaded, pixel, sphere, lamp_here):
     for i in range(n):
         lowest, highest = smaller(lowest, S[GROUND + i]), larger(highest, S[GROUND + i])
     if lowest < ONE:
-        aspect = sphere.levels[0, 1] / sphere.levels[0, 2]
-        horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
-        unroll(S, n, sphere.repetitions, sphere.radius, pixel, aspect, horizon)
-        sample_around(S, n, sphere.cells, loaded, sphere.levels, True, TRIANGLE)
-        glow(S, n, sphere.luminance)
+        if sphere.luminance > ZERO:
+            aspect = sphere.levels[0, 1] / sphere.levels[0, 2]
+            horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
+            unroll(S, n, sphere.repetitions, sphere.radius, pixel, aspect, horizon)
+            sample_around(S, n, sphere.cells, loaded, sphere.levels, True, TRIANGLE)
+            glow(S, n, sphere.luminance)
+        else:
+            for i in range(n):
+                S[RESULT + i] = ZERO
         if lamp_here:
             draw_lamp(S, n, sphere.towards, sphere.angle, pixel, sphere.lamp_luminance)
     return lowest if highest > ZERO else -ENDLESS
