@@ -1,5 +1,7 @@
 """The event camera with a readout behind its pixels."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -119,3 +121,15 @@ def test_a_wrong_readout_in_a_file_is_named(tmp_path: Path, section: str, messag
     with pytest.raises(ConfigError, match=message) as caught:
         EventCamera(str(path), size=SIZE)
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_readout_that_is_off_is_not_even_loaded():
+    code = (
+        "import sys; import numpy as np; from evslip.events import EventCamera;"
+        "camera = EventCamera('clean', size=(8, 6));"
+        "camera.run((1000.0 * k, np.full((6, 8), 0.2 + 0.1 * k)) for k in range(3));"
+        "found = [name for name in sys.modules if name.startswith('evslip.events.readout.')];"
+        "print(' '.join(sorted(name.rpartition('.')[2] for name in found)))"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said.split() == ["presets", "settings"]
