@@ -16,12 +16,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from chaos_verbs import mounted
+from chaos_verbs import mounted, powerless
 
 import evslip
 
 SPLITS = (("train", 2), ("test", 1))
-NOBODY = 65534
 COMMAND = "from evslip.cli import main; main()"
 
 
@@ -32,10 +31,11 @@ class Run(NamedTuple):
     lines: list[str]
     """What they said on stderr."""
 
-    def is_refused(self, words: str) -> bool:
-        """Whether the first that was refused said so in one line, apart from notes, and with exit code 2."""
+    def is_refused(self) -> bool:
+        """Whether the last said in one line, apart from notes, and with exit code 2 that the disk is full."""
         errors = [line for line in self.lines if "note: " not in line]
-        return self.codes[-1] == 2 and len(errors) == 1 and words in errors[0]
+        full = ("no space left on the disk", "are free in")  # the latter before anything is made
+        return self.codes[-1] == 2 and len(errors) == 1 and any(words in errors[0] for words in full)
 
 
 def generated(package: Path, data: Path, splits=SPLITS, **options) -> Run:
@@ -79,7 +79,7 @@ def full(root: Path, count: int) -> tuple[bool, str]:
                     os.posix_fallocate(filler.fileno(), 0, max(1, free.f_bavail * free.f_frsize - room))
                 run = generated(package, disk / "data")
                 there = records(disk / "data")
-                wrong += [] if run.is_refused("no space left") else [f"{room} bytes of room: {run}"]
+                wrong += [] if run.is_refused() else [f"{room} bytes of room: {run}"]
                 wrong += [f"{name} is hurt" for name in there if whole[name] != there[name]]
                 wrong += [f"{name} is left" for name in left_over(disk / "data")]
                 (disk / "filler").unlink()
@@ -101,14 +101,13 @@ def no_room_for_compiled_code(root: Path, count: int) -> tuple[bool, str]:
             if not is_mounted:
                 return True, "no right to mount a tmpfs"
             variables = {"NUMBA_CACHE_DIR": str(root / "cache")}
-            run = generated(package, root / "data", variables=variables)
+            run = generated(package, root / "data", (("test", 1),), variables=variables)
             left = [path.name for path in (root / "cache").rglob("*.tmp.*")]
         notes = [line for line in run.lines if "compiled code cannot be kept" in line]
-        right = run.codes == [0, 0] and len(run.lines) == len(notes) == 2 and not left
-        return right and records(root / "data") == whole, (
-            f"exit codes {run.codes}, a line a command: {notes[0][:130]}...; the undisturbed records"
-            if right
-            else f"{run}, {left}"
+        right = run.codes == [0] and len(run.lines) == len(notes) == 1 and not left
+        right &= records(root / "data").items() <= whole.items()
+        return right, (
+            f"exit codes {run.codes}, {notes[0][:170]}...; the undisturbed record" if right else f"{run}, {left}"
         )
 
 
@@ -118,11 +117,9 @@ def read_only(root: Path, count: int) -> tuple[bool, str]:
         seen, wrong = [], []
         for name, is_home in (("with a home", True), ("without a home", False)):
             own = Path(tempfile.mkdtemp(dir=root))
-            os.chown(own, NOBODY, NOBODY)
-            home = own if is_home else root
-            variables = {"HOME": str(home), "NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "MPLCONFIGDIR": str(own)}
-            user = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.geteuid() == 0 else {}
-            run = generated(package, own / "data", variables=variables, cwd=own, **user)
+            home = own if is_home else package
+            variables = {"HOME": str(home), "NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "EVSLIP_PROGRESS_S": "3600"}
+            run = generated(package, own / "data", variables=variables, cwd=own, preexec_fn=powerless)
             compiled = len(list(own.rglob("*.nbc")))
             if run.codes != [0, 0] or run.lines or records(own / "data") != whole:
                 wrong.append(f"{name}: {run}")
@@ -134,8 +131,6 @@ def read_only(root: Path, count: int) -> tuple[bool, str]:
 def installed(root: Path) -> Iterator[tuple[Path, dict[str, str], int]]:
     """A read-only copy of the package, compiled, and what an undisturbed run makes: its records and their size."""
     root.mkdir(parents=True)
-    for folder in (root, root.parent):  # which tempfile made for this user alone
-        folder.chmod(0o755)
     package = root / "package"
     shutil.copytree(Path(evslip.__file__).parent, package / "evslip")
     run = generated(package, root / "undisturbed")

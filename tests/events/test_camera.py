@@ -9,6 +9,7 @@ import evslip
 from evslip.events import PRESETS, EventCamera, EventCameras, concatenate
 from evslip.events.batch import camera_seed
 from evslip.events.frame import BACKGROUND, GRIPPER, NO_BODY, OBJECT, Frame
+from evslip.events.sensor.threads import FrameProcessor
 from evslip.events.stream import FIELDS, Events
 from evslip.generation.sensor import camera_for
 from evslip.utils import seeds
@@ -330,3 +331,25 @@ def test_frames_between_which_noise_alone_would_fill_the_memory_are_refused():
     with pytest.raises(DataError, match="million noise events since the frame at 0 us"):
         camera.step(1e15, image)
     assert camera.step(1e5, image).count > 0
+
+
+def test_with_much_noise_fewer_frames_are_worked_on_at_once(monkeypatch):
+    whole = EventCamera("noisy", size=(64, 48)).run(noise_alone())
+    per_frame = EventCamera("noisy", size=(64, 48)).model.noise_hz(64 * 48) * 0.01
+    monkeypatch.setattr("evslip.events.camera.MOST_NOISE", 2.5 * per_frame)
+    taken, process = [], FrameProcessor.process
+    counted = lambda self, buffer: taken.append(buffer.count) or process(self, buffer)  # noqa: E731
+    monkeypatch.setattr(FrameProcessor, "process", counted)
+    assert EventCamera("noisy", size=(64, 48)).run(noise_alone()) == whole
+    assert sum(taken) == 20 and max(taken) == 2
+
+
+def noise_alone():
+    return ((10_000 * number, np.full((48, 64), 0.5)) for number in range(21))
+
+
+def test_noise_of_the_photoreceptor_that_never_ends_is_refused():
+    camera = EventCamera("clean", size=(640, 480), cutoff_hz=1e6, photoreceptor_noise=1.0)
+    camera.step(0, np.full((480, 640), 0.5))
+    with pytest.raises(DataError, match="million noise events"):
+        camera.step(5000, np.full((480, 640), 0.5))

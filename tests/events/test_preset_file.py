@@ -78,3 +78,11 @@ def test_a_wrong_file_is_named(tmp_path: Path, content: str, message: str):
 def test_a_missing_file_is_named(tmp_path: Path):
     with pytest.raises(ConfigError, match=r"none\.toml"):
         EventCamera(str(tmp_path / "none.toml"))
+
+
+@pytest.mark.parametrize("values", [np.full((6, 8), 0.3j), np.full((6, 8), "0.3")], ids=["complex", "text"])
+def test_maps_are_real_numbers(values: np.ndarray, tmp_path: Path):
+    np.savez(tmp_path / "own.npz", theta_on=values)
+    (tmp_path / "own.toml").write_text(f'{HEAD}maps = "own.npz"\n')
+    with pytest.raises(ConfigError, match="expected real numbers"):
+        preset_file.read(tmp_path / "own.toml")

@@ -65,7 +65,7 @@ def load_noise_map(path: str | Path) -> np.ndarray:
         raise DataError(f"{path}: there is no such file")
     try:
         with npz.archive(Path(path)) as archive:
-            noise_map = npz.array(archive, "noise_map", Path(path), MOST_BYTES).astype(np.float64)
+            noise_map = npz.numbers(archive, "noise_map", Path(path), MOST_BYTES)
     except (DataError, ValueError, KeyError) as error:
         reason = " ".join(str(error).split())[:160]
         raise DataError(f"{path}: not a noise map made by `evslip calibrate` ({reason})") from None

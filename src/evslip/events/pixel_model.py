@@ -1,5 +1,6 @@
 """Parameters of the event pixels, with units and limits."""
 
+import math
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -81,13 +82,16 @@ class PixelModel:
 
     def noise_hz(self, pixels: int) -> float:
         """Noise events a second of so many pixels, about: leak at white and shot noise in the dark, where they are
-        most."""
+        most, and what the photoreceptor's noise makes."""
         if self.noise_map is not None:
             return float(self.noise_map.sum())
         leak = (self.leak_rate_hz + self.leak_light_hz) * (
             1.0 if self.leak_map is None else float(self.leak_map.mean())
         )
-        return pixels * (leak + self.shot_rate_hz + self.hot_share * self.hot_rate_hz)
+        thresholds = [one for one in (self.theta_on, self.theta_off) if one is not None] or [self.theta]
+        spread = max(2.0 * self.photoreceptor_noise, 1e-6) / min(float(np.min(one)) for one in thresholds)
+        receptor = math.pi * self.cutoff_hz * math.exp(-1.0 / spread**2)  # of Gaussian noise that wanders that far
+        return pixels * (leak + self.shot_rate_hz + self.hot_share * self.hot_rate_hz + receptor)
 
 
 PARAMETERS = tuple(field.name for field in fields(PixelModel))

@@ -135,7 +135,7 @@ def _maps(path: Path, name: Any) -> dict[str, np.ndarray]:
             if unknown:
                 raise DataError(f"{min(unknown)}: unknown map, expected {', '.join(MAPS)}")
             each = sorted(npz.names(archive))
-            return {one: npz.array(archive, one, beside, MOST_MAP_BYTES).astype(np.float64) for one in each}
+            return {one: npz.numbers(archive, one, beside, MOST_MAP_BYTES) for one in each}
     except (DataError, OSError, ValueError) as error:
         raise ConfigError(f"{beside}: not maps of a camera preset ({' '.join(str(error).split())[:160]})") from None
 

@@ -91,3 +91,11 @@ def array(file: zipfile.ZipFile, name: str, path: Path, most_bytes: int) -> np.n
         if size > most_bytes:
             raise DataError(f"{stored.where}: {stored.what}, expected at most {most_bytes} bytes")
         return stored.next(stored.shape)
+
+
+def numbers(file: zipfile.ZipFile, name: str, path: Path, most_bytes: int) -> np.ndarray:
+    """A whole array of real numbers, float64, of at most so many bytes. Raises DataError."""
+    values = array(file, name, path, most_bytes)
+    if values.dtype.kind not in "biuf":
+        raise DataError(f"{path}: {name}: {values.dtype} of shape {values.shape}, expected real numbers")
+    return values.astype(np.float64)

@@ -29,7 +29,7 @@ def simulated_events(
         EventCamera(preset, size=(width, height), seed=seed, mode=settings.mode, intensity=intensity) for seed in seeds
     ]
     noise = cameras[0].model.noise_hz(width * height) * (end_us - int(footage.t_us[0])) / 1e6
-    if noise > MOST_NOISE:
+    if noise > MOST_NOISE:  # so many of each camera
         raise ConfigError(
             f"end-s: {noise / 1e6:,.0f} million noise events up to {end_us / 1e6:g} s, expected an end with "
             f"{MOST_NOISE / 1e6:.0f} at most"
