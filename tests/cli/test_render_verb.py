@@ -102,6 +102,8 @@ def test_instants_cover_the_recorded_span(stored):
         (("--out", "a", "--phase", "dance"), "this record has approach"),
         (("--out", "a", "--phase", "tilt", "--times", "1"), "cannot be combined"),
         (("--out", "a", "--times", "99"), "outside of the trajectory"),
+        (("--out", "a", "--times", "nan"), "times: nan is out of range"),
+        (("--out", "a", "--times", "1e300"), "times: 1e+300 is out of range"),
         (("--out", "a", "--every", "0"), "every: 0.0 is out of range"),
         (("--out", "a", "--spp", "0"), "render.spp: 0 is out of range"),
         (("--out", "a", "--times", "1", "--camera", "scene"), "use pathtrace"),

@@ -298,6 +298,7 @@ def test_a_simulators_own_events_are_taken(tmp_path: Path):
         (("0.4,", "4 m,"), "expected numbers"),
         (("1.0,0.0,0.0,0.0", "2.0,0.0,0.0,0.0"), "quaternions of length .*, expected 1"),
         (("0.016666666666666666", "-1"), "times that increase"),
+        (("0.4,", "1e300,"), "numbers below 1,000,000"),
     ],
 )
 def test_tables_that_hold_no_poses_are_refused(tmp_path: Path, change: tuple[str, str], message: str):
@@ -306,6 +307,15 @@ def test_tables_that_hold_no_poses_are_refused(tmp_path: Path, change: tuple[str
     assert change[0] in text
     (tmp_path / "poses.csv").write_text(text.replace(*change))
     with pytest.raises(DataError, match=message):
+        read_poses(tmp_path / "poses.csv")
+
+
+def test_poses_of_years_are_refused_before_they_are_brought_to_milliseconds(tmp_path: Path):
+    pose_table(tmp_path, 0.1, 0.0)
+    *rows, last = (tmp_path / "poses.csv").read_text().splitlines()
+    last = f"1e6,{last.partition(',')[2]}"
+    (tmp_path / "poses.csv").write_text("\n".join([*rows, last]))
+    with pytest.raises(DataError, match="a span of 1,000,000 s, expected 3,600 at most"):
         read_poses(tmp_path / "poses.csv")
 
 

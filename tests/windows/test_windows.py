@@ -353,6 +353,7 @@ def test_unwritable_place(windows: Windows, tmp_path) -> None:
 @pytest.mark.parametrize(
     "wrong",
     [
+        {"seed": 10**70},
         {"labels": "best"},
         {"length_s": 0},
         {"hop_s": -1},

@@ -64,8 +64,8 @@ class WindowSettings:
                 f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}, hold_mm {self.hold_mm:g}, slip_mm "
                 f"{self.slip_mm:g}: expected 0 <= hold <= slip, at most 360 deg and 1e6 mm"
             )
-        if self.seed < 0:
-            raise ConfigError(f"seed {self.seed}: expected 0 or more")
+        if not 0 <= self.seed < 2**63:
+            raise ConfigError(f"seed {self.seed}: expected 0 or more, and less than 2**63")
         if not (1 <= self.sensor_width <= 65536 and 1 <= self.sensor_height <= 65536):
             raise ConfigError(f"sensor of {self.sensor_width}x{self.sensor_height}: expected 1 to 65536 a side")
         across = -self.width < self.left < self.sensor_width and -self.height < self.top < self.sensor_height

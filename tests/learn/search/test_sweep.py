@@ -262,9 +262,10 @@ def test_other_mistakes_are_refused(windows, tmp_path) -> None:
         settings_of(sampler="grid")
     with pytest.raises(DataError, match="expected the folder of a sweep"):
         read_sweep(tmp_path)
-    (tmp_path / JOURNAL).write_text("not a journal\n" * 3)
-    with pytest.raises(DataError, match="damaged"):
-        sweep(windows, tmp_path, settings_of())
+    for line in ("not a journal", "[]", "null", '{"op_code": 99}', '{"op_code": 4, "trial_id": 99}', "\0"):
+        (tmp_path / JOURNAL).write_text(f"{line}\n" * 3)
+        with pytest.raises(DataError, match="damaged"):
+            sweep(windows, tmp_path, settings_of())
 
 
 @pytest.mark.slow

@@ -84,3 +84,10 @@ def test_a_sample_says_whether_it_slips():
     slipping, holding = (film.picture(t)[:CAPTION] for t in (2000, 4500))
     assert {tuple(c) for c in slipping.reshape(-1, 3)} != {tuple(c) for c in holding.reshape(-1, 3)}
     assert (slipping != holding).any()
+
+
+@pytest.mark.parametrize("size", [(16384, 16384), (1, 65535)])
+def test_a_sensor_that_no_picture_can_show_is_refused(size: tuple[int, int]):
+    one = Events(*(np.zeros(2, dtype) for dtype in (np.int64, np.uint16, np.uint16, bool))).replace(t_us=np.arange(2))
+    with pytest.raises(DataError, match="pixels, expected at most"):
+        Film([Record(kind="recording", name="a", size=size, events=one)])

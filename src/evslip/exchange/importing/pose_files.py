@@ -18,6 +18,9 @@ from evslip.utils.files import require_file
 
 STEP_US = 1000
 """Poses are brought to this grid, that of evslip's own records."""
+MOST_US = 3_600_000_000
+"""Longest span of poses: in an hour there are 3.6 million of that grid."""
+MOST_M = 1e6
 _PARTS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 _PAPER = {"ts", "end_effector_pos", "end_effector_ori", "cube_pos", "cube_ori"}
 _LATEST_US = 2**40
@@ -45,6 +48,9 @@ def read_poses(path: str | Path) -> tuple[Poses, np.ndarray | None]:
     gripper, body = (_pose(table, side, is_paper, path) for side in ("gripper", "object"))
     if t_us.shape != (len(rows),) or not (np.abs(t_us) < _LATEST_US).all() or (np.diff(t_us) <= 0).any():
         raise DataError(f"{path}: column {key}: expected times that increase")
+    if t_us[-1] - t_us[0] > MOST_US:
+        span_s = (t_us[-1] - t_us[0]) / 1e6
+        raise DataError(f"{path}: column {key}: a span of {span_s:,.0f} s, expected {MOST_US / 1e6:,.0f} at most")
     held = table["held"].ravel() > 0 if "held" in table else None
     return Poses(t_us.astype(np.int64), gripper, body), held
 
@@ -112,8 +118,10 @@ def _pose(table: dict[str, np.ndarray], side: str, is_paper: bool, path: Path) -
         pose = np.hstack([place, np.roll(turn, 1, axis=1)])  # xyzw there
     else:
         pose = np.hstack([table[f"{side}_{part}"] for part in _PARTS])
-    if pose.shape != (len(pose), 7) or not np.isfinite(pose).all():
-        raise DataError(f"{path}: {side}: expected a position of 3 and a quaternion of 4 finite numbers in every row")
+    if pose.shape != (len(pose), 7) or not (np.abs(pose) < MOST_M).all():
+        raise DataError(
+            f"{path}: {side}: expected a position of 3 and a quaternion of 4 numbers below {MOST_M:,.0f} in every row"
+        )
     length = np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
     if (np.abs(length - 1) > 0.01).any():
         raise DataError(f"{path}: {side}: quaternions of length {float(length.min()):.3g}, expected 1")

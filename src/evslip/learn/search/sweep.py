@@ -161,7 +161,7 @@ def _open(out: Path, settings: SweepSettings | None):
         return optuna.create_study(study_name="sweep", storage=storage, load_if_exists=True, **chosen)
     except OSError as error:
         raise DataError(f"{out / JOURNAL}: {os.strerror(error.errno or 0)}") from None
-    except (KeyError, ValueError, AssertionError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, AssertionError) as error:
         reason = " ".join(str(error).split())[:100]
         raise DataError(f"{out / JOURNAL}: damaged ({reason}); choose another folder or remove it") from None
 

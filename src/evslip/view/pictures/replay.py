@@ -22,6 +22,7 @@ from evslip.view.pictures.images import encoded
 from evslip.view.pictures.video import FPS, SUFFIXES, check_video, video
 
 CRF = 16
+MOST_S = 1e9
 """Constant rate factor of the videos: hardly visible losses."""
 
 
@@ -61,6 +62,8 @@ def instants(
     if times_s:
         if every_ms is not None or phase is not None:
             raise ConfigError("times: cannot be combined with every or phase")
+        if wrong := [t for t in times_s if not abs(t) <= MOST_S]:
+            raise ConfigError(f"times: {wrong[0]:g} is out of range, expected seconds, {MOST_S:g} at most")
         return np.array(sorted(round(1e6 * t) for t in times_s), np.int64)
     step_us = 1e6 / FPS if every_ms is None else 1e3 * every_ms
     if not 1.0 <= step_us <= 1e9:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from evslip.codecs.clips.pixels import check_sensor
 from evslip.data.record import Record
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
@@ -88,6 +89,7 @@ class Panel:
         width, height = record.size
         self._scale = max(1, -(-_LEAST_WIDTH // width)) if width < _LEAST_WIDTH else 1
         self.width, self.height = width * self._scale, CAPTION + height * self._scale + STRIP
+        check_sensor((self.width, self.height), record.name)
         self._strip = curve_strip(record, self._origin, self.span_us, self.width)
         self._font = ImageFont.load_default(15)
 
