@@ -1,6 +1,7 @@
 """docs/reference/record.md against the files that evslip writes."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -47,6 +48,13 @@ def recording() -> Record:
     )
 
 
+def trembling() -> Record:
+    sample = simulated()
+    assert sample.trajectory is not None
+    moved = np.ones((len(sample.trajectory.t_us), 7), np.float32)
+    return replace(sample, trajectory=sample.trajectory._replace(object_displacement=moved))
+
+
 def contents(path: Path) -> tuple[dict[str, h5py.Dataset], set[str]]:
     found: dict[str, h5py.Dataset] = {}
     file = h5py.File(path)
@@ -54,7 +62,7 @@ def contents(path: Path) -> tuple[dict[str, h5py.Dataset], set[str]]:
     return found, set(file.attrs)
 
 
-@pytest.mark.parametrize("sample", [simulated(), recording()], ids=["simulated", "recording"])
+@pytest.mark.parametrize("sample", [simulated(), trembling(), recording()], ids=["simulated", "trembling", "recording"])
 def test_the_page_names_what_is_written(tmp_path: Path, sample: Record):
     datasets, attributes = documented()
     record_file.write(tmp_path / "a.h5", sample)
@@ -76,7 +84,7 @@ def test_the_page_names_what_is_written(tmp_path: Path, sample: Record):
 def test_the_page_names_nothing_else(tmp_path: Path):
     datasets, _ = documented()
     written = set()
-    for i, sample in enumerate((simulated(), recording())):
+    for i, sample in enumerate((trembling(), recording())):
         record_file.write(tmp_path / f"{i}.h5", sample)
         written |= contents(tmp_path / f"{i}.h5")[0].keys()
     assert written == datasets.keys()

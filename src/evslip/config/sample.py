@@ -5,9 +5,9 @@ The same fields serve twice: in a `Config` a field may hold a distribution, in `
 
 from typing import Any, Generic
 
-from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from evslip.config.section import N, S, Section
+from evslip.config.section import N, S, Section, wrong
 from evslip.config.sections.camera import CameraSpec
 from evslip.config.sections.flicker import FlickerSpec
 from evslip.config.sections.grip import GripSpec
@@ -21,8 +21,9 @@ from evslip.config.sections.robot import RobotSpec
 from evslip.config.sections.sensor import SensorSpec
 from evslip.config.sections.slip import SlipSpec
 from evslip.config.sections.surroundings import BackgroundSpec, SurfaceSpec
+from evslip.config.sections.vibration import VibrationSpec
 
-OPTIONAL = ("flicker", "lens", "readout")
+OPTIONAL = ("flicker", "lens", "readout", "vibration")
 """Sections that came later, and do nothing by default."""
 
 
@@ -41,6 +42,7 @@ class SampleSpec(Section, Generic[N, S]):
     lens: LensSpec[N, S] = Field(default={}, validate_default=True)
     sensor: SensorSpec[N, S]
     readout: ReadoutSpec[N, S] = Field(default={}, validate_default=True)
+    vibration: VibrationSpec[N, S] = Field(default={}, validate_default=True)
     render: RenderSpec[N, S]
     slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
 
@@ -48,12 +50,16 @@ class SampleSpec(Section, Generic[N, S]):
     def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
         """Written without the sections of OPTIONAL that say nothing, as before there were any."""
         tree = handler(self)
-        if info.mode == "json":
-            for name in OPTIONAL:
-                section = getattr(self, name)
-                if all(value == type(section).model_fields[key].default for key, value in section):
-                    tree.pop(name, None)
+        for name in OPTIONAL if info.mode == "json" else ():
+            if getattr(self, name).is_default:
+                tree.pop(name, None)
         return tree
+
+    @model_validator(mode="after")
+    def _check_tremor(self) -> "SampleSpec[N, S]":
+        if self.vibration.tremor_hz is not None and self.robot.kind != "panda":
+            raise wrong("vibration.tremor_hz", "needs robot.kind = 'panda', whose joints tremble")
+        return self
 
 
 def leaves(spec: SampleSpec) -> dict[str, Any]:

@@ -68,3 +68,8 @@ class Section(BaseModel):
                 if isinstance(limit, Within | OneOf) and value is not None:
                     limit.check(name, value)
         return self
+
+    @property
+    def is_default(self) -> bool:
+        """Whether every field is as it is where none is given."""
+        return all(getattr(self, name) == field.default for name, field in type(self).model_fields.items())

@@ -19,11 +19,13 @@ POSES = {"gripper_pose": (7,), "object_pose": (7,)}
 TRAJECTORY = {**POSES, "joints": (9,), "pad_force_n": (2,), "floor_force_n": ()}
 PADS = {"pad_friction": (2, 3), "pad_utilisation": (2,)}
 """Arrays of the trajectory that the first records of format 1 lack."""
+VIBRATION = {"object_displacement": (7,)}
+"""Those of records with vibration."""
 TRUTH = {"theta_deg": (), "rotation": (4,), "position_m": (3,), "held": ()}
 """Trailing shapes of the arrays, one row a time; numbers are float32 or float64, kept as they come, `held` is bool."""
 
 
-QUATERNIONS = ("gripper_pose", "object_pose", "rotation")
+QUATERNIONS = ("gripper_pose", "object_pose", "rotation", "object_displacement")
 """Arrays whose rows end with a quaternion."""
 LARGEST = 1e9
 """Largest number of any array: beyond, products of them leave float32."""
@@ -65,8 +67,9 @@ def check_record(record: Record, where: object) -> None:
     if record.trajectory is not None:
         if record.trajectory.params != params:
             raise DataError(f"{where}: the trajectory has other parameters than the record")
-        pads = {name: shape for name, shape in PADS.items() if getattr(record.trajectory, name) is not None}
-        _check_arrays(record.trajectory, TRAJECTORY | pads, f"{where}: trajectory")
+        known = (PADS | VIBRATION).items()
+        there = {name: shape for name, shape in known if getattr(record.trajectory, name) is not None}
+        _check_arrays(record.trajectory, TRAJECTORY | there, f"{where}: trajectory")
     if record.truth is not None:
         _check_truth(record.truth, where)
         if record.trajectory is None or not np.array_equal(record.truth.t_us, record.trajectory.t_us):

@@ -18,7 +18,7 @@ from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, LATEST_US, Interval
 from evslip.data.record import Poses, Record, provenance
-from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, check_labels, check_record
+from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, VIBRATION, check_labels, check_record
 from evslip.events.stream import Events, empty_events
 from evslip.physics.episodes import KINDS, Episode
 from evslip.physics.motion.phases import PHASE_NAMES
@@ -110,8 +110,8 @@ def _fill(file: h5py.File, record: Record) -> None:
         if values is not None:
             _fill_group(file.create_group(name), values, values._fields)
     if record.trajectory is not None:
-        pads = (name for name in PADS if getattr(record.trajectory, name) is not None)
-        _fill_group(file.create_group("trajectory"), record.trajectory, ("t_us", *TRAJECTORY, *pads))
+        there = (name for name in (*PADS, *VIBRATION) if getattr(record.trajectory, name) is not None)
+        _fill_group(file.create_group("trajectory"), record.trajectory, ("t_us", *TRAJECTORY, *there))
     if record.truth is not None:
         _fill_truth(file.create_group("truth"), record.truth)
 
@@ -180,8 +180,8 @@ def _footage(group: h5py.Group) -> Footage:
 def _trajectory(group: h5py.Group, params: Params | None) -> Trajectory:
     if params is None:
         raise DataError(f"{group.file.filename}: has a trajectory but no parameters")
-    pads = {name: shape for name, shape in PADS.items() if name in group}
-    return Trajectory(params, **_columns(group, TRAJECTORY | pads))
+    there = {name: shape for name, shape in (PADS | VIBRATION).items() if name in group}
+    return Trajectory(params, **_columns(group, TRAJECTORY | there))
 
 
 def _truth(group: h5py.Group, trajectory: Trajectory | None) -> Truth:

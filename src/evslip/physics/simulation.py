@@ -10,6 +10,7 @@ from evslip.physics.grip import grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.motion.servo_plan import plan
 from evslip.physics.trajectory import JOINTS, Trajectory, rounded
+from evslip.physics.vibration.displacement import with_vibration
 from evslip.utils.errors import GraspFailed
 
 UTILISATION_BITS = 10
@@ -43,7 +44,7 @@ def simulate(params: Params) -> Trajectory:
     joints = np.insert(joints, [joints.shape[1] - 2] * (JOINTS - joints.shape[1]), 0, axis=1)
     t_us = np.arange(len(gripper), dtype=np.int64) * round(scene_model.TIMESTEP_S * 1e6)
     used = _utilisation(params, normal, friction)
-    return Trajectory(params, t_us, gripper, obj, joints, normal, floor, friction, used)
+    return with_vibration(Trajectory(params, t_us, gripper, obj, joints, normal, floor, friction, used))
 
 
 def _utilisation(params: Params, normal_n: np.ndarray, friction: np.ndarray) -> np.ndarray:

@@ -35,6 +35,10 @@ class Trajectory(NamedTuple):
     pad_utilisation: np.ndarray | None = None
     """Share of what each pad's friction can carry that is in use: its pad_friction on the limit surface of its patch
     under its normal force. 1 where it slides, within 0.03; 0 where it does not touch; of shape (n, 2)."""
+    object_displacement: np.ndarray | None = None
+    """Part of object_pose by which vibration has the object tremble in the pads, which is no slip: shift along the
+    hand's axes in metres, then the quaternion wxyz of a turn about the tool centre in these axes; float32 of shape
+    (n, 7). None where nothing trembles."""
 
 
 def rounded(values: np.ndarray, bits: int) -> np.ndarray:

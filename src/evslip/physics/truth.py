@@ -8,18 +8,11 @@ from scipy.spatial.transform import Rotation
 from evslip.config.params import Params
 from evslip.physics.episodes import SLIP_DEG, SLIP_M, Episode, slips_of
 from evslip.physics.grip import TCP_M
+from evslip.physics.held import held_span, recorded
 from evslip.physics.motion.phases import PHASE_NAMES, phase_times
 from evslip.physics.trajectory import Trajectory, rounded
-from evslip.utils.errors import GraspFailed
+from evslip.physics.vibration.displacement import without_vibration
 
-SETTLED_SHARE = 0.9
-"""The grip is closed when each pad carries this share of the grip force ..."""
-SETTLED_SPEED_M_S = 1e-3
-"""... and each finger is slower than this ..."""
-SETTLED_S = 0.1
-"""... for this long."""
-LOST_S = 0.02
-"""The grip is lost when a pad has carried nothing for this long."""
 THETA_BITS, ROTATION_BITS, POSITION_BITS = 16, 22, 23
 """Angles are kept to about 1e-5 degrees, positions to 0.1 micrometres."""
 SPEED_S = 0.01
@@ -110,19 +103,21 @@ class Truth(NamedTuple):
 
 def angular_difference(trajectory: Trajectory) -> np.ndarray:
     """The paper's theta in degrees, of shape (n,): |arccos((tr(dMg^T dMc) - 1) / 2)| with dM = M M0^T, for gripper and
-    cuboid against the first pose (Reinold et al. 2025, eq. 1)."""
-    relative = _relative_rotation(trajectory)
+    cuboid against the first pose (Reinold et al. 2025, eq. 1), without vibration."""
+    relative = _relative_rotation(without_vibration(trajectory))
     return np.degrees((relative[0].inv() * relative).magnitude())
 
 
 def measure(trajectory: Trajectory) -> Truth:
-    """Ground truth of a trajectory. Raises GraspFailed when the object never hangs in a closed grip."""
-    closed, opening = _recorded(trajectory)
+    """Ground truth of a trajectory: what vibration adds to the object's poses is no slip, and not in it. Raises
+    GraspFailed when the object never hangs in a closed grip."""
+    trajectory = without_vibration(trajectory)
+    closed, opening = recorded(trajectory)
     relative = _relative_rotation(trajectory)
     hand = _rotation(trajectory.gripper_pose)
     centre = hand.inv().apply(trajectory.object_pose[:, :3] - trajectory.gripper_pose[:, :3])
     position = centre + (relative * relative[closed].inv()).apply(TCP_M - centre[closed])
-    first, last, lost = _held_span(trajectory, closed, opening)
+    first, last, lost = held_span(trajectory, closed, opening)
     held = np.zeros(len(trajectory.t_us), bool)
     held[first:last] = True
     t_us = trajectory.t_us
@@ -171,48 +166,6 @@ def find_episodes(
         measures = slip.rotation_deg, 1e3 * slip.translation_m
         found.append(Episode(int(t_us[start]), int(t_us[end]), kind, PHASE_NAMES[phase[start]], *measures))
     return tuple(found)
-
-
-def _recorded(trajectory: Trajectory) -> tuple[int, int]:
-    """Indices of the closed grip and of the command to open."""
-    t_s = trajectory.t_us / 1e6
-    force = trajectory.params.grip.force_n
-    speed = np.abs(np.gradient(trajectory.joints[:, 7:], t_s, axis=0))
-    settled = np.all((trajectory.pad_force_n >= SETTLED_SHARE * force) & (speed < SETTLED_SPEED_M_S), axis=1)
-    opening = int(np.searchsorted(trajectory.t_us, phase_times(trajectory.params)["release"][0]))
-    closed = _first_run(settled[:opening], round(SETTLED_S / (t_s[1] - t_s[0])))
-    if closed is None:
-        peak = trajectory.pad_force_n[:opening].min(axis=1).max()
-        raise GraspFailed(
-            "never_closed", f"the pads never carried {force:g} N at rest; the weaker one reached {peak:.2g} N"
-        )
-    return closed, opening
-
-
-def _held_span(trajectory: Trajectory, closed: int, opening: int) -> tuple[int, int, bool]:
-    """Span from the last touch of the surface while lifting to the first while placing, or to the loss of the grip, and
-    whether it is that."""
-    step_us = int(trajectory.t_us[1] - trajectory.t_us[0])
-    empty = np.any(trajectory.pad_force_n[closed:opening] <= 0, axis=1)
-    lost = _first_run(empty, round(LOST_S * 1e6 / step_us))
-    end = opening if lost is None else closed + lost
-    lowering = min(end, phase_times(trajectory.params)["placement"][0] // step_us)
-    touching = np.array(trajectory.floor_force_n > 0)
-    lifting_touches = np.flatnonzero(touching[closed:lowering])
-    first = closed + (int(lifting_touches[-1]) + 1 if len(lifting_touches) else 0)
-    landed = _first_run(touching[first:end], 1)
-    last = end if landed is None else first + landed
-    if (last - first) * step_us < SETTLED_S * 1e6:
-        raise GraspFailed("never_lifted", "the object stayed on the surface: the grip cannot carry it")
-    return first, last, lost is not None and landed is None
-
-
-def _first_run(flags: np.ndarray, length: int) -> int | None:
-    """Start of the first `length` true flags in a row."""
-    if len(flags) < length:
-        return None
-    full = np.convolve(flags, np.ones(length, int), "valid") == length
-    return int(full.argmax()) if full.any() else None
 
 
 def _rotation(pose: np.ndarray) -> Rotation:

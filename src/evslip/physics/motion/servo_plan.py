@@ -21,6 +21,7 @@ from evslip.physics.robot import (
     MOST_SPEED_RAD_S,
 )
 from evslip.physics.scene_model import TIMESTEP_S
+from evslip.physics.vibration.tremor import tremor_rad
 from evslip.scene.motions import KINDS
 from evslip.scene.motions.steps import lift_s, lower_s, scale, step
 from evslip.utils.errors import PlanRejected
@@ -107,7 +108,12 @@ def _with_arm(
     _check_speed(t_s, spline(t_s, 1), spline(t_s, 2))
     lag_s = np.array([servo.damping / servo.stiffness for servo in ARM_SERVOS])
     next_s = t_s + TIMESTEP_S  # the discrete integrator's servos act on where a step ends
-    return spline(t_s), spline(next_s) + lag_s * spline(next_s, 1)
+    joints, command = spline(t_s), spline(next_s) + lag_s * spline(next_s, 1)
+    if params.vibration.tremor_hz is None:
+        return joints, command
+    trembling = tremor_rad(params, joints.shape[1], np.append(t_s, next_s[-1]))
+    leading = trembling + lag_s * np.gradient(trembling, TIMESTEP_S, axis=0)
+    return joints + trembling[:-1], command + leading[1:]
 
 
 def _with_slides(
