@@ -19,6 +19,7 @@ from evslip.physics.truth import measure
 from evslip.physics.vibration.displacement import hand_acceleration, without_vibration
 from evslip.physics.vibration.noise import band, shaped_noise
 from evslip.physics.vibration.resonance import Resonance
+from evslip.scene.mounts import place_on_hand
 from evslip.utils.errors import ConfigError
 
 STEP_S = 1e-3
@@ -158,6 +159,27 @@ def test_the_joints_tremble_through_the_physics(still: Trajectory):
     assert measure(shaken).onset_us is None
 
 
+def test_the_camera_trembles_on_its_mount(still: Trajectory):
+    own = {"vibration.mount_hz": 40.0, "vibration.mount_mm": 0.2, "vibration.mount_deg": 0.05}
+    moved = evslip.simulate(sample(own)).camera_displacement
+    assert moved is not None and still.camera_displacement is None
+    turned = np.degrees(Rotation.from_quat(moved[:, 3:], scalar_first=True).as_rotvec())
+    np.testing.assert_allclose(1e3 * moved[:, :3].std(axis=0), 0.2, rtol=0.1)
+    np.testing.assert_allclose(turned.std(axis=0), 0.05, rtol=0.1)
+    pushed = evslip.simulate(sample({"vibration.mount_hz": 40.0, "vibration.mount_damping": 0.7})).camera_displacement
+    assert pushed is not None
+    a = hand_acceleration(still, place_on_hand(still.params.camera))
+    smooth = np.apply_along_axis(lambda x: np.convolve(x, np.hanning(31) / np.hanning(31).sum(), "same"), 0, a)
+    quasi_static = -smooth[500:-500, :3] / (2 * np.pi * 40.0) ** 2
+    assert np.abs(pushed[500:-500, :3] - quasi_static).max() < 0.3 * np.abs(quasi_static).max()
+
+
+def test_a_camera_that_trembles_changes_nothing_else(still: Trajectory, trembling: Trajectory):
+    both = evslip.simulate(sample({"vibration.mount_hz": 40.0, "vibration.mount_mm": 0.2, **TREMBLING}))
+    np.testing.assert_array_equal(both.object_pose, trembling.object_pose)
+    np.testing.assert_array_equal(both.gripper_pose, still.gripper_pose)
+
+
 def test_it_depends_on_the_sample_alone(trembling: Trajectory):
     again, other = evslip.simulate(sample(TREMBLING)), evslip.simulate(sample(TREMBLING, 1))
     np.testing.assert_array_equal(again.object_pose, trembling.object_pose)
@@ -166,6 +188,7 @@ def test_it_depends_on_the_sample_alone(trembling: Trajectory):
 
 
 def test_a_record_keeps_what_trembled(tmp_path, trembling: Trajectory):
+    trembling = trembling._replace(camera_displacement=trembling.object_displacement)
     params, truth = trembling.params, measure(trembling)
     size = (params.camera.width, params.camera.height)
     record = Record(
@@ -176,6 +199,7 @@ def test_a_record_keeps_what_trembled(tmp_path, trembling: Trajectory):
     back = record_file.read(tmp_path / "a.h5")
     assert back.trajectory is not None and back.trajectory.params == params
     np.testing.assert_array_equal(back.trajectory.object_displacement, trembling.object_displacement)
+    np.testing.assert_array_equal(back.trajectory.camera_displacement, trembling.camera_displacement)
     np.testing.assert_array_equal(measure(back.trajectory).position_m, truth.position_m)
 
 
@@ -196,6 +220,8 @@ def test_a_sample_without_vibration_is_written_as_before_there_was_any():
         ({"vibration.object_mm": 0.4}, "vibration.object_mm: needs vibration.object_hz, the frequency"),
         ({"vibration.object_hz": 900.0}, "vibration.object_hz: 900 is out of range, expected 1 to 200"),
         ({"vibration.object_hz": 30.0, "vibration.object_damping": 0.0}, "vibration.object_damping: 0 is out of range"),
+        ({"vibration.mount_deg": {"min": 0.0, "max": 0.1}}, "vibration.mount_deg: needs vibration.mount_hz"),
+        ({"vibration.tremor_hz": 100.0}, "vibration.tremor_hz: 100 is out of range, expected 0.5 to 60"),
         ({"vibration.tremor_deg": 0.1}, "vibration.tremor_deg: needs vibration.tremor_hz"),
         (TREMOR | {"robot.kind": "cartesian"}, "vibration.tremor_hz: needs robot.kind = 'panda'"),
         ({"vibration.tremor": 1.0}, "vibration.tremor: unknown key"),

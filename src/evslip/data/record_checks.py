@@ -19,13 +19,13 @@ POSES = {"gripper_pose": (7,), "object_pose": (7,)}
 TRAJECTORY = {**POSES, "joints": (9,), "pad_force_n": (2,), "floor_force_n": ()}
 PADS = {"pad_friction": (2, 3), "pad_utilisation": (2,)}
 """Arrays of the trajectory that the first records of format 1 lack."""
-VIBRATION = {"object_displacement": (7,)}
+VIBRATION = {"object_displacement": (7,), "camera_displacement": (7,)}
 """Those of records with vibration."""
 TRUTH = {"theta_deg": (), "rotation": (4,), "position_m": (3,), "held": ()}
 """Trailing shapes of the arrays, one row a time; numbers are float32 or float64, kept as they come, `held` is bool."""
 
 
-QUATERNIONS = ("gripper_pose", "object_pose", "rotation", "object_displacement")
+QUATERNIONS = ("gripper_pose", "object_pose", "rotation", *VIBRATION)
 """Arrays whose rows end with a quaternion."""
 LARGEST = 1e9
 """Largest number of any array: beyond, products of them leave float32."""

@@ -39,6 +39,9 @@ class Trajectory(NamedTuple):
     """Part of object_pose by which vibration has the object tremble in the pads, which is no slip: shift along the
     hand's axes in metres, then the quaternion wxyz of a turn about the tool centre in these axes; float32 of shape
     (n, 7). None where nothing trembles."""
+    camera_displacement: np.ndarray | None = None
+    """Displacement of the camera from its place on the hand by vibration: shift along the hand's axes, then the turn
+    about the camera in these axes; as object_displacement."""
 
 
 def rounded(values: np.ndarray, bits: int) -> np.ndarray:

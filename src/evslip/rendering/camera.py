@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from evslip.config.params import Params
 from evslip.physics.grip import TCP_M
 from evslip.rendering.distortion import NO_DISTORTION, Distortion
-from evslip.scene.mounts import MOUNTS
+from evslip.scene.mounts import MOUNTS, place_on_hand
 from evslip.utils.errors import ConfigError
 
 NEAREST_M = 0.05
@@ -93,12 +93,10 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     """
     settings = params.camera
     width, height = size or (settings.width, settings.height)
-    shift = np.array([settings.x_m, settings.y_m, settings.z_m])
-    mount = MOUNTS[settings.mount]
-    position = mount.position_m + shift
+    mount, position = MOUNTS[settings.mount], place_on_hand(settings)
     if mount.looks_at_tool and np.hypot(*position[:2]) < NEAREST_M:
         raise ConfigError(
-            f"camera.x_m {shift[0]:g}, camera.y_m {shift[1]:g}: a {settings.mount} camera must be at least "
+            f"camera.x_m {settings.x_m:g}, camera.y_m {settings.y_m:g}: a {settings.mount} camera must be at least "
             f"{NEAREST_M:g} m away from the hand's axis"
         )
     backward = position - TCP_M if mount.looks_at_tool else np.array([*mount.position_m[:2], 0.0])

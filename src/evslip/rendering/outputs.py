@@ -71,7 +71,7 @@ class PixelRays:
 
     def cast(self, poses: ScenePoses, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Depth, normal and part of what each ray meets at one of the poses."""
-        depth, normal, part = (array.copy() for array in self._gripper(float(poses.travel_m[index])))
+        depth, normal, part = (array.copy() for array in self._gripper(poses, index))
         origin, turn = poses.camera_position[index], poses.camera_rotation[index]
         body, axes = self._object, turn.T @ poses.object_rotation[index]
         corners = (body.vertices @ axes.T + turn.T @ (poses.object_position[index] - origin))[body.faces]
@@ -107,19 +107,25 @@ class PixelRays:
                 local = (world[own] - links.places[index, number]) @ links.turns[index, number]
                 world[own] = local @ links.turns[k, number].T + links.places[k, number]
         moved = (world - there) @ turn
-        opening = (poses.travel_m[k] - poses.travel_m[index]) * self._camera.rotation[1]
+        own, other = (poses.mounted(self._camera, i) for i in (index, k))
+        opening = (poses.travel_m[k] - poses.travel_m[index]) * own.rotation[1]
         sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0
-        return np.where((part <= RIGHT)[..., None], points + sign[..., None] * opening, moved)
+        gripper = points + sign[..., None] * opening
+        if poses.mounts is not None:
+            gripper = (gripper @ own.rotation.T + own.position - other.position) @ other.rotation
+        return np.where((part <= RIGHT)[..., None], gripper, moved)
 
-    def _gripper(self, travel_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Result of `cast` of the gripper alone, which stands still in the image while its opening stays the same."""
-        if travel_m != self._travel_m:
+    def _gripper(self, poses: ScenePoses, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Result of `cast` of the gripper alone, which stands still in the image while its opening stays the same and
+        the camera does not tremble."""
+        travel_m, camera = float(poses.travel_m[index]), poses.mounted(self._camera, index)
+        if travel_m != self._travel_m or poses.mounts is not None:
             shape = self._rays.shape[:2]
             self._seen = np.full(shape, np.inf), np.zeros((*shape, 3)), np.full(shape, SKY, np.uint8)
             mesh, parts = assemble(travel_m)
-            corners = (mesh.corners - self._camera.position) @ self._camera.rotation
-            self._meet(corners, mesh.normals @ self._camera.rotation, parts.astype(np.int64), *self._seen)
-            self._travel_m = travel_m
+            corners = (mesh.corners - camera.position) @ camera.rotation
+            self._meet(corners, mesh.normals @ camera.rotation, parts.astype(np.int64), *self._seen)
+            self._travel_m = travel_m if poses.mounts is None else None
         return self._seen
 
     def _meet(self, corners: np.ndarray, normals: np.ndarray, parts: np.ndarray, *seen: np.ndarray) -> None:

@@ -50,7 +50,14 @@ class ScenePoses:
         turn = matrices(hand[:, 3:])
         self.hand_position, self.hand_rotation = hand[:, :3], turn
         """Arrays of shapes (m, 3) and (m, 3, 3)."""
-        if camera.is_mounted:
+        self.mounts: tuple[np.ndarray, np.ndarray] | None = None
+        """Camera in the hand's frame, (m, 3) and (m, 3, 3), where vibration moves it there."""
+        if camera.is_mounted and traj.camera_displacement is not None:
+            moved = interpolate(traj.t_us, traj.camera_displacement, at_us)
+            self.mounts = camera.position + moved[:, :3], matrices(moved[:, 3:]) @ camera.rotation
+            self.camera_position = hand[:, :3] + (turn @ self.mounts[0][..., None])[..., 0]
+            rotation = turn @ self.mounts[1]
+        elif camera.is_mounted:
             self.camera_position = hand[:, :3] + turn @ camera.position
             rotation = turn @ camera.rotation
         else:
@@ -62,6 +69,12 @@ class ScenePoses:
         self.object_rotation = np.ascontiguousarray(matrices(body[:, 3:]))
         self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
         """Mean of the two fingers, which mirror each other; of shape (m,)."""
+
+    def mounted(self, camera: Camera, index: int) -> Camera:
+        """The camera on the hand as vibration holds it at one of the times."""
+        if self.mounts is None:
+            return camera
+        return camera._replace(position=self.mounts[0][index], rotation=self.mounts[1][index])
 
     def some(self, indices: np.ndarray) -> "ScenePoses":
         """A choice of them."""

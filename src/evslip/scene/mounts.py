@@ -1,6 +1,8 @@
 """Places of the camera on the hand. A new one is a line in MOUNTS."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 
 class Mount(NamedTuple):
@@ -17,3 +19,8 @@ MOUNTS = {
     "custom": Mount((0.0, 0.0, 0.0), looks_at_tool=True),
 }
 """By the names that camera.mount may hold."""
+
+
+def place_on_hand(camera: Any) -> np.ndarray:
+    """Position (3,) in the hand's frame of a camera with these parameters."""
+    return np.add(MOUNTS[camera.mount].position_m, (camera.x_m, camera.y_m, camera.z_m))

@@ -13,6 +13,15 @@ HIGHEST_HZ = 200.0
 class VibrationSpec(Section, Generic[N, S]):
     """What trembles: off unless a frequency is given."""
 
+    mount_hz: Annotated[N | None, Within(1.0, HIGHEST_HZ)] = None
+    """Natural frequency of the camera's mount on the hand, along and about each axis. Noise and the hand's acceleration
+    push the camera."""
+    mount_damping: Annotated[N, Within(0.005, 2.0)] = usual(0.05)
+    """Damping ratio of that; 1 is critical."""
+    mount_mm: Annotated[N, Within(0.0, 5.0)] = usual(0.0)
+    """Rms amplitude that noise gives the camera along each axis of the hand,"""
+    mount_deg: Annotated[N, Within(0.0, 5.0)] = usual(0.0)
+    """... and about each, through the camera."""
     object_hz: Annotated[N | None, Within(1.0, HIGHEST_HZ)] = None
     """Natural frequency of the held object in its compliant pads, which stick: it trembles in their plane and about
     their axis, and is pushed by the hand's acceleration. No slip."""

@@ -1,6 +1,7 @@
-"""Displacement of the object in the hand by vibration: the pads give way and stick, so that it is no slip.
+"""Displacement by vibration, of the camera on its mount and of the object in the hand.
 
-The physics holds an object in pads that are rigid in their plane, so this is added to its poses afterwards.
+The pads give way and stick, so that an object that trembles does not slip. The physics holds it in pads that are rigid
+in their plane, so this is added to its poses afterwards.
 """
 
 import numpy as np
@@ -12,6 +13,7 @@ from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.noise import shaped_noise
 from evslip.physics.vibration.resonance import Resonance
 from evslip.scene.motions.steps import step
+from evslip.scene.mounts import place_on_hand
 from evslip.utils.errors import GraspFailed
 from evslip.utils.seeds import generator
 
@@ -23,7 +25,10 @@ IN_PADS = [0, 2, 4]
 
 def with_vibration(trajectory: Trajectory) -> Trajectory:
     """The trajectory with what its parameters let tremble."""
-    if trajectory.params.vibration.object_hz is None:
+    spec = trajectory.params.vibration
+    if spec.mount_hz is not None:
+        trajectory = trajectory._replace(camera_displacement=camera_displacement(trajectory))
+    if spec.object_hz is None:
         return trajectory
     moved = object_displacement(trajectory)
     hand, body = _rotation(trajectory.gripper_pose), _rotation(trajectory.object_pose)
@@ -48,25 +53,43 @@ def without_vibration(trajectory: Trajectory) -> Trajectory:
     return trajectory._replace(object_pose=pose, object_displacement=None)
 
 
+def camera_displacement(trajectory: Trajectory) -> np.ndarray:
+    """Displacement of the camera on its mount, as in `Trajectory`: a damped resonance along and about each axis that
+    noise and the hand's acceleration drive all the time."""
+    params = trajectory.params
+    spec = params.vibration
+    assert spec.mount_hz is not None
+    acceleration = hand_acceleration(trajectory, place_on_hand(params.camera))
+    rms = [1e-3 * spec.mount_mm] * 3 + [float(np.radians(spec.mount_deg))] * 3
+    return _as_poses(_trembling(trajectory, "mount", Resonance(spec.mount_hz, spec.mount_damping), acceleration, rms))
+
+
 def object_displacement(trajectory: Trajectory) -> np.ndarray:
     """Displacement of the object in the pads, as in `Trajectory`: a damped resonance that noise and the hand's
     acceleration drive while the object hangs in the grip."""
-    params = trajectory.params
-    spec, moved = params.vibration, np.zeros((len(trajectory.t_us), 6))
+    spec, moved = trajectory.params.vibration, np.zeros((len(trajectory.t_us), 6))
     assert spec.object_hz is not None
     try:
         first, last, _ = held_span(trajectory, *recorded(trajectory))
     except GraspFailed:
         return _as_poses(moved)
+    acceleration = hand_acceleration(trajectory, TCP_M)[first:last, IN_PADS]
+    rms = [1e-3 * spec.object_mm, 1e-3 * spec.object_mm, float(np.radians(spec.object_deg))]
+    tremble = _trembling(trajectory, "object", Resonance(spec.object_hz, spec.object_damping), acceleration, rms)
     t_s = (trajectory.t_us[first:last] - trajectory.t_us[first]) / 1e6
-    resonance, step_s = Resonance(spec.object_hz, spec.object_damping), float(t_s[1])
-    rng = generator(params.seed, params.split, params.index, "vibration object")
-    noise = shaped_noise(rng, len(t_s), len(IN_PADS), step_s, resonance.gain)
-    noise *= [1e-3 * spec.object_mm, 1e-3 * spec.object_mm, np.radians(spec.object_deg)]
-    pushed = resonance.response(hand_acceleration(trajectory, TCP_M)[first:last, IN_PADS], step_s)
     ramp = step(t_s, 0.0, RAMP_S) * step(t_s[-1] - t_s, 0.0, RAMP_S)
-    moved[first:last, IN_PADS] = ramp[:, None] * (noise + pushed)
+    moved[first:last, IN_PADS] = ramp[:, None] * tremble
     return _as_poses(moved)
+
+
+def _trembling(
+    trajectory: Trajectory, part: str, resonance: Resonance, acceleration: np.ndarray, rms: list[float]
+) -> np.ndarray:
+    """Response to the acceleration (n, k) of the base, and noise of these k amplitudes; (n, k)."""
+    params, step_s = trajectory.params, float(trajectory.t_us[1] - trajectory.t_us[0]) / 1e6
+    rng = generator(params.seed, params.split, params.index, f"vibration {part}")
+    noise = shaped_noise(rng, len(acceleration), len(rms), step_s, resonance.gain)
+    return np.array(rms) * noise + resonance.response(acceleration, step_s)
 
 
 def hand_acceleration(trajectory: Trajectory, point_m: np.ndarray) -> np.ndarray:

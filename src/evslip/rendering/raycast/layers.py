@@ -1,7 +1,8 @@
 """The gripper's image, resolved once per finger opening into a few fragments per pixel.
 
-Hand and fingers do not move in the image, so their visibility is found once, with 8 x 8 samples a pixel, and the
-samples that agree in part, colour and direction are merged. Each frame only shades the fragments again.
+Hand and fingers do not move in the image unless the camera trembles, so their visibility is found once, with 8 x 8
+samples a pixel, and the samples that agree in part, colour and direction are merged. Each frame only shades the
+fragments again.
 """
 
 from typing import NamedTuple

@@ -30,20 +30,23 @@ class Opening(NamedTuple):
 
 
 class Openings:
-    """Resolves each opening once. The gripper's image depends on the rounded travel alone, not on what came before."""
+    """Resolves each opening once for each place of the camera on the hand. The gripper's image depends on these and on
+    the rounded travel alone, not on what came before."""
 
     def __init__(self, camera: Camera, held_m: float):
         """held_m: mean finger travel around which openings are rounded, so that a held grip stays one opening."""
         self._camera, self._held_m = camera, held_m
-        self._kept: OrderedDict[float, Opening] = OrderedDict()
+        self._kept: OrderedDict[tuple[float, bytes], Opening] = OrderedDict()
 
-    def at(self, travel_m: float) -> Opening:
-        """The gripper at a mean travel of the two fingers, which mirror each other."""
-        rounded = float(self.rounded(np.array(travel_m)))
-        if rounded in self._kept:
-            self._kept.move_to_end(rounded)
-            return self._kept[rounded]
-        opening = self._kept[rounded] = self._resolve(rounded)
+    def at(self, travel_m: float, camera: Camera | None = None) -> Opening:
+        """The gripper at a mean travel of the two fingers, which mirror each other. camera: the same where vibration
+        holds it."""
+        rounded, camera = float(self.rounded(np.array(travel_m))), camera or self._camera
+        key = rounded, camera.position.tobytes() + camera.rotation.tobytes()
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        opening = self._kept[key] = _resolve(camera, rounded)
         most = max(2, MEMORY_BYTES // (opening.layers.fragments.nbytes + 1))
         while len(self._kept) > most:
             self._kept.popitem(last=False)
@@ -55,15 +58,17 @@ class Openings:
         step = np.where(np.abs(away) < HELD_M, FINE_M, COARSE_M)
         return self._held_m + np.round(away / step) * step
 
-    def _resolve(self, travel_m: float) -> Opening:
-        boxes, blockers = self._turned(shadow_boxes(travel_m)), self._turned(blocking_boxes(travel_m))
-        layers = resolve(self._camera, travel_m)
-        points = fragment_points(layers.fragments)
-        rows, parts = describe_boxes(blockers, np.zeros(3)), BLOCK_PARTS.astype(np.float32)
-        own = points.places, points.normals, points.parts
-        layers.fragments[OPEN] = openness(make_scratch(), *own, rows, parts, False)
-        return Opening(layers, boxes, blockers)
 
-    def _turned(self, boxes: Boxes) -> Boxes:
-        turn = self._camera.rotation.T
-        return Boxes(turn @ boxes.turns, (boxes.places - self._camera.position) @ turn.T, boxes.halves)
+def _resolve(camera: Camera, travel_m: float) -> Opening:
+    boxes, blockers = _turned(camera, shadow_boxes(travel_m)), _turned(camera, blocking_boxes(travel_m))
+    layers = resolve(camera, travel_m)
+    points = fragment_points(layers.fragments)
+    rows, parts = describe_boxes(blockers, np.zeros(3)), BLOCK_PARTS.astype(np.float32)
+    own = points.places, points.normals, points.parts
+    layers.fragments[OPEN] = openness(make_scratch(), *own, rows, parts, False)
+    return Opening(layers, boxes, blockers)
+
+
+def _turned(camera: Camera, boxes: Boxes) -> Boxes:
+    turn = camera.rotation.T
+    return Boxes(turn @ boxes.turns, (boxes.places - camera.position) @ turn.T, boxes.halves)

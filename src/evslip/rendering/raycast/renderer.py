@@ -32,6 +32,7 @@ from evslip.rendering.timing.update_schedule import (
     LAG,
     LIGHT_LAG,
     LIGHT_STEPS,
+    STEADY_PX,
     CellPlan,
     Cells,
     cell_motion,
@@ -109,8 +110,10 @@ class Raycaster:
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
         scene, limit = (poses, self.camera, self.params, self.setting.lamp), self.params.render.max_motion_px
         moved, light_moved = (self._sensor.stretch() * way for way in cell_motion(*scene, self._is_glossy))
-        behind = plan_cells(moved, changes, limit)
-        shine = plan_cells(light_moved, changes, LIGHT_STEPS * limit, LIGHT_LAG, together=True)
+        # What trembles is back before it has moved as far as a frame may: between its ends there is no blending.
+        often = limit if self.params.vibration.is_default else min(limit, STEADY_PX)
+        behind = plan_cells(moved, changes, often)
+        shine = plan_cells(light_moved, changes, LIGHT_STEPS * often, LIGHT_LAG, together=True)
         before = plan_cells(
             self._sensor.stretch() * foreground_motion(*scene), changes, limit, LIGHT_LAG, ahead=LIGHT_LAG + LAG
         )
@@ -139,7 +142,7 @@ class Raycaster:
 
     def _prepare(self, poses: ScenePoses, index: int) -> None:
         """Put everything where it is."""
-        opening = self._opening(poses.travel_m[index])
+        opening = self._opening(poses, index)
         self._layers = opening.layers
         camera = poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px
         self._view = View(*camera, poses.object_position[index], poses.object_rotation[index])
@@ -221,8 +224,8 @@ class Raycaster:
         casters = cast(lamp, radius_m, boxes, parts, numbers, outlines)
         return illuminate(view, self.setting, casters, _joined(own, opening.blockers), BLOCKERS)
 
-    def _opening(self, travel_m: float) -> Opening:
-        opening = self._openings.at(travel_m)
+    def _opening(self, poses: ScenePoses, index: int) -> Opening:
+        opening = self._openings.at(poses.travel_m[index], poses.mounted(self.camera, index))
         if opening is not self._current:
             self._current = opening
             count = opening.layers.fragments.shape[1]

@@ -1,7 +1,7 @@
 """Motion in the image of what stands before the backdrop: object, gripper and arm.
 
-A held object and the fingers around it stand still in the image of a camera on the hand; what changes is the light on
-them, and that slowly.
+A held object and the fingers around it stand still in the image of a camera on the hand, unless one of them trembles;
+what changes is the light on them, and that slowly.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
-from evslip.rendering.timing.schedule import arm_motion, into, object_motion
+from evslip.rendering.timing.schedule import arm_motion, gripper_motion, into, object_motion
 from evslip.rendering.timing.update_schedule import SOFT, STEADY_PX
 
 
@@ -23,7 +23,8 @@ def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: L
     nearer to those of single frames (see docs/explanation/rendering.md).
     """
     often = params.render.max_motion_px / STEADY_PX
-    edges = often * np.maximum(object_motion(poses, camera, params), arm_motion(poses, camera))
+    held = np.maximum(object_motion(poses, camera, params), gripper_motion(poses, camera))
+    edges = often * np.maximum(held, arm_motion(poses, camera))
     motion = np.maximum(edges, _shadow_motion(poses, camera, lamp)) if lamp.luminance > 0 else edges
     return motion[:, None, None]
 

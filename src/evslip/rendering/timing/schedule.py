@@ -7,6 +7,7 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera
+from evslip.rendering.geometry.hand import shadow_boxes
 from evslip.rendering.geometry.links import LINKS, hulls, in_view
 from evslip.rendering.poses import ScenePoses
 from evslip.scene.shapes import shape_of
@@ -59,6 +60,7 @@ def image_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarra
     """
     plain, radius_m = camera.pinhole(), params.background.radius_m
     moved = np.maximum(object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
+    moved = np.maximum(moved, gripper_motion(poses, plain))
     return camera.stretch() * np.maximum(moved, arm_motion(poses, plain))
 
 
@@ -66,6 +68,16 @@ def object_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarr
     """Farthest movement in pixels of the object's corners between consecutive poses, (m - 1,); 0 out of view."""
     corners = shape_of(params).outline()
     return _corner_motion(poses, camera, poses.object_position, poses.object_rotation, corners)
+
+
+def gripper_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
+    """Farthest movement of the gripper's corners, (m - 1,), its fingers as wide open as in the middle; 0 where the
+    camera does not tremble, and the gripper stands still in the image."""
+    if poses.mounts is None:
+        return 0.0
+    boxes = shadow_boxes(float(np.median(poses.travel_m)))
+    corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
+    return _corner_motion(poses, camera, poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
 
 
 def arm_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:

@@ -152,9 +152,11 @@ def cell_motion(
     that of the light on the surface alone, of shape (m - 1, rows, columns) each; where an object uncovers something, as
     much as asks for a new drawing.
 
-    camera: a pinhole. The movement is found over LAG poses at a time, and shared out among them.
+    camera: a pinhole. The movement is found over LAG poses at a time, and shared out among them; over each where
+    something trembles, since it may be back where it was LAG poses before.
     """
-    sampled = np.append(np.arange(0, len(poses.travel_m) - 1, LAG), len(poses.travel_m) - 1)
+    lag = LAG if params.vibration.is_default else 1
+    sampled = np.append(np.arange(0, len(poses.travel_m) - 1, lag), len(poses.travel_m) - 1)
     steps = np.diff(sampled)
     found = _motion_between(poses.some(sampled), camera, params, lamp, is_glossy)
     whole, light = (np.repeat(motion / steps[:, None, None], steps, 0) for motion in found)
