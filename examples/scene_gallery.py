@@ -104,6 +104,11 @@ STRIPS: dict[str, list[Picture]] = {
     "shift": [*of("camera.x_m", 0.02), *of("camera.y_m", 0.04), *of("camera.z_m", -0.02)],
     "turn": [*of("camera.yaw_deg", 5.0), *of("camera.pitch_deg", 5.0), *of("camera.roll_deg", 8.0)],
     "field_of_view": of("camera.fov_deg", 30.0, 47.0, 70.0),
+    "spots": [
+        *of("lens.spots", 12.0, lens__spot_opacity=0.6, lens__spot_px=8.0),
+        *of("lens.spot_px", 25.0, lens__spot_opacity=0.6, lens__spots=4.0),
+        *of("lens.glare", 0.0, 0.3),
+    ],
     "exposure": [
         *of("camera.exposure", "sample", background__luminance_cd_m2=500.0),
         *of("camera.exposure", "absolute", background__luminance_cd_m2=500.0),
@@ -112,6 +117,16 @@ STRIPS: dict[str, list[Picture]] = {
     "lift": of("motion.lift_m", 0.05, 0.15, 0.3),
     "tilt": of("motion.tilt_deg", -25.0, 0.0, 25.0, t_s=TILTED_S),
 }
+
+
+FLICKERS: dict[str, dict[str, Any]] = {
+    "still": {},
+    "sine, lamp and surroundings 0.3": {"flicker.lamp_depth": 0.3, "flicker.surroundings_depth": 0.3},
+    "sine, lamp 0.3": {"flicker.lamp_depth": 0.3},
+    "pwm, lamp 0.3": {"flicker.lamp_depth": 0.3, "flicker.waveform": "pwm", "flicker.duty": 0.3},
+}
+SHOWN_MS = 40
+"""Length of what the plot of the flicker shows, from LIFTED_S on."""
 
 
 def make_cup(path: Path) -> None:
@@ -128,12 +143,44 @@ def draw(picture: Picture, folder: Path) -> np.ndarray:
     return render_color(trajectory, round(1e6 * picture.t_s))
 
 
+def plot_flicker(path: Path) -> None:
+    """Light of a picture's mean and of its darkest tenth over time, and the events that it makes, for FLICKERS."""
+    figure = Figure(figsize=(3.1 * len(FLICKERS), 4.2), layout="constrained")
+    axes = figure.subplots(2, len(FLICKERS), sharex=True, sharey="row")
+    for (light, rate), (caption, changes) in zip(axes.T, FLICKERS.items(), strict=True):
+        trajectory = evslip.simulate(evslip.draw(evslip.load_config("simple", COMMON | changes), 0))
+        start_us = round(1e6 * LIFTED_S)
+        # Pixels get used to the light in the time before.
+        span = {"start_us": start_us - 100_000, "end_us": start_us + 1000 * SHOWN_MS}
+        frames = list(evslip.render(trajectory, **span, size=(173, 130)))
+        images = np.stack([frame.luminance for frame in frames])
+        dark = images.mean(0) <= np.quantile(images.mean(0), 0.1)
+        t_ms = 1e-3 * (np.array([frame.t_us for frame in frames]) - start_us)
+        for part, label in ((np.ones_like(dark), "all pixels"), (dark, "darkest tenth")):
+            line = images[:, part].mean(1)
+            light.plot(t_ms, line / line.mean(), label=label)
+        events = evslip.EventCamera("davis346-bright", size=(173, 130)).run(frames)
+        for is_on, label in ((True, "ON"), (False, "OFF")):
+            own = 1e-3 * (events.t_us[events.p == is_on] - start_us)
+            counts = np.histogram(own, np.arange(SHOWN_MS + 1))[0]
+            rate.step(np.arange(SHOWN_MS), counts / dark.size, where="post", label=label)
+        light.set(title=caption, xlim=(0, SHOWN_MS))
+        rate.set(xlabel="ms")
+    axes[0, 0].set_ylabel("light / mean")
+    axes[1, 0].set_ylabel("events a pixel and ms")
+    for axis in axes[:, -1]:
+        axis.legend(fontsize=8)
+    figure.savefig(path, dpi=110)
+
+
 def main(out: Path, only: list[str]) -> None:
     out.mkdir(parents=True, exist_ok=True)
+    if not only or "flicker" in only:
+        plot_flicker(out / "flicker.png")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         make_cup(folder / CUP)
-        for name in only or STRIPS:
+        for name in [name for name in STRIPS if not only or name in only]:
             strip = STRIPS[name]
             figure = Figure(figsize=(3.1 * len(strip), 2.6), layout="constrained")
             for axis, picture in zip(figure.subplots(1, len(strip), squeeze=False)[0], strip, strict=True):
@@ -146,6 +193,6 @@ def main(out: Path, only: list[str]) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--only", nargs="*", default=[], choices=STRIPS, metavar="NAME")
+    parser.add_argument("--only", nargs="*", default=[], choices=[*STRIPS, "flicker"], metavar="NAME")
     options = parser.parse_args()
     main(options.out, options.only)

@@ -93,7 +93,7 @@ def require_room(one: Estimate | None, count: int, workers: int | None, root: Pa
     if one.memory_bytes > there:
         raise ConfigError(
             f"{one.line()}, and this machine has {_bytes(there)}: expected fewer pixels (camera.width, camera.height), "
-            "less noise (sensor.shot_rate_hz, sensor.leak_rate_hz), less flicker or a shorter motion (motion.duration_s)"
+            "less noise (sensor.shot_rate_hz, sensor.leak_rate_hz) or flicker, or a shorter motion (motion.duration_s)"
         )
     if count * one.file_bytes > 3 * free:
         raise ConfigError(

@@ -14,8 +14,8 @@ ERROR = 0.01
 DARK = 0.01
 """Share of the mean below which a light counts as dark: pixels then see mostly their own dark current."""
 STEP, LEAST = 0.24, 1e-3
-"""Log light that an edge rises by in a microsecond, and at least in all. Pixels follow larger steps at a higher cost:
-MAX_CHANGE of `events.pixels.screen`."""
+"""Log light that changes between two frames at most, in a microsecond on an edge, and by an edge at least. Pixels
+follow larger steps at a higher cost: MAX_CHANGE of `events.pixels.screen`."""
 GRID = 4096
 """Phases at which a waveform is measured."""
 
@@ -95,10 +95,12 @@ class Flicker:
         return np.union1d(keys_us, own.astype(np.int64))
 
     def frame_phases(self) -> np.ndarray:
-        """Phases of a smooth waveform at which frames are drawn: closest where log light bends most."""
+        """Phases of a smooth waveform at which frames are drawn: closest where log light bends most, no farther
+        apart than STEP of it."""
         phase = np.arange(GRID) / GRID
         light = np.log(np.maximum(1 + max(self._amplitudes) * self._waveform.at(phase), DARK))
         bend = np.abs(np.roll(light, 1) - 2 * light + np.roll(light, -1))
-        steps = np.concatenate([[0.0], np.cumsum(np.sqrt(bend / (8 * ERROR)))])
+        steep = np.abs(np.roll(light, -1) - light) / STEP
+        steps = np.concatenate([[0.0], np.cumsum(np.maximum(np.sqrt(bend / (8 * ERROR)), steep))])
         count = 2 * math.ceil(max(steps[-1], 4.0) / 2)
         return np.interp(np.arange(count) / count * steps[-1], steps, np.arange(GRID + 1) / GRID)
