@@ -30,6 +30,7 @@ from evslip.rendering import render_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
 from evslip.rendering.pathtrace.denoising import check_denoiser
+from evslip.utils import jit
 from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected, StorageError
 from evslip.utils.version import __version__
 
@@ -224,7 +225,8 @@ def generate(
         try:
             warm_up(config, report=progress.compiling)
         except StorageError as error:
-            progress.notice(f"note: {error}")
+            if not jit.UNKEPT:  # this process has not said so itself
+                progress.notice(f"note: {error}")
     progress.begin(len(indices), len(indices) - len(jobs))
     made = []
     for result in run(make_sample, jobs, workers, progress.notice, limit_s) if jobs else ():
