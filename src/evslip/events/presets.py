@@ -60,6 +60,9 @@ what is public about these sensors; dvxplorer-lite has dvxplorer's pixels behind
 place of a refractory period that stands for them (`readout.presets`); docs/explanation/event-camera.md gives the source
 of each value. Biases change all of them: `evslip calibrate` fits a camera at hand."""
 
+FITTED = ("davis346-bright",)
+"""Presets fitted to frames whose codes were taken as light, as those of files are."""
+
 
 def named(preset: str) -> PixelModel:
     """A preset by its name, or of a TOML file, see `preset_file`. Raises ConfigError."""

@@ -21,9 +21,9 @@ class RealismSettings:
     """Intervals that flow makes of one, 2 to 64."""
     intensity: Literal["uint8", "srgb", "linear"] | None = None
     """Meaning of the frames' codes. uint8: mapped to log intensity as v2e does; srgb: decoded; linear: light. Default:
-    linear for a preset's file, as `evslip calibrate` has it, else uint8."""
+    linear for a fitted preset, as `evslip calibrate` has it, else uint8."""
     steady: bool | None = None
-    """Take the frames' noise away where nothing changes. Default: for a preset's file, as `evslip calibrate` has it."""
+    """Take the frames' noise away where nothing changes. Default: for a fitted preset, as `evslip calibrate` has it."""
     mode: Literal["accurate", "v2e"] = "accurate"
     """Rules of the pixels."""
     classifier: bool = True
@@ -31,7 +31,9 @@ class RealismSettings:
 
     def for_preset(self, preset: str) -> "RealismSettings":
         """With the defaults that depend on the camera."""
-        fitted = preset.endswith(".toml")
+        from evslip.events.presets import FITTED  # numpy, which help texts do without
+
+        fitted = preset.endswith(".toml") or preset in FITTED
         return replace(
             self,
             intensity=self.intensity or ("linear" if fitted else "uint8"),
