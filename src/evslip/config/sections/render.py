@@ -1,8 +1,8 @@
 """Parameters of the rendering."""
 
-from typing import Annotated, Generic, Literal
+from typing import Annotated, Any, Generic, Literal
 
-from pydantic import Strict
+from pydantic import SerializationInfo, SerializerFunctionWrapHandler, Strict, model_serializer
 
 from evslip.config.section import N, S, Section, Within
 
@@ -31,3 +31,11 @@ class RenderSpec(Section, Generic[N, S]):
     """Farthest that any point may move in the image between two frames."""
     min_rate_hz: Annotated[float, Strict(), Within(1.0, 10000.0)] = 60.0
     """Lowest frame rate, when nothing moves."""
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        """Written without `denoise` unless it is given, as before there was any."""
+        tree = handler(self)
+        if info.mode == "json" and self.denoise is None:
+            tree.pop("denoise", None)
+        return tree
