@@ -27,9 +27,9 @@ COMMON = {
 }
 KINDS: dict[str, dict[str, float]] = {
     "none": {},
-    "camera: 40 Hz, 0.3 mm": {"vibration.mount_hz": 40.0, "vibration.mount_mm": 0.3},
+    "camera: 40 Hz, 0.3 mm": {"vibration.mount_hz": 40.0, "vibration.mount_m": 0.0003},
     "object: 30 Hz, 0.4 mm, 0.3°": {
-        "vibration.object_hz": 30.0, "vibration.object_mm": 0.4, "vibration.object_deg": 0.3,
+        "vibration.object_hz": 30.0, "vibration.object_m": 0.0004, "vibration.object_deg": 0.3,
     },
     "arm: 8 Hz, 0.03°": {"vibration.tremor_hz": 8.0, "vibration.tremor_deg": 0.03},
 }  # fmt: skip

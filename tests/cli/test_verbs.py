@@ -77,7 +77,7 @@ def test_show_makes_a_preset_of_biases(tmp_path):
     result = evslip("show", "camera", "--biases", "OnBn=5/26", "OffBn=1.9e-9", "--out", out)
     assert result.returncode == 0 and "ON threshold" in result.stdout
     shown = evslip("show", "camera", out).stdout.splitlines()
-    lines = {line.split()[0]: line.split()[1] for line in shown if not line.startswith(" ")}
+    lines = {line.split()[0]: line.split()[1] for line in shown if len(line.split()) > 1 and not line.startswith(" ")}
     assert float(lines["theta_on"]) == pytest.approx(0.1196, abs=1e-4)
     assert float(lines["theta_off"]) == pytest.approx(0.0972, abs=1e-4)
     sets = evslip("show", "camera", "--biases").stdout
@@ -182,7 +182,7 @@ def test_show_prints_a_camera_with_units():
     shown = evslip("show", "camera", "davis346").stdout
     assert ["cutoff_hz", "15", "Hz"] in [line.split()[:3] for line in shown.splitlines()]
     assert max(map(len, shown.splitlines())) <= 110
-    assert "| davis346 | 0.15 |" in evslip("show", "camera").stdout
+    assert "| theta | ln | 0.15 |" in evslip("show", "camera").stdout
 
 
 def test_a_sensors_noise_is_measured_and_used_again(tmp_path):

@@ -130,7 +130,7 @@ def test_an_event_costs_at_most_three_and_a_half_bytes(tmp_path: Path):
         (lambda s: {"events": s.events.replace(x=s.events.x[:-1])}, "events/x"),
         (lambda s: {"events": s.events.replace(p=s.events.p.astype(np.uint8))}, "events/p"),
         (lambda s: {"events": s.events.replace(body=s.events.x.astype(np.uint8))}, "events/body"),
-        (lambda s: {"events": s.events.replace(cause=np.full(200, 4, np.uint8))}, "events/cause"),
+        (lambda s: {"events": s.events.replace(cause=np.full(200, 5, np.uint8))}, "events/cause"),
         (lambda s: {"trajectory": s.trajectory._replace(joints=s.trajectory.joints[:, :8])}, "joints"),
         (lambda s: {"trajectory": s.trajectory._replace(params=PARAMS)}, "other parameters"),
         (lambda s: {"trajectory": s.trajectory._replace(floor_force_n=np.full(5, np.nan))}, "not finite"),

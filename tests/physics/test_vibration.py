@@ -23,7 +23,7 @@ from evslip.scene.mounts import place_on_hand
 from evslip.utils.errors import ConfigError
 
 STEP_S = 1e-3
-TREMBLING = {"vibration.object_hz": 30.0, "vibration.object_mm": 0.4, "vibration.object_deg": 0.3}
+TREMBLING = {"vibration.object_hz": 30.0, "vibration.object_m": 0.0004, "vibration.object_deg": 0.3}
 TREMOR = {"vibration.tremor_hz": 8.0, "vibration.tremor_deg": 0.03}
 
 
@@ -142,7 +142,7 @@ def test_trembling_is_no_slip(index: int):
 
 
 def test_windows_of_a_hold_stay_holds():
-    own = {"slip.kind": "hold", **TREMBLING, "vibration.object_mm": 2.0, "vibration.object_deg": 2.0}
+    own = {"slip.kind": "hold", **TREMBLING, "vibration.object_m": 0.002, "vibration.object_deg": 2.0}
     truth = measure(evslip.simulate(sample(own, 1, "complex")))
     assert truth.onset_us is None and truth.episodes == ()
     assert truth.linear_speed_mm_s[truth.held].max() < 5 and truth.angular_speed_deg_s[truth.held].max() < 1
@@ -160,7 +160,7 @@ def test_the_joints_tremble_through_the_physics(still: Trajectory):
 
 
 def test_the_camera_trembles_on_its_mount(still: Trajectory):
-    own = {"vibration.mount_hz": 40.0, "vibration.mount_mm": 0.2, "vibration.mount_deg": 0.05}
+    own = {"vibration.mount_hz": 40.0, "vibration.mount_m": 0.0002, "vibration.mount_deg": 0.05}
     moved = evslip.simulate(sample(own)).camera_displacement
     assert moved is not None and still.camera_displacement is None
     turned = np.degrees(Rotation.from_quat(moved[:, 3:], scalar_first=True).as_rotvec())
@@ -175,7 +175,7 @@ def test_the_camera_trembles_on_its_mount(still: Trajectory):
 
 
 def test_a_camera_that_trembles_changes_nothing_else(still: Trajectory, trembling: Trajectory):
-    both = evslip.simulate(sample({"vibration.mount_hz": 40.0, "vibration.mount_mm": 0.2, **TREMBLING}))
+    both = evslip.simulate(sample({"vibration.mount_hz": 40.0, "vibration.mount_m": 0.0002, **TREMBLING}))
     np.testing.assert_array_equal(both.object_pose, trembling.object_pose)
     np.testing.assert_array_equal(both.gripper_pose, still.gripper_pose)
 
@@ -217,7 +217,7 @@ def test_a_sample_without_vibration_is_written_as_before_there_was_any():
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
-        ({"vibration.object_mm": 0.4}, "vibration.object_mm: needs vibration.object_hz, the frequency"),
+        ({"vibration.object_m": 0.0004}, "vibration.object_m: needs vibration.object_hz, the frequency"),
         ({"vibration.object_hz": 900.0}, "vibration.object_hz: 900 is out of range, expected 1 to 200"),
         ({"vibration.object_hz": 30.0, "vibration.object_damping": 0.0}, "vibration.object_damping: 0 is out of range"),
         ({"vibration.mount_deg": {"min": 0.0, "max": 0.1}}, "vibration.mount_deg: needs vibration.mount_hz"),

@@ -18,7 +18,7 @@ class VibrationSpec(Section, Generic[N, S]):
     push the camera."""
     mount_damping: Annotated[N, Within(0.005, 2.0)] = usual(0.05)
     """Damping ratio of that; 1 is critical."""
-    mount_mm: Annotated[N, Within(0.0, 5.0)] = usual(0.0)
+    mount_m: Annotated[N, Within(0.0, 0.005)] = usual(0.0)
     """Rms amplitude that noise gives the camera along each axis of the hand,"""
     mount_deg: Annotated[N, Within(0.0, 5.0)] = usual(0.0)
     """... and about each, through the camera."""
@@ -27,7 +27,7 @@ class VibrationSpec(Section, Generic[N, S]):
     their axis, and is pushed by the hand's acceleration. No slip."""
     object_damping: Annotated[N, Within(0.005, 2.0)] = usual(0.05)
     """Damping ratio of that; 1 is critical."""
-    object_mm: Annotated[N, Within(0.0, 5.0)] = usual(0.0)
+    object_m: Annotated[N, Within(0.0, 0.005)] = usual(0.0)
     """Rms amplitude that noise gives it along each axis,"""
     object_deg: Annotated[N, Within(0.0, 5.0)] = usual(0.0)
     """... and about the closing axis, through the tool centre."""

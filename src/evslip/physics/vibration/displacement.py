@@ -60,7 +60,7 @@ def camera_displacement(trajectory: Trajectory) -> np.ndarray:
     spec = params.vibration
     assert spec.mount_hz is not None
     acceleration = hand_acceleration(trajectory, place_on_hand(params.camera))
-    rms = [1e-3 * spec.mount_mm] * 3 + [float(np.radians(spec.mount_deg))] * 3
+    rms = [spec.mount_m] * 3 + [float(np.radians(spec.mount_deg))] * 3
     return _as_poses(_trembling(trajectory, "mount", Resonance(spec.mount_hz, spec.mount_damping), acceleration, rms))
 
 
@@ -74,7 +74,7 @@ def object_displacement(trajectory: Trajectory) -> np.ndarray:
     except GraspFailed:
         return _as_poses(moved)
     acceleration = hand_acceleration(trajectory, TCP_M)[first:last, IN_PADS]
-    rms = [1e-3 * spec.object_mm, 1e-3 * spec.object_mm, float(np.radians(spec.object_deg))]
+    rms = [spec.object_m, spec.object_m, float(np.radians(spec.object_deg))]
     tremble = _trembling(trajectory, "object", Resonance(spec.object_hz, spec.object_damping), acceleration, rms)
     t_s = (trajectory.t_us[first:last] - trajectory.t_us[first]) / 1e6
     ramp = step(t_s, 0.0, RAMP_S) * step(t_s[-1] - t_s, 0.0, RAMP_S)
