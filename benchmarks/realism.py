@@ -27,7 +27,7 @@ HEAD = (
 
 def row(camera: str, between: str, found: Realism) -> str:
     assert found.floor is not None and found.floor_coarse is not None
-    told = found.two_sample
+    tested = found.two_sample
     cells = (
         camera,
         between,
@@ -37,7 +37,7 @@ def row(camera: str, between: str, found: Realism) -> str:
         f"{found.coarse.l1_per_event:.2f}, {found.coarse.correlation:.2f}",
         f"{found.floor_coarse.l1_per_event:.2f}",
         f"{found.ks:.2f}",
-        "" if told is None else f"{100 * told.accuracy:.1f} ± {100 * told.error:.1f}",
+        "" if tested is None else f"{100 * tested.accuracy:.1f} ± {100 * tested.error:.1f}",
     )
     return f"| {' | '.join(cells)} |"
 

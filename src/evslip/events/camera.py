@@ -9,7 +9,7 @@ import numpy as np
 
 from evslip.events.biases import WHITE_LUX, Bias, circuit, pixel_parameters
 from evslip.events.frame import NO_BODY, Frame
-from evslip.events.pixel_model import FOREIGN
+from evslip.events.pixel_model import FOREIGN, own_parameters
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.presets import named, resolve
 from evslip.events.readout.presets import named_readout
@@ -186,7 +186,7 @@ class EventCamera:
     def from_state(cls, state: dict[str, Any], threads: int = 1, device: Device = "cpu") -> "EventCamera":
         """A camera that continues exactly where the one stood whose `state()` this is."""
         names = ("size", "seed", "mode", "intensity")
-        model = {name: value for name, value in state["model"].items() if name not in FOREIGN[state["mode"]]}
+        model = own_parameters(state["model"], state["mode"])
         settings = {"threads": threads, "device": device, "readout": state.get("readout")}
         camera = cls("clean", **settings, **{name: state[name] for name in names}, **model)
         if state["last_us"] is not None:

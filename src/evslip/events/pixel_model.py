@@ -120,3 +120,8 @@ FOREIGN = {
     "accurate": ("surround_pixels", "surround_us", "adaptive_us", "adaptive_spread"),
 }
 """Parameters that each mode does not have."""
+
+
+def own_parameters(values: dict[str, Any], mode: str) -> dict[str, Any]:
+    """Those parameters that a mode has."""
+    return {name: value for name, value in values.items() if name not in FOREIGN[mode]}

@@ -8,7 +8,6 @@ import contextlib
 import math
 import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,8 +15,7 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.events.pixel_model import PixelModel
-from evslip.events.presets import named
-from evslip.generation.sensor import readout_of
+from evslip.generation.sensor import pixels_of, readout_of
 from evslip.physics.motion.phases import phase_times
 from evslip.rendering import MIDDLE_GREY
 from evslip.rendering.timing.flicker import DARK, Flicker
@@ -52,13 +50,9 @@ class Estimate(NamedTuple):
 
 def estimate(params: Params) -> Estimate:
     """Cost of the sample of these parameters."""
-    camera, sensor, render = params.camera, params.sensor, params.render
+    camera, render = params.camera, params.render
     pixels, seconds = camera.width * camera.height, max(end for _, end in phase_times(params).values()) / 1e6
-    model = named(sensor.preset)
-    if sensor.leak_rate_hz is not None:
-        model = replace(model, leak_rate_hz=sensor.leak_rate_hz)
-    if sensor.shot_rate_hz is not None:
-        model = replace(model, shot_rate_hz=sensor.shot_rate_hz)
+    model = pixels_of(params)
     noise_hz = model.noise_hz(pixels) + readout_of(params).burst_events_hz(camera.width, camera.height)
     flicker = Flicker(params)
     events = (noise_hz + pixels * _flicker_hz(params, model)) * seconds + pixels * MOVING_EVENTS
@@ -75,12 +69,10 @@ def estimate(params: Params) -> Estimate:
 def _flicker_hz(params: Params, model: PixelModel) -> float:
     """Events a second of a pixel that sees only the light that flickers most: what passes its low-pass, at a brightness
     of MIDDLE_GREY, in whole thresholds."""
-    own, sensor = params.flicker, params.sensor
+    own = params.flicker
     depth = min(max(own.lamp_depth, own.surroundings_depth), 1 - DARK)
-    cutoff_hz = model.cutoff_hz if sensor.cutoff_hz is None else sensor.cutoff_hz
-    preset = model.theta if model.theta_on is None else float(np.mean(model.theta_on))
-    theta = preset if sensor.theta is None else sensor.theta
-    passed = 1 / math.hypot(1, own.frequency_hz / (cutoff_hz * MIDDLE_GREY)) if cutoff_hz > 0 else 1.0
+    theta = model.theta if model.theta_on is None else float(np.mean(model.theta_on))
+    passed = 1 / math.hypot(1, own.frequency_hz / (model.cutoff_hz * MIDDLE_GREY)) if model.cutoff_hz > 0 else 1.0
     return 2 * own.frequency_hz * math.floor(2 * math.atanh(depth) * passed / theta)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from evslip.events.calibration.scene import UNSEEN, Scene
 from evslip.events.calibration.simulated import settled, simulated
-from evslip.events.pixel_model import FOREIGN, LIMITS, PixelModel
+from evslip.events.pixel_model import LIMITS, PixelModel, own_parameters
 from evslip.events.stream import Events
 
 STEP = 0.1
@@ -50,7 +50,7 @@ def pixel_thresholds(
     spread = model.sigma / np.exp(mean)
     values = np.broadcast_to(mean[:, None, None], (2, height, width)).copy()
 
-    own = {name: value for name, value in asdict(model).items() if name not in FOREIGN["accurate"]}
+    own = own_parameters(asdict(model), "accurate")
 
     def total(events_of: Callable[[Scene], Events]) -> np.ndarray:
         return np.sum([_counts(events_of(one), one, group) for one, group in zip(scenes, grouped, strict=True)], axis=0)

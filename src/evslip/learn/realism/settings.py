@@ -31,9 +31,11 @@ class RealismSettings:
 
     def for_preset(self, preset: str) -> "RealismSettings":
         """With the defaults that depend on the camera."""
-        from evslip.events.presets import FITTED  # numpy, which help texts do without
+        # They import numpy, which help texts do without.
+        from evslip.events.preset_file import SUFFIX
+        from evslip.events.presets import FITTED
 
-        fitted = preset.endswith(".toml") or preset in FITTED
+        fitted = preset.endswith(SUFFIX) or preset in FITTED
         return replace(
             self,
             intensity=self.intensity or ("linear" if fitted else "uint8"),

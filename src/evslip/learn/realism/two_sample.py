@@ -31,7 +31,7 @@ class Told(NamedTuple):
     """Result of the test."""
 
     accuracy: float
-    """Share of samples that the network told rightly, mean over the folds; nan where there were too few samples."""
+    """Share of samples classified rightly, mean over the folds; nan where there were too few samples."""
     error: float
     """Standard error of that mean, from the spread of the folds."""
     pairs: int

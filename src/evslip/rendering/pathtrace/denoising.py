@@ -1,11 +1,11 @@
 """Frames without the noise of path tracing: Intel Open Image Denoise (Áfra, openimagedenoise.org), on the processor."""
 
 import importlib.util
-import os
 from typing import Any
 
 import numpy as np
 
+from evslip.rendering.pathtrace.variant import most_threads
 from evslip.utils.errors import MissingExtraError
 
 AOVS = "albedo:albedo,normal:sh_normal"
@@ -28,8 +28,9 @@ class Denoiser:
 
         self._oidn = pyoidn
         self._device: Any = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
-        if os.environ.get("NUMBA_NUM_THREADS", "").isdecimal():
-            self._device.set_int("numThreads", int(os.environ["NUMBA_NUM_THREADS"]))
+        threads = most_threads()
+        if threads is not None:
+            self._device.set_int("numThreads", threads)
             self._device.set_bool("setAffinity", False)
         self._device.commit()
 

@@ -53,11 +53,18 @@ def mitsuba() -> ModuleType:
         raise ConfigError(f"{CHOICE}: {variant!r} is unknown; expected one of {CUDA}, {LLVM}, {SCALAR}")
     mi.set_variant(variant)
     mi.set_log_level(mi.LogLevel.Error)
-    if variant == LLVM and os.environ.get("NUMBA_NUM_THREADS", "").isdecimal():
+    threads = most_threads()
+    if variant == LLVM and threads is not None:
         import drjit
 
-        drjit.set_thread_count(int(os.environ["NUMBA_NUM_THREADS"]))
+        drjit.set_thread_count(threads)
     return mi
+
+
+def most_threads() -> int | None:
+    """Threads that this process may use; None: as many as there are cores."""
+    text = os.environ.get("NUMBA_NUM_THREADS", "")
+    return int(text) if text.isdecimal() else None
 
 
 def choose() -> str:
