@@ -45,12 +45,14 @@ def windows() -> Windows:
 def test_movement_of_a_constant_turn_and_slide(rate: float, begin: int, end: int, slide: float) -> None:
     clock = np.clip(np.arange(STEPS), min(begin, end), max(begin, end)) / 1e3
     truth = truth_of(rate * clock, slide * clock)
-    for start_us, rotation, translation, rise in movements(truth, ALL):
+    for start_us, rotation, translation, rise, *speeds in movements(truth, ALL):
         first = start_us // 1000
         spent = clock[first + 160] - clock[first]
         assert rotation == pytest.approx(abs(rate) * spent, abs=1e-5)
         assert translation == pytest.approx(abs(slide) * spent, abs=1e-6)
         assert rise == pytest.approx(abs(rate) * spent, abs=1e-5)  # theta is a magnitude: here it can only grow
+        share = (clock[first + 160] - clock[first + 140]) / 0.02
+        assert speeds == pytest.approx([abs(rate) * share, abs(slide) * share], abs=1e-3)
 
 
 def test_a_slip_that_lowers_theta_counts_and_so_does_one_that_returns() -> None:
@@ -77,7 +79,7 @@ def test_never_held_gives_no_window() -> None:
 
 @given(st.floats(0, 3), st.floats(0, 5), st.floats(0, 3))
 def test_labels(rotation: float, translation: float, rise: float) -> None:
-    movement = Movement(0, rotation, translation, rise)
+    movement = Movement(0, rotation, translation, rise, 0.0, 0.0)
     label = label_of(movement, ALL)
     assert (label == Label.SLIP) == (rotation >= 1 or translation >= 2)
     assert (label == Label.HOLD) == (rotation < 0.1 and translation < 0.1)
@@ -235,6 +237,32 @@ def test_foreign_missing_and_folder(saved, tmp_path) -> None:
         open_windows(tmp_path / "text.h5")
 
 
+def test_speeds_are_of_the_last_20_ms_and_nan_where_a_person_labelled(tmp_path) -> None:
+    """A slip that stops within a window; one that is entered while it goes on; a labelled recording."""
+    stopped = movements(truth_of(turning(1000, 1210, 21.0)), WindowSettings(hop_s=0.01))
+    by_end = {movement.start_us // 1000 + 160: movement.rotation_speed_deg_s for movement in stopped}
+    assert [by_end[end] for end in (1010, 1100, 1220, 1230)] == pytest.approx([50, 100, 50, 0], abs=1e-3)
+    first = movements(truth_of(turning(0, 1000, 100.0)), WindowSettings(hop_s=0.01), entering=True)[0]
+    assert first.start_us < 1000 * HELD.start and first.rotation_speed_deg_s == pytest.approx(100, abs=1e-3)
+    recording = replace(
+        slip_record("real", turning(500, 900, 9.0), seed=3), intervals=(Interval(10**6, 2 * 10**6, "hold"),)
+    )
+    windows = windows_of([slipping(), recording], ALL)
+    windows.save(tmp_path / "both.h5")
+    back = open_windows(tmp_path / "both.h5")
+    for values in (back.rotation_speed_deg_s, back.slide_speed_mm_s):
+        np.testing.assert_array_equal(np.isnan(values), windows.name == "real")
+
+
+def test_a_file_from_before_the_speeds_opens(saved, windows: Windows) -> None:
+    assert np.isfinite(open_windows(saved).rotation_speed_deg_s).all()
+    with h5py.File(saved, "r+") as file:
+        del file["rotation_speed_deg_s"], file["slide_speed_mm_s"]
+    back = open_windows(saved)
+    assert np.isnan(back.rotation_speed_deg_s).all() and np.isnan(back.slide_speed_mm_s).all()
+    assert len(back[::2].slide_speed_mm_s) == len(back[::2]) and back[3] == windows[3]
+
+
 def test_a_file_from_before_the_modes_has_the_default_one(saved, windows: Windows) -> None:
     with h5py.File(saved, "r+") as file:
         del file.attrs["labels"]
@@ -287,7 +315,7 @@ def test_settings_of_a_file_are_checked(saved, name: str, value: object, message
     assert str(saved) in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["rotation_deg", "translation_mm"])
+@pytest.mark.parametrize("name", ["rotation_deg", "translation_mm", "rotation_speed_deg_s", "slide_speed_mm_s"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0])
 def test_movement_that_is_no_number(saved, name: str, value: float) -> None:
     with h5py.File(saved, "r+") as file:

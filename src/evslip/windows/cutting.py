@@ -22,6 +22,9 @@ from evslip.windows.label import Label
 from evslip.windows.window_events import WindowEvents, pack, pixel_dtype
 from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, map_shape
 
+SPEED_S = 0.02
+"""Time before a window's end over which its speeds are means. At 5 deg/s the object turns by the limit of a hold in it,
+0.1 deg, about the least that pixels answer to; a longer time would lag more behind a slip that gathers speed."""
 RECENT_S = 0.2
 """A pixel in the dark goes on firing for about this long after a slip has ended."""
 
@@ -81,7 +84,7 @@ def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, 
     if record.intervals:
         last_us = record.last_us
         return [
-            (Movement(start_us, math.nan, math.nan, math.nan), Label[interval.label.upper()])
+            (Movement(start_us, *[math.nan] * 5), Label[interval.label.upper()])
             for interval in record.intervals
             for start_us in starts_within(interval, settings)
             if start_us <= last_us
@@ -100,6 +103,10 @@ class Movement(NamedTuple):
     """The largest since the window's start."""
     theta_rise_deg: float
     """How much greater the paper's theta is at the window's end than at its start; 0 if it is not."""
+    rotation_speed_deg_s: float
+    """Angle between the object's orientations SPEED_S before the window's end and at it, over that time."""
+    slide_speed_mm_s: float
+    """Way of the gripped point in the same time, over that time."""
 
 
 def movements(truth: Truth, settings: WindowSettings, entering: bool = False) -> list[Movement]:
@@ -109,7 +116,8 @@ def movements(truth: Truth, settings: WindowSettings, entering: bool = False) ->
     if len(held) < 2:
         return []
     step_us = int(truth.t_us[1] - truth.t_us[0])
-    length, hop = (max(1, round(seconds * 1e6 / step_us)) for seconds in (settings.length_s, settings.hop_s))
+    spans_s = settings.length_s, settings.hop_s, SPEED_S
+    length, hop, newest = (max(1, round(seconds * 1e6 / step_us)) for seconds in spans_s)
     begin, end = int(held[0]), int(held[-1]) + 1 - length
     starts = range(begin, end, hop)
     if entering:  # as many hops before as leave a part of the window in the held time, and the whole in the record
@@ -118,12 +126,21 @@ def movements(truth: Truth, settings: WindowSettings, entering: bool = False) ->
     found = []
     for first in starts:
         since = max(first, begin)
-        part = slice(since, first + length + 1)
-        turned = np.degrees((orientation[since].inv() * orientation[part]).magnitude()).max()
-        slid = 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[since], axis=1).max()
-        rise = max(0.0, float(truth.theta_deg[first + length]) - float(truth.theta_deg[since]))
-        found.append(Movement(int(truth.t_us[first]), float(turned), float(slid), rise))
+        last = first + length
+        turned, slid = (float(values.max()) for values in _moved(truth, orientation, since, last))
+        rise = max(0.0, float(truth.theta_deg[last]) - float(truth.theta_deg[since]))
+        before = max(since, last - newest)
+        seconds = (last - before) * step_us / 1e6
+        speeds = (float(values[-1]) / seconds for values in _moved(truth, orientation, before, last))
+        found.append(Movement(int(truth.t_us[first]), turned, slid, rise, *speeds))
     return found
+
+
+def _moved(truth: Truth, orientation: Rotation, since: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+    """How far the object has turned, in degrees, and slid, in mm, since a sample, at each up to the last."""
+    part = slice(since, last + 1)
+    turned = np.degrees((orientation[since].inv() * orientation[part]).magnitude())
+    return turned, 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[since], axis=1)
 
 
 def starts_within(interval: Interval, settings: WindowSettings) -> range:
@@ -170,6 +187,8 @@ def _append(
         "start_us": start_us,
         "rotation_deg": np.float32(movement.rotation_deg),
         "translation_mm": np.float32(movement.translation_mm),
+        "rotation_speed_deg_s": np.float32(movement.rotation_speed_deg_s),
+        "slide_speed_mm_s": np.float32(movement.slide_speed_mm_s),
         "recent": moved_before(record, start_us, settings),
         "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES)),
         "object_map": _object_map(inside, settings),

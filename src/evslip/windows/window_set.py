@@ -50,6 +50,11 @@ class Windows:
     """Largest rotation in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
     translation_mm: np.ndarray
     """Largest slide in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
+    rotation_speed_deg_s: np.ndarray
+    """Speed at which the object turns in the hand, mean of the window's last 20 ms, float32 of shape (n,); nan where a
+    person labelled, and in files from before it was kept."""
+    slide_speed_mm_s: np.ndarray
+    """Speed at which it slides in the hand, likewise."""
     recent: np.ndarray
     """Whether the object moved in the 0.2 s before the window, bool of shape (n,)."""
     by_body: np.ndarray
@@ -202,11 +207,15 @@ _ARRAYS = {
     "start_us": (np.int64, ()),
     "rotation_deg": (np.float32, ()),
     "translation_mm": (np.float32, ()),
+    "rotation_speed_deg_s": (np.float32, ()),
+    "slide_speed_mm_s": (np.float32, ()),
     "recent": (np.uint8, ()),
     "by_body": (np.int64, (len(BODIES),)),
     "object_map": (np.uint16, (None, None)),
 }
 _PER_WINDOW = tuple(_ARRAYS)
+_SPEEDS = ("rotation_speed_deg_s", "slide_speed_mm_s")
+"""Arrays that files from before have not."""
 
 
 def open_windows(path: str | Path) -> Windows:
@@ -222,7 +231,10 @@ def open_windows(path: str | Path) -> Windows:
             )
         settings = stored_settings(file.attrs, path)
         kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
-        arrays = {name: hdf5.get(file, name, kinds[name], (None, *tail)) for name, (_, tail) in _ARRAYS.items()}
+        there = [name for name in _ARRAYS if name in file or name not in _SPEEDS]
+        arrays = {name: hdf5.get(file, name, kinds[name], (None, *_ARRAYS[name][1])) for name in there}
+        unknown = np.full(len(arrays["label"]), np.nan, np.float32)
+        arrays |= {name: unknown for name in _SPEEDS if name not in there}
         packed = hdf5.mapped(file, "packed", VERSIONS[version], (None, 3))
         windows = Windows(settings, packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
     return _checked(windows, path)
@@ -250,14 +262,15 @@ def _checked(windows: Windows, path: str | Path) -> Windows:
 
 def _check_movement(windows: Windows, path: str | Path) -> None:
     """Raise DataError unless the movement of each window is known, or left to a person's label."""
-    turned, slid = windows.rotation_deg, windows.translation_mm
-    for name, values, other in (("rotation_deg", turned, slid), ("translation_mm", slid, turned)):
-        wrong = np.flatnonzero((np.isnan(values) & ~np.isnan(other)) | np.isinf(values) | (values < 0))
-        if len(wrong):
-            raise DataError(
-                f"{path}: {name}: {values[wrong[0]]} of window {wrong[0]}; expected 0 or more, or nan in it and "
-                "the other for a window that a person labelled"
-            )
+    for pair in (("rotation_deg", "translation_mm"), _SPEEDS):
+        for name, other in (pair, pair[::-1]):
+            values, lone = getattr(windows, name), ~np.isnan(getattr(windows, other))
+            wrong = np.flatnonzero((np.isnan(values) & lone) | np.isinf(values) | (values < 0))
+            if len(wrong):
+                raise DataError(
+                    f"{path}: {name}: {values[wrong[0]]} of window {wrong[0]}; expected 0 or more, or nan in it and "
+                    f"in {other} where nobody knows"
+                )
     if (windows.by_body < 0).any() or (np.abs(windows.start_us) > 2**62).any():
         raise DataError(f"{path}: by_body or start_us: out of range; make the windows again")
 
