@@ -109,6 +109,23 @@ STRIPS: dict[str, list[Picture]] = {
         *of("lens.spot_px", 25.0, lens__spot_opacity=0.6, lens__spots=4.0),
         *of("lens.glare", 0.0, 0.3),
     ],
+    "clutter": [
+        *of("clutter.count", 1, 5, t_s=1.2, clutter__texture="brick-2"),
+        *of("clutter.shape", "object", t_s=1.2, clutter__count=4, object__shape="cylinder"),
+        *of("clutter.size_m", 0.12, t_s=1.2, clutter__count=5, clutter__texture="brick-4"),
+    ],
+    "passers": [
+        *of("passers.count", 3),
+        *of(
+            "passers.distance_m",
+            1.2,
+            passers__count=5,
+            passers__height_m=0.4,
+            passers__width_m=0.2,
+            passers__speed_m_s=0.2,
+        ),
+        *of("passers.crosses", "light", t_s=1.1, passers__count=5, passers__width_m=0.2, passers__speed_m_s=0.1),
+    ],
     "exposure": [
         *of("camera.exposure", "sample", background__luminance_cd_m2=500.0),
         *of("camera.exposure", "absolute", background__luminance_cd_m2=500.0),

@@ -11,6 +11,8 @@ from evslip.draws.draw import draw
 from evslip.utils.errors import ConfigError
 
 USED = {
+    "clutter": {"count": {"min": 1.0, "max": 5.0}, "shape": ["cuboid", "any"], "texture": "wood-*"},
+    "passers": {"count": 2, "crosses": ["background", "light"], "texture": "weave-*"},
     "flicker": {"lamp_depth": {"min": 0.1, "max": 0.3}, "waveform": ["sine", "pwm"], "frequency_hz": [100.0, 120.0]},
     "lens": {"spots": {"min": 1.0, "max": 9.0}, "glare": 0.1},
     "readout": {"lost_share": 0.1},

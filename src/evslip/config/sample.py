@@ -7,11 +7,14 @@ from typing import Any, Generic
 
 from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from evslip.config.nuisances.clutter import ClutterSpec
+from evslip.config.nuisances.flicker import FlickerSpec
+from evslip.config.nuisances.lens import LensSpec
+from evslip.config.nuisances.passers import PassersSpec
+from evslip.config.nuisances.vibration import VibrationSpec
 from evslip.config.section import N, S, Section, wrong
 from evslip.config.sections.camera import CameraSpec
-from evslip.config.sections.flicker import FlickerSpec
 from evslip.config.sections.grip import GripSpec
-from evslip.config.sections.lens import LensSpec
 from evslip.config.sections.light import LightSpec
 from evslip.config.sections.motion import MotionSpec
 from evslip.config.sections.object import ObjectSpec
@@ -21,9 +24,8 @@ from evslip.config.sections.robot import RobotSpec
 from evslip.config.sections.sensor import SensorSpec
 from evslip.config.sections.slip import SlipSpec
 from evslip.config.sections.surroundings import BackgroundSpec, SurfaceSpec
-from evslip.config.sections.vibration import VibrationSpec
 
-OPTIONAL = ("flicker", "lens", "readout", "vibration")
+OPTIONAL = ("clutter", "flicker", "lens", "passers", "readout", "vibration")
 """Sections that came later, and do nothing by default."""
 
 
@@ -34,6 +36,8 @@ class SampleSpec(Section, Generic[N, S]):
     grip: GripSpec[N, S]
     surface: SurfaceSpec[N, S]
     background: BackgroundSpec[N, S]
+    clutter: ClutterSpec[N, S] = Field(default={}, validate_default=True)
+    passers: PassersSpec[N, S] = Field(default={}, validate_default=True)
     light: LightSpec[N, S]
     flicker: FlickerSpec[N, S] = Field(default={}, validate_default=True)
     robot: RobotSpec = RobotSpec()

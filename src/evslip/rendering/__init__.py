@@ -13,6 +13,7 @@ import numpy as np
 from evslip.events.frame import Frame
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera, scene_camera
+from evslip.rendering.distractors.distractor import distractors_of
 from evslip.rendering.lights import Lights
 from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
 from evslip.rendering.poses import ScenePoses
@@ -27,8 +28,8 @@ RENDERERS = {
     "raycast": "evslip.rendering.raycast.renderer:Raycaster",
     "pathtrace": "evslip.rendering.pathtrace.tracer:Pathtracer",
 }
-"""Name -> module:class. A renderer is made from (params, camera, held finger travel) and draws poses: `draw` gives
-luminance and body indices of one, `draw_sequence` of all in turn, `color` linear RGB."""
+"""Name -> module:class. A renderer is made from (params, camera, held finger travel, distractors=...) and draws poses:
+`draw` gives luminance and body indices of one, `draw_sequence` of all in turn, `color` linear RGB."""
 VIEWS = ("wrist", "scene")
 """The camera on the hand, and one beside the table that sees the whole robot."""
 MIDDLE_GREY = 0.25
@@ -174,7 +175,8 @@ def make_renderer(name: str | None, traj: Trajectory, camera: Camera, span: tupl
     module, _, attribute = RENDERERS[name].partition(":")
     kind: Callable[..., Any] = getattr(import_module(module), attribute)
     inside = (traj.t_us >= span[0]) & (traj.t_us <= span[1])
-    return kind(traj.params, camera, float(np.median(traj.joints[inside, 7:9].mean(1))))
+    held_travel_m = float(np.median(traj.joints[inside, 7:9].mean(1)))
+    return kind(traj.params, camera, held_travel_m, distractors=distractors_of(traj))
 
 
 def _frames(

@@ -8,7 +8,7 @@ from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble
-from evslip.rendering.geometry.links import hulls, posed
+from evslip.rendering.geometry.links import LINKS, hulls, posed
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.layers import NEAR_M
 from evslip.scene.shapes import surface_of
@@ -20,7 +20,9 @@ OUTPUTS = ("depth", "normal", "motion")
 HALF_STEP_US = 500
 """Motion is measured between poses this long before and after: together one step of the simulation's record."""
 OBJECT, SURFACE, SKY, FIRST_LINK = RIGHT + 1, RIGHT + 2, RIGHT + 3, RIGHT + 4
-"""Parts of the scene, after those of the gripper in `hand`; the last is the first of the arm's links."""
+FIRST_DISTRACTOR = FIRST_LINK + LINKS
+"""Parts of the scene, after those of the gripper in `hand`; the last two are the first of the arm's links and the first
+of the distractors."""
 
 
 def check_outputs(names: Collection[str]) -> None:
@@ -81,6 +83,11 @@ class PixelRays:
             parts, arm = hulls(), posed(links.places[index], links.turns[index])
             corners = ((arm.vertices - origin) @ turn)[arm.faces]
             self._meet(corners, arm.normals @ turn, parts.link_of_face + FIRST_LINK, depth, normal, part)
+        for number, one in enumerate(poses.distractors):
+            body, axes = one.shape.surface(), turn.T @ one.axes
+            place = turn.T @ (one.places(poses.at_us[index]) - origin)
+            corners, kind = (body.vertices @ axes.T + place)[body.faces], FIRST_DISTRACTOR + number
+            self._meet(corners, body.normals @ axes.T, np.full(len(corners), kind), depth, normal, part)
 
         rays = self._rays @ turn.T
         with np.errstate(divide="ignore"):
@@ -102,10 +109,12 @@ class PixelRays:
         world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
         links = poses.links
         if links is not None:
-            for link in np.unique(part[part >= FIRST_LINK]):
+            for link in np.unique(part[(part >= FIRST_LINK) & (part < FIRST_DISTRACTOR)]):
                 number, own = link - FIRST_LINK, part == link
                 local = (world[own] - links.places[index, number]) @ links.turns[index, number]
                 world[own] = local @ links.turns[k, number].T + links.places[k, number]
+        for number, one in enumerate(poses.distractors):
+            world[part == FIRST_DISTRACTOR + number] += one.places(poses.at_us[k]) - one.places(poses.at_us[index])
         moved = (world - there) @ turn
         own, other = (poses.mounted(self._camera, i) for i in (index, k))
         opening = (poses.travel_m[k] - poses.travel_m[index]) * own.rotation[1]

@@ -6,6 +6,7 @@ import numpy as np
 
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera
+from evslip.rendering.distractors.distractor import Distractor, distractors_of
 from evslip.rendering.geometry.links import LinkPoses, carries, link_poses
 
 
@@ -44,7 +45,7 @@ class ScenePoses:
     """Camera, object, hand, fingers and arm at chosen times, in the world frame."""
 
     def __init__(self, traj: Trajectory, camera: Camera, at_us: np.ndarray):
-        self._traj, self._camera, self._at_us = traj, camera, at_us
+        self._traj, self._camera, self.at_us = traj, camera, at_us
         hand = interpolate(traj.t_us, traj.gripper_pose, at_us)
         body = interpolate(traj.t_us, traj.object_pose, at_us)
         turn = matrices(hand[:, 3:])
@@ -78,7 +79,14 @@ class ScenePoses:
 
     def some(self, indices: np.ndarray) -> "ScenePoses":
         """A choice of them."""
-        return ScenePoses(self._traj, self._camera, self._at_us[indices])
+        chosen = ScenePoses(self._traj, self._camera, self.at_us[indices])
+        chosen.distractors = self.distractors
+        return chosen
+
+    @cached_property
+    def distractors(self) -> tuple[Distractor, ...]:
+        """Clutter and passers. Raises ConfigError."""
+        return distractors_of(self._traj)
 
     @cached_property
     def links(self) -> LinkPoses | None:
@@ -86,5 +94,5 @@ class ScenePoses:
         traj = self._traj
         if traj.params.robot.kind != "panda" or not carries(traj.joints[0, :7], traj.gripper_pose[0, :3]):
             return None
-        joints = [np.interp(self._at_us, traj.t_us, traj.joints[:, k]) for k in range(7)]
+        joints = [np.interp(self.at_us, traj.t_us, traj.joints[:, k]) for k in range(7)]
         return link_poses(np.stack(joints, 1))

@@ -52,14 +52,20 @@ class Raster(NamedTuple):
     fragment_share: np.ndarray
 
 
-def make_raster(facets: Facets, width: int, height: int) -> Raster:
+def make_raster(facets: Facets, width: int, height: int, shared: Raster | None = None) -> Raster:
+    """shared: of another mesh at this resolution, which is never looked at once this one is traced."""
     slots = 1024 + width * height // 6
     most = width * height + (MOST - 1) * slots
+    of_mesh = {
+        "points": np.zeros((len(facets.vertices), 3)),
+        "image": np.zeros((len(facets.vertices), 2)),
+        "functions": np.zeros((len(facets.faces), 6, 3)),
+        "facing": np.zeros(len(facets.faces), np.bool_),
+    }
+    if shared is not None:
+        return shared._replace(**of_mesh)
     return Raster(
-        points=np.zeros((len(facets.vertices), 3)),
-        image=np.zeros((len(facets.vertices), 2)),
-        functions=np.zeros((len(facets.faces), 6, 3)),
-        facing=np.zeros(len(facets.faces), np.bool_),
+        **of_mesh,
         area=np.zeros((height, width + 2)),
         spans=np.zeros((height, 2), np.int64),
         near=np.zeros((height, width), np.float32),

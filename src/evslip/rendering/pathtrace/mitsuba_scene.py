@@ -1,17 +1,18 @@
 """The scene inside Mitsuba: built once, moved for each frame."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
+from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.geometry.hand import LEFT, RIGHT, finger_place, finger_turn
 from evslip.rendering.pathtrace.denoising import AOVS, Denoiser
 from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
-from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, parts_of
+from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, names_of, parts_of
 from evslip.rendering.pathtrace.variant import mitsuba
 from evslip.rendering.poses import ScenePoses
 from evslip.scene.textures import library
@@ -33,12 +34,13 @@ class MitsubaScene:
 
     def __init__(
         self, params: Params, camera: Camera, *, arm: bool = True, bounces: int = BOUNCES,
-        frames: Collection[str] | None = None,
+        frames: Collection[str] | None = None, distractors: Sequence[Distractor] = (),
     ):  # fmt: skip
         """camera: a pinhole; arm: whether the arm's links are there; bounces: longest path; frames: of all parts, only
-        those that move with these (see `parts.Part`). Raises ConfigError, MissingExtraError."""
+        those that move with these (see `parts.Part`); distractors: those of the poses that are shown. Raises
+        ConfigError, MissingExtraError."""
         self._mi = mi = mitsuba()
-        parts = [part for part in parts_of(params, arm) if frames is None or part.frame in frames]
+        parts = [part for part in parts_of(params, arm, distractors) if frames is None or part.frame in frames]
         self._parts = {f"{part.frame}_{k}": part for k, part in enumerate(parts)}
         background = library.load(params.background.texture, is_background=True)
         meshes = {name: _mesh(mi, name, part) for name, part in self._parts.items()}
@@ -148,6 +150,8 @@ def frames_of(poses: ScenePoses, index: int) -> dict[str, tuple[np.ndarray, np.n
     away = np.broadcast_to(UNDER_M, (len(LINKS), 3)), np.broadcast_to(np.eye(3), (len(LINKS), 3, 3))
     places, turns = away if poses.links is None else (poses.links.places[index], poses.links.turns[index])
     frames |= {link: (turns[k], places[k]) for k, link in enumerate(LINKS)}
+    others = zip(names_of(poses.distractors), poses.distractors, strict=True)
+    frames |= {name: (one.axes, one.places(poses.at_us[index])) for name, one in others}
     return frames
 
 

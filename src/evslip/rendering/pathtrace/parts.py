@@ -1,16 +1,19 @@
 """The bodies of a scene as triangles of one material each, in the frames that they move with."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.geometry import links
 from evslip.rendering.geometry.facets import prepare_facets
 from evslip.rendering.geometry.hand import Mesh, load_mesh
 from evslip.rendering.materials.paint import GRIPPER_GLOSS, OBJECT_GLOSS, SURFACE_GLOSS
 from evslip.rendering.pathtrace.materials import Paint, textured
 from evslip.scene.shapes import surface_of
+from evslip.scene.shapes.surface import Surface
 
 OBJECT, TABLE, HAND = "object", "table", "hand"
 FINGERS = ("left", "right")
@@ -26,7 +29,7 @@ class Part(NamedTuple):
     """Triangles that move together and look alike."""
 
     frame: str
-    """Frame that it moves with: table, object, hand, left, right or one of LINKS."""
+    """Frame that it moves with: table, object, hand, left, right, one of LINKS or of `names_of` distractors."""
     corners: np.ndarray
     """In metres, of shape (n, 3, 3)."""
     normals: np.ndarray
@@ -36,16 +39,26 @@ class Part(NamedTuple):
     paint: Paint
 
 
-def parts_of(params: Params, arm: bool) -> list[Part]:
+def parts_of(params: Params, arm: bool, distractors: Sequence[Distractor] = ()) -> list[Part]:
     """Everything that light falls on; the arm's links, if there is an arm, on request.
 
     Raises ConfigError, MissingExtraError.
     """
-    parts = [_table(params), _object(params), *_painted(HAND, load_mesh("hand"))]
+    parts = [
+        _table(params),
+        _textured(OBJECT, surface_of(params), params.object.texture),
+        *_painted(HAND, load_mesh("hand")),
+    ]
     parts += [part for finger in FINGERS for part in _painted(finger, load_mesh("finger"))]
     if arm and params.robot.kind == "panda":
         parts += [part for link in LINKS for part in _painted(link, load_mesh(link))]
-    return parts
+    others = zip(names_of(distractors), distractors, strict=True)
+    return [*parts, *(_textured(name, one.shape.surface(), one.texture) for name, one in others)]
+
+
+def names_of(distractors: Sequence[Distractor]) -> list[str]:
+    """Frames of distractors."""
+    return [f"distractor{k}" for k in range(len(distractors))]
 
 
 def _painted(frame: str, mesh: Mesh) -> list[Part]:
@@ -60,12 +73,12 @@ def _painted(frame: str, mesh: Mesh) -> list[Part]:
     return parts
 
 
-def _object(params: Params) -> Part:
-    surface = surface_of(params)
+def _textured(frame: str, surface: Surface, texture: str) -> Part:
+    """A body of the kinds that the object may be of."""
     facets = prepare_facets(*surface)
     wrap = "repeat" if any(facets.repeats) else "clamp"
-    paint = textured(params.object.texture, wrap, OBJECT_GLOSS)
-    return Part(OBJECT, facets.vertices[facets.faces], facets.normals, facets.uv, paint)
+    paint = textured(texture, wrap, OBJECT_GLOSS)
+    return Part(frame, facets.vertices[facets.faces], facets.normals, facets.uv, paint)
 
 
 def _table(params: Params) -> Part:

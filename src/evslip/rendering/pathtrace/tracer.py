@@ -1,11 +1,12 @@
 """The renderer that traces light paths: what the fast one leaves out is here, at many times its cost."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
+from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.pathtrace.keyframes import Keyframes
 from evslip.rendering.pathtrace.mitsuba_scene import BOUNCES, MitsubaScene
@@ -19,14 +20,18 @@ class Pathtracer:
 
     def __init__(
         self, params: Params, camera: Camera, held_travel_m: float, channel: int = LUMA, *,
-        arm: bool = True, bounces: int = BOUNCES,
+        arm: bool = True, bounces: int = BOUNCES, distractors: Sequence[Distractor] = (),
     ):  # fmt: skip
-        """held_travel_m: as of Raycaster; arm, bounces: as of `MitsubaScene`. Raises ConfigError, MissingExtraError."""
+        """held_travel_m, distractors: as of Raycaster; arm, bounces: as of `MitsubaScene`. Raises
+        ConfigError, MissingExtraError."""
         self._lens, self._channel, self._spp = Lens(params, camera), channel, params.render.spp
-        self.scene = MitsubaScene(params, self._lens.pinhole, arm=arm, bounces=bounces)
+        self.scene = MitsubaScene(params, self._lens.pinhole, arm=arm, bounces=bounces, distractors=distractors)
         sparse = camera.is_mounted and params.render.key_motion_px > 0
         self._keyframes = Keyframes(params, self._lens.pinhole, self.scene) if sparse else None
-        self._masks = Raycaster(params, camera, held_travel_m, channel) if camera.is_mounted else None
+        masks = (
+            Raycaster(params, camera, held_travel_m, channel, distractors=distractors) if camera.is_mounted else None
+        )
+        self._masks = masks
 
     def draw(self, poses: ScenePoses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Frame as of Raycaster. The body indices are those of the fast renderer, exact; other cameras than the hand's

@@ -1,5 +1,6 @@
 """A frame in two layers: the backdrop, and what stands before it."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from evslip.utils.refcount import without_refcount
 
 
 class ForegroundLayer(NamedTuple):
-    """Object, gripper and arm of one frame, to be put before a backdrop."""
+    """Bodies of one frame, to be put before a backdrop: object, gripper and arm, or the distractors."""
 
     light: np.ndarray
     """Their luminance, weighted with what they cover; float32 of shape (height, width)."""
@@ -25,36 +26,48 @@ class ForegroundLayer(NamedTuple):
         """Begin a new frame, whose bodies lie within `spans`, each (height, 2)."""
         _wipe(*self)
         for one in spans:
-            _join(self.spans, one)
+            self.extend(one)
+
+    def extend(self, span: np.ndarray) -> None:
+        """Add columns (height, 2) in which there may be something."""
+        _join(self.spans, span)
 
 
 class LayerBuffer:
-    """Backdrops and foregrounds that frames are made of, in so many slots each."""
+    """Backdrops and the layers before them that frames are made of, in so many slots each."""
 
-    def __init__(self, behind: int, before: int, height: int, width: int):
+    def __init__(self, behind: int, before: Sequence[int], height: int, width: int):
+        """before: slots of each layer, the farthest first."""
         shape = (behind, height, width)
         self.backdrops, self.grounds = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
-        shape, slots = (before, height, width), before
-        light, clear, spans = np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros((slots, height, 2), int)
-        self.foregrounds = ForegroundLayer(light, clear, np.zeros(shape, np.uint8), spans)
-        """Arrays of all slots: a first axis more."""
+        self._layers = [_make_layers(slots, height, width) for slots in before]
 
-    def foreground(self, slot: int) -> ForegroundLayer:
-        """Foreground of a slot."""
-        return ForegroundLayer(*(part[slot] for part in self.foregrounds))
+    def layer(self, number: int, slot: int) -> ForegroundLayer:
+        """A layer's slot, of layers numbered from the farthest."""
+        return ForegroundLayer(*(part[slot] for part in self._layers[number]))
 
-    def composite(self, behind: CellPlan, before: CellPlan, index: int, cells: Cells, out: np.ndarray) -> np.ndarray:
+    def composite(
+        self, behind: CellPlan, before: Sequence[CellPlan], index: int, cells: Cells, out: np.ndarray
+    ) -> np.ndarray:
         """Put the frame of a number into `out` (height, width); returns its body indices.
 
-        behind: plan of the backdrop's cells; before: that of the foreground, which is a single cell.
+        behind: plan of the backdrop's cells; before: those of the layers, each a single cell.
         """
         bodies = np.empty(out.shape, np.uint8)
         _composite_backdrop(
             out, bodies, self.backdrops, self.grounds, *(part[index] for part in behind[1:]), cells.height, cells.width
         )
-        layers = (self.foreground(int(part[index, 0, 0])) for part in before[1:4])
-        _composite_foreground(out, bodies, *layers, *before.shares[index, 0, 0])
+        for number, plan in enumerate(before):
+            layers = (self.layer(number, int(part[index, 0, 0])) for part in plan[1:4])
+            _composite_foreground(out, bodies, *layers, *plan.shares[index, 0, 0])
         return bodies
+
+
+def _make_layers(slots: int, height: int, width: int) -> ForegroundLayer:
+    """Empty layers in so many slots: their arrays have a first axis more."""
+    shape = (slots, height, width)
+    light, clear, spans = np.zeros(shape, np.float32), np.ones(shape, np.float32), np.zeros((slots, height, 2), int)
+    return ForegroundLayer(light, clear, np.zeros(shape, np.uint8), spans)
 
 
 @kernel

@@ -1,12 +1,14 @@
 """The fast renderer: every surface is a formula, so that a frame is a few passes of plain arithmetic."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from evslip.config.params import Params
 from evslip.events.frame import ARM
 from evslip.rendering.camera import Camera
+from evslip.rendering.distractors.bodies import DistractorBodies
+from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.geometry.hand import BLOCK_PARTS, BOX_PARTS, Boxes
 from evslip.rendering.geometry.links import CASTERS, hulls, solids
 from evslip.rendering.lens import SPREAD, Lens
@@ -27,6 +29,7 @@ from evslip.rendering.shading.illumination import Illumination, illuminate
 from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, cast
 from evslip.rendering.shadows.mesh_shadow import outlines_of
 from evslip.rendering.timing.foreground import foreground_motion
+from evslip.rendering.timing.schedule import distractor_motion
 from evslip.rendering.timing.update_schedule import (
     GAP_M,
     LAG,
@@ -64,9 +67,10 @@ class Raycaster:
         held_travel_m: float,
         channel: int = LUMA,
         openings: Openings | None = None,
+        distractors: Sequence[Distractor] = (),
     ):
         """held_travel_m: finger travel while the object is held, as in `Openings`; `openings`: those of another
-        channel, which are the same."""
+        channel, which are the same; distractors: those of the poses that are drawn."""
         if not camera.is_mounted:
             raise ConfigError(
                 "renderer: raycast draws what the camera on the hand sees; use pathtrace for any other camera"
@@ -80,6 +84,7 @@ class Raycaster:
         self.albedo_row, self._is_glossy = RED + channel, self.setting.table.reflectance > 0
         self._body = make_body(params, camera, channel)
         self._arm = Arm(camera, GRIPPER_GLOSS)
+        self._distractor_bodies, self._distractors = DistractorBodies(distractors, camera, channel), distractors
         self._openings = openings or Openings(camera, held_travel_m)
         self._current: Opening | None = None
         self._channels: list[Raycaster] = []
@@ -91,13 +96,16 @@ class Raycaster:
 
     def draw(self, poses: ScenePoses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Luminance in cd/m2 times `scale`, float32, and body indices, uint8, both new arrays (height, width)."""
-        lights, buffer = self._light_buffer(1), LayerBuffer(1, 1, *self._image.shape)
+        layers = [self._alone] * (2 if len(self._distractor_bodies) else 1)
+        lights, buffer = self._light_buffer(1), LayerBuffer(1, [1] * len(layers), *self._image.shape)
         self._prepare(poses, index)
         light = self._illumination()
         self._draw_light(lights, self._whole.slots[0], light)
         self._draw_backdrop(buffer, self._whole.slots[0], lights, self._whole, 0)
-        self._draw_foreground(buffer.foreground(0), light)
-        return self._composite(buffer, self._whole, self._alone, 0, scale)
+        if len(self._distractor_bodies):
+            self._distractor_bodies.draw(buffer.layer(0, 0), self._scratch, self._at_us, self._view, light)
+        self._draw_foreground(buffer.layer(len(layers) - 1, 0), light)
+        return self._composite(buffer, self._whole, layers, 0, scale)
 
     def draw_sequence(self, poses: ScenePoses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Frames as of `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
@@ -114,26 +122,32 @@ class Raycaster:
         often = limit if self.params.vibration.is_default else min(limit, STEADY_PX)
         behind = plan_cells(moved, changes, often)
         shine = plan_cells(light_moved, changes, LIGHT_STEPS * often, LIGHT_LAG, together=True)
-        before = plan_cells(
-            self._sensor.stretch() * foreground_motion(*scene), changes, limit, LIGHT_LAG, ahead=LIGHT_LAG + LAG
-        )
-        lit, drawn, kept = (int(plan.slots.max()) + 1 for plan in (shine, behind, before))
+        motions = [foreground_motion(*scene)]
+        if len(self._distractor_bodies):
+            motions.insert(0, distractor_motion(poses, self.camera)[:, None, None])
+        layers = [
+            plan_cells(self._sensor.stretch() * way, changes, limit, LIGHT_LAG, ahead=LIGHT_LAG + LAG)
+            for way in motions
+        ]
+        lit, drawn, *kept = (int(plan.slots.max()) + 1 for plan in (shine, behind, *layers))
         lights, buffer = self._light_buffer(lit), LayerBuffer(drawn, kept, *self._image.shape)
         for step in range(count + LIGHT_LAG + LAG):
-            if step < count and max(shine.slots[step].max(), before.slots[step].max()) >= 0:
+            if step < count and max(plan.slots[step].max() for plan in (shine, *layers)) >= 0:
                 self._prepare(poses, step)
                 light = self._illumination()
                 if shine.slots[step].max() >= 0:
                     self._draw_light(lights, shine.slots[step], light)
-                slot = int(before.slots[step, 0, 0])
-                if slot >= 0:
-                    self._draw_foreground(buffer.foreground(slot), light)
+                aside, own = int(layers[0].slots[step, 0, 0]), int(layers[-1].slots[step, 0, 0])
+                if len(layers) > 1 and aside >= 0:
+                    self._distractor_bodies.draw(buffer.layer(0, aside), self._scratch, self._at_us, self._view, light)
+                if own >= 0:
+                    self._draw_foreground(buffer.layer(len(layers) - 1, own), light)
             index = step - LIGHT_LAG
             if 0 <= index < count:
                 self._prepare(poses, index)
                 self._draw_backdrop(buffer, behind.slots[index], lights, shine, index)
             if index >= LAG:
-                yield self._composite(buffer, behind, before, index - LAG, scale)
+                yield self._composite(buffer, behind, layers, index - LAG, scale)
 
     def _light_buffer(self, slots: int) -> tuple[np.ndarray, np.ndarray]:
         """Light on the surface: what its texture is multiplied with, and what is mirrored, if anything."""
@@ -143,7 +157,7 @@ class Raycaster:
     def _prepare(self, poses: ScenePoses, index: int) -> None:
         """Put everything where it is."""
         opening = self._opening(poses, index)
-        self._layers = opening.layers
+        self._layers, self._at_us = opening.layers, int(poses.at_us[index])
         camera = poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px
         self._view = View(*camera, poses.object_position[index], poses.object_rotation[index])
         self._body.cover(self._view)
@@ -187,9 +201,9 @@ class Raycaster:
         add_front(layer.light, layer.marks, self._keep, body.total, body.touched, self._over, *fragments)
 
     def _composite(
-        self, buffer: LayerBuffer, behind: CellPlan, before: CellPlan, index: int, scale: float
+        self, buffer: LayerBuffer, behind: CellPlan, before: Sequence[CellPlan], index: int, scale: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The frame of this number in the plans of backdrop and foreground."""
+        """The frame of this number in the plans of backdrop and layers."""
         bodies = buffer.composite(behind, before, index, self._cells, self._image)
         return self._lens.form(self._image, scale, SPREAD), self._lens.bend_mask(bodies)
 
@@ -197,11 +211,12 @@ class Raycaster:
         """Linear RGB in cd/m2 times `scale`, float32 of shape (height, width, 3)."""
         if not self._channels:
             own = self.params, self._sensor, self._held_m
-            self._channels = [Raycaster(*own, channel, self._openings) for channel in range(3)]
+            same = self._openings, self._distractors
+            self._channels = [Raycaster(*own, channel, *same) for channel in range(3)]
         return np.stack([one.draw(poses, index, scale)[0] for one in self._channels], -1)
 
     def _illumination(self) -> Illumination:
-        """The light, and what stands before the lamp: the object, the gripper's boxes and the arm's links."""
+        """The light, and what stands before the lamp: object, gripper's boxes, arm's links and distractors."""
         view, opening, solid = self._view, self._current, self._body.solid
         assert opening is not None
         lamp, turn = view.turn.T @ (self.setting.lamp.position - view.camera), view.turn.T
@@ -219,10 +234,18 @@ class Raycaster:
             origins = (poses.places[index, :CASTERS] - view.camera) @ turn.T
             meshes = [*meshes, *solids()]
             turns, places = np.concatenate([turns, links.turns[:CASTERS]]), np.concatenate([places, origins])
+        parts, others = PARTS[: len(numbers)], self._distractor_bodies.boxes(self._at_us, view)
+        if len(self._distractor_bodies):
+            round_ones = np.array([one is not None for one in self._distractor_bodies.solids])
+            boxes, parts = _joined(boxes, others), np.concatenate([parts, self._distractor_bodies.parts])
+            numbers = np.concatenate([numbers, np.where(round_ones, len(meshes) + np.cumsum(round_ones) - 1, -1)])
+            meshes = [*meshes, *(one for one in self._distractor_bodies.solids if one is not None)]
+            turns = np.concatenate([turns, others.turns[round_ones]])
+            places = np.concatenate([places, others.places[round_ones]])
         outlines = outlines_of(meshes, places, turns, lamp, turn[:, :2] @ -view.turn[:2, 2])
-        radius_m, parts = self.setting.lamp.radius_m, PARTS[: len(numbers)]
-        casters = cast(lamp, radius_m, boxes, parts, numbers, outlines)
-        return illuminate(view, self.setting, casters, _joined(own, opening.blockers), BLOCKERS)
+        casters = cast(lamp, self.setting.lamp.radius_m, boxes, parts, numbers, outlines)
+        standing = Boxes(*(part[self._distractor_bodies.on_table] for part in others))
+        return illuminate(view, self.setting, casters, _joined(own, opening.blockers), BLOCKERS, standing)
 
     def _opening(self, poses: ScenePoses, index: int) -> Opening:
         opening = self._openings.at(poses.travel_m[index], poses.mounted(self.camera, index))

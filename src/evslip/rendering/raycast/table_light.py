@@ -76,7 +76,8 @@ def light_table(
     (slots, height, width) each; the latter only where the table shines."""
     lamp, sky, table, plane = setting.lamp, setting.sky, setting.table, table_plane(view, setting)
     height, width = out[0].shape[1:]
-    nodes = open_nodes(scratch, height, width, view, sky.radius_m, plane, light.blockers)
+    blockers = np.concatenate([light.blockers, light.standing])
+    nodes = open_nodes(scratch, height, width, view, sky.radius_m, plane, blockers)
     centre = (lamp.position - table_origin(view, table.tile_m)).astype(np.float32)
     camera = view.turn.astype(np.float32), view.camera.astype(np.float32), view.focal, np.float32(sky.radius_m)
     strength = centre, np.float32(lamp.luminance * lamp.radius_m**2), np.float32(lamp.radius_m)

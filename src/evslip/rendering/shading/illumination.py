@@ -27,6 +27,8 @@ class Illumination(NamedTuple):
     """Boxes that keep light from all around away, of `describe_boxes`: the object first."""
     blocker_parts: np.ndarray
     """The body that each belongs to, float32."""
+    standing: np.ndarray
+    """Boxes that stand on the surface and keep light from all around away from it alone, of `describe_boxes`."""
 
 
 class BodyPoints(NamedTuple):
@@ -42,8 +44,10 @@ class BodyPoints(NamedTuple):
     """Number of the body, float32 (n,)."""
 
 
-def illuminate(view: View, setting: Setting, casters: Casters, blockers: Boxes, parts: np.ndarray) -> Illumination:
-    """The light of a frame; blockers: in camera axes, of the bodies `parts`."""
+def illuminate(
+    view: View, setting: Setting, casters: Casters, blockers: Boxes, parts: np.ndarray, standing: Boxes
+) -> Illumination:
+    """The light of a frame; blockers: in camera axes, of the bodies `parts`; standing: of `Illumination`."""
     lamp = setting.lamp
     centre = view.turn.T @ (lamp.position - view.camera)
     turn = np.eye(4)
@@ -51,9 +55,8 @@ def illuminate(view: View, setting: Setting, casters: Casters, blockers: Boxes, 
     power = np.float32(lamp.luminance * lamp.radius_m**2 * lamp.share)
     boxes = describe_boxes(blockers, centre)
     matrix = (turn.T @ setting.ambient.matrix @ turn).astype(np.float32)
-    return Illumination(
-        centre.astype(np.float32), np.float32(lamp.radius_m), power, matrix, casters, boxes, parts.astype(np.float32)
-    )
+    lit = centre.astype(np.float32), np.float32(lamp.radius_m), power, matrix, casters
+    return Illumination(*lit, boxes, parts.astype(np.float32), describe_boxes(standing, centre))
 
 
 def one_patch(count: int, step_m: float) -> Patches:

@@ -10,8 +10,15 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
-from evslip.rendering.timing.schedule import arm_motion, gripper_motion, into, object_motion
-from evslip.rendering.timing.update_schedule import SOFT, STEADY_PX
+from evslip.rendering.timing.schedule import (
+    SOFT,
+    arm_motion,
+    gripper_motion,
+    into,
+    object_motion,
+    passing_shadow_motion,
+)
+from evslip.rendering.timing.update_schedule import STEADY_PX
 
 
 def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
@@ -26,7 +33,7 @@ def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: L
     held = np.maximum(object_motion(poses, camera, params), gripper_motion(poses, camera))
     edges = often * np.maximum(held, arm_motion(poses, camera))
     motion = np.maximum(edges, _shadow_motion(poses, camera, lamp)) if lamp.luminance > 0 else edges
-    return motion[:, None, None]
+    return np.maximum(motion, passing_shadow_motion(poses, camera, params))[:, None, None]
 
 
 def _shadow_motion(poses: ScenePoses, camera: Camera, lamp: Lamp) -> np.ndarray:

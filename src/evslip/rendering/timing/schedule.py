@@ -1,12 +1,14 @@
 """Times at which to draw a frame: often enough that nothing moves far in the image, and no oftener."""
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 
 from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera
+from evslip.rendering.distractors.passers import towards_lamp
 from evslip.rendering.geometry.hand import shadow_boxes
 from evslip.rendering.geometry.links import LINKS, hulls, in_view
 from evslip.rendering.poses import ScenePoses
@@ -19,6 +21,10 @@ NEAR_M = 0.02
 """Corners of object and arm closer to the camera plane than this are not followed."""
 SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 """Signs of the corners of a box."""
+SOFT = 0.2
+"""A shadow that moves by this share of its penumbra's radius counts as a sharp edge that moves by a pixel."""
+NEAR_SHADOW_M = 0.3
+"""Distance from the object at which a passer's shadow counts as near: what the camera sees around it."""
 LINK_CHECKS = 50
 """Every so many poses, it is seen which of the arm's links are in view."""
 
@@ -61,6 +67,8 @@ def image_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarra
     plain, radius_m = camera.pinhole(), params.background.radius_m
     moved = np.maximum(object_motion(poses, plain, params), _scene_motion(poses, plain, radius_m))
     moved = np.maximum(moved, gripper_motion(poses, plain))
+    moved = np.maximum(moved, distractor_motion(poses, plain))
+    moved = np.maximum(moved, passing_shadow_motion(poses, plain, params))
     return camera.stretch() * np.maximum(moved, arm_motion(poses, plain))
 
 
@@ -78,6 +86,43 @@ def gripper_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
     boxes = shadow_boxes(float(np.median(poses.travel_m)))
     corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
     return _corner_motion(poses, camera, poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
+
+
+def distractor_corners(poses: ScenePoses) -> Iterator[np.ndarray]:
+    """Corners (m, k, 3) of each distractor in the world."""
+    for one in poses.distractors:
+        yield one.places(poses.at_us)[:, None] + one.shape.outline() @ one.axes.T
+
+
+def distractor_motion(poses: ScenePoses, camera: Camera) -> np.ndarray:
+    """Farthest movement of the distractors' corners while they are in view, (m - 1,)."""
+    motion = np.zeros(len(poses.travel_m) - 1)
+    for corners in distractor_corners(poses):
+        motion = np.maximum(motion, _farthest_motion(poses, camera, corners))
+    return motion
+
+
+def passing_shadow_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarray:
+    """Movement of the shadows that passers throw about the object, (m - 1,), where they are near; that of a soft one
+    counts less, see SOFT."""
+    motion, light = np.zeros(len(poses.travel_m) - 1), params.light
+    moving = [one for one in poses.distractors if not one.is_still]
+    if not moving or light.luminance_cd_m2 == 0:
+        return motion
+    lamp = light.distance_m * towards_lamp(params, np.zeros(3))
+    away = np.linalg.norm(poses.object_position - lamp, axis=1)
+    px_per_m = camera.focal_px / np.linalg.norm(poses.object_position - poses.camera_position, axis=1)
+    for one in moving:
+        way = one.places(poses.at_us) - lamp
+        scale = away / np.linalg.norm(way, axis=1)
+        shadow = lamp + way * scale[:, None]
+        penumbra = light.radius_m * np.abs(scale - 1)
+        reach = NEAR_SHADOW_M + penumbra + scale * float(np.linalg.norm(one.shape.half_m))
+        near = np.linalg.norm(shadow - poses.object_position, axis=1) < reach
+        shift = np.linalg.norm(np.diff(shadow, axis=0), axis=1) * px_per_m[1:]
+        soft = np.maximum(1.0, SOFT * penumbra * px_per_m)[1:]
+        motion = np.maximum(motion, np.where(near[1:] | near[:-1], shift / soft, 0.0))
+    return motion
 
 
 def arm_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
@@ -118,7 +163,11 @@ def _corner_motion(
     poses: ScenePoses, camera: Camera, places: np.ndarray, turns: np.ndarray, corners: np.ndarray
 ) -> np.ndarray:
     """Farthest movement of a body's corners (k, 3) while it is in view; places (m, 3), turns (m, 3, 3): its poses."""
-    world = posed_corners(places, turns, corners)
+    return _farthest_motion(poses, camera, posed_corners(places, turns, corners))
+
+
+def _farthest_motion(poses: ScenePoses, camera: Camera, world: np.ndarray) -> np.ndarray:
+    """Farthest movement of points (m, k, 3) of the world while any of them may be in view."""
     image = camera.project(into(poses.camera_position[:, None], poses.camera_rotation, world))
     ahead = image[..., 2] > NEAR_M
     moved = np.hypot(*np.moveaxis(np.diff(image[..., :2], axis=0), -1, 0))

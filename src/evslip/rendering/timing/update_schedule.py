@@ -18,15 +18,23 @@ from evslip.rendering.geometry.links import CASTERS
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
 from evslip.rendering.scratch import TILE_H, TILE_W
-from evslip.rendering.timing.schedule import NEAR_M, SIGNS, into, link_corners, object_motion, posed_corners, scene_hits
+from evslip.rendering.timing.schedule import (
+    NEAR_M,
+    SIGNS,
+    SOFT,
+    distractor_corners,
+    into,
+    link_corners,
+    object_motion,
+    posed_corners,
+    scene_hits,
+)
 from evslip.scene.shapes import shape_of
 
 ROWS, COLUMNS = 17, 6
 """About so many cells; they are made of whole tiles."""
 LAG, LIGHT_LAG = 5, 16
 """A cell is drawn at least in every so-manieth frame, and the light on it."""
-SOFT = 0.2
-"""A shadow that moves by this share of its penumbra's radius counts as a sharp edge that moves by a pixel."""
 HIGHLIGHT = 0.2
 """A highlight on a glossy table that moves by a pixel counts as this much: it is broad."""
 STEADY_PX = 0.05
@@ -222,7 +230,7 @@ class _Ground(NamedTuple):
 
 
 def _bodies(poses: ScenePoses, params: Params) -> Iterator[np.ndarray]:
-    """Corners (m, k, 3) of all that casts shadows: object, gripper and links."""
+    """Corners (m, k, 3) of all that casts shadows: object, gripper, links and distractors."""
     yield posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
     boxes = shadow_boxes(float(np.median(poses.travel_m)))
     corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
@@ -231,6 +239,7 @@ def _bodies(poses: ScenePoses, params: Params) -> Iterator[np.ndarray]:
     if links is not None:
         for k in range(CASTERS):
             yield posed_corners(links.places[:, k], links.turns[:, k], link_corners(k))
+    yield from distractor_corners(poses)
 
 
 def _follow_shadow(motion: np.ndarray, light: np.ndarray, corners: np.ndarray, lamp: Lamp, ground: _Ground) -> None:

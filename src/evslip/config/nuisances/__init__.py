@@ -1,0 +1,1 @@
+"""Sections of the parameters that make a world misbehave: all of them do nothing by default."""
