@@ -1,35 +1,67 @@
-"""Slip probabilities that a network gives for windows."""
+"""Answers that a network gives for windows: slip probabilities and, of some networks, speeds."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 
 from evslip.learn.networks.network import Network
+from evslip.learn.networks.speed_network import estimates
+from evslip.learn.speed_estimate import SpeedEstimate
 from evslip.windows.window_set import Windows
 
 BATCH = 32
+COLUMNS = 5
+"""Numbers of an answer: slip probability; median and scale of the rotation's speed, and of the slide's."""
+
+
+class Answers(NamedTuple):
+    """Answers for n windows."""
+
+    p_slip: np.ndarray
+    """Slip probabilities, float32 of shape (n,)."""
+    rotation_speed: SpeedEstimate
+    """In deg/s."""
+    slide_speed: SpeedEstimate
+    """In mm/s."""
+
+    @classmethod
+    def of(cls, columns: np.ndarray) -> "Answers":
+        """Answers from what `predict` gives."""
+        p_slip, *speeds = columns.T
+        return cls(p_slip, SpeedEstimate(*speeds[:2]), SpeedEstimate(*speeds[2:]))
 
 
 def predict(network: Network, inputs: Sequence[Any]) -> np.ndarray:
-    """Slip probabilities of prepared windows, float32 of shape (n,)."""
+    """Answers for prepared windows, float32 of shape (n, COLUMNS); speeds are nan unless the network estimates them."""
     if not len(inputs):
-        return np.empty(0, np.float32)
+        return np.empty((0, COLUMNS), np.float32)
     with torch.inference_mode():
-        parts = [network(inputs[first : first + BATCH]).softmax(1)[:, 1] for first in range(0, len(inputs), BATCH)]
+        parts = [_columns(network(inputs[first : first + BATCH])) for first in range(0, len(inputs), BATCH)]
     return torch.cat(parts).cpu().numpy()
 
 
-def probabilities(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> np.ndarray:
-    """Slip probability of every window, float32 of shape (n,). `progress` is called with numbers of windows."""
+def answers(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Answers:
+    """Answers for every window. `progress` is called with numbers of windows."""
     training = network.training
     network.eval()
-    parts = [np.empty(0, np.float32)]
+    parts = [np.empty((0, COLUMNS), np.float32)]
     for first in range(0, len(windows), BATCH):  # prepared a batch at a time, to keep little in memory
         last = min(first + BATCH, len(windows))
         parts.append(predict(network, [network.prepare(windows[i]) for i in range(first, last)]))
         if progress:
             progress(last - first)
     network.train(training)
-    return np.concatenate(parts)
+    return Answers.of(np.concatenate(parts))
+
+
+def probabilities(network: Network, windows: Windows) -> np.ndarray:
+    """Slip probability of every window, float32 of shape (n,)."""
+    return answers(network, windows).p_slip
+
+
+def _columns(output: torch.Tensor) -> torch.Tensor:
+    p_slip = output[:, :2].softmax(1)[:, 1:]
+    speeds = estimates(output[:, 2:]) if output.shape[1] > 2 else p_slip.new_full((len(p_slip), COLUMNS - 1), np.nan)
+    return torch.cat([p_slip, speeds], 1)

@@ -44,6 +44,8 @@ def answers_of(*trajectories: tuple[str, str], onsets: tuple[int | None, ...]) -
         start_us=start_us,
         rotation_deg=np.zeros(row),
         translation_mm=np.zeros(row),
+        speeds=np.full((row, 2), np.nan),
+        estimates=np.full((row, 4), np.nan),
         recent=np.zeros(row, bool),
         events=np.zeros(row, int),
         object_events=np.zeros(row, int),

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+import torch
 
 from evslip.data.record import Record
 from evslip.learn import build_model, evaluate
@@ -19,6 +20,7 @@ from evslip.learn.evaluation.stored import plain, read_evaluation, save_evaluati
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.evaluation.files import write_evaluation
 from evslip.view.evaluation.sections import evaluation_parts
+from evslip.view.evaluation.tables import comparison_table
 from evslip.windows.cutting import windows_of
 from evslip.windows.window_set import WindowSettings
 from slip_records import slip_record, slip_records, turning
@@ -131,6 +133,32 @@ def test_an_evaluation_of_windows_is_stored_and_shown(model, tmp_path) -> None:
     (back,) = read_evaluation(tmp_path / "evaluation.json")
     assert back.scores == found.scores
     assert "called hold" in "".join(evaluation_parts([back], lambda failure: None))
+
+
+def test_speeds_are_scored_and_a_detector_without_them_is_not(found, tmp_path) -> None:
+    torch.manual_seed(0)
+    save_model(tmp_path / "net", build_model("slipnet"), Description("slipnet", 0.5, WindowSettings(), {}))
+    known = evaluate_model(tmp_path / "net", Records(slip_records(2)), hop_s=0.08, resamples=0)
+    assert known.rotation_speed is not None and known.rotation_speed.windows > 5
+    assert known.slide_speed is not None and known.slide_speed.windows == 0
+    assert found.rotation_speed is None and found.slide_speed is None
+    save_evaluation(tmp_path / "evaluation.json", [known, found])
+    back, other = read_evaluation(tmp_path / "evaluation.json")
+    assert back.rotation_speed == known.rotation_speed and other.rotation_speed is None
+    titles = [line[0] for line in comparison_table(compare([known]))]
+    assert "rotation speed, median error" in titles and "slide speed, median error" not in titles
+    assert "rotation speed, median error" not in [line[0] for line in comparison_table(compare([found]))]
+
+
+def test_an_evaluation_from_before_the_speeds_opens(found, tmp_path) -> None:
+    save_evaluation(tmp_path / "evaluation.json", [found])
+    stored = json.loads((tmp_path / "evaluation.json").read_text())
+    for one in stored["models"]:
+        del one["rotation_speed"], one["slide_speed"], one["scores"]["ece_at_share"]
+    (tmp_path / "evaluation.json").write_text(json.dumps(stored))
+    (back,) = read_evaluation(tmp_path / "evaluation.json")
+    assert back.rotation_speed is None and np.isnan(back.scores.ece_at_share)
+    assert back.scores.confusion == found.scores.confusion
 
 
 def test_what_json_does_not_know_becomes_null() -> None:

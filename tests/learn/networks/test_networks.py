@@ -11,6 +11,7 @@ from evslip.learn import NETWORKS, build_model
 from evslip.learn.layers.occupancy import Occupancy, dense
 from evslip.learn.layers.sparse_conv import sparse_conv3d
 from evslip.learn.networks.cnn3d import CNN3d
+from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.windows.window_set import WindowEvents
 from learn_windows import LENGTH_US, random_window
 
@@ -67,7 +68,8 @@ def test_every_parameter_of_every_network_is_trained(name: str) -> None:
     torch.manual_seed(0)
     network = build_model(name)
     batch = [network.prepare(random_window(k, 20_000)) for k in range(2)]
-    loss, logits = network.step(batch, torch.tensor([0, 1]), 0.0)
+    speeds = [torch.tensor([[0.0, 0.0], [30.0, 8.0]])] if isinstance(network, SpeedNetwork) else []
+    loss, logits = network.step(batch, torch.tensor([0, 1]), 0.0, *speeds)
     assert logits.shape == (2, 2) and loss.shape == ()
     if loss.requires_grad:
         loss.backward()

@@ -36,6 +36,22 @@ def test_every_score_is_that_of_scikit_learn(rows) -> None:
         assert found[name] == pytest.approx(value, abs=1e-12), name
 
 
+def test_probabilities_of_balanced_windows_are_right_at_another_share() -> None:
+    """Bayes' rule: right where slips are as frequent as holds, right again where 1 of 20 windows slips."""
+    rng = np.random.default_rng(0)
+    labels = (rng.random(200_000) < 0.05).astype(int)
+    odds = np.exp(rng.normal(np.where(labels, 1.0, -1.0)) * 2)  # ratio of two normal densities, 2 apart
+    p_slip = odds / (1 + odds)
+    plain, corrected = (
+        weighted.calibration_error(weighted.distribution(labels, p))
+        for p in (p_slip, weighted.at_share(p_slip, labels.mean()))
+    )
+    assert plain > 0.1 > 0.005 > corrected
+    np.testing.assert_allclose(weighted.at_share(p_slip, 0.5), p_slip, rtol=1e-12)
+    for share in (0.0, 1.0, np.nan):
+        np.testing.assert_array_equal(weighted.at_share(p_slip, share), p_slip)
+
+
 def test_many_weightings_at_once_are_those_one_by_one() -> None:
     rng = np.random.default_rng(0)
     labels, p_slip = rng.integers(0, 2, 200), rng.integers(0, 50, 200) / 50

@@ -9,9 +9,10 @@ import torch
 from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.inference import probabilities
+from evslip.learn.inference import Answers, predict, probabilities
 from evslip.utils.errors import ConfigError, DataError
-from evslip.windows.cutting import windows_of
+from evslip.windows.cutting import crop, windows_of
+from evslip.windows.window_events import WindowEvents
 from evslip.windows.window_set import WindowSettings
 from slip_records import HELD, SIZE, slip_record, turning
 
@@ -40,6 +41,35 @@ def test_answers_equal_those_on_the_windows(model: Path) -> None:
     expected = probabilities(detector._network, windows)
     np.testing.assert_allclose(found.p_slip[which], expected, atol=1e-5)
     np.testing.assert_array_equal(found.events[which], windows.events)
+
+
+def test_speeds_are_those_of_the_windows(tmp_path: Path) -> None:
+    """In parts or at once, in silence too; a detector that does not estimate them has none."""
+    torch.manual_seed(0)
+    save_model(tmp_path, build_model("slipnet"), Description("slipnet", 0.5, WindowSettings(), {}))
+    record = slip_record("a", turning(600, 1900, 15.0))
+    events = record.events.between(0, 1_000_000)
+    detector = Detector(tmp_path, hop_s=0.02)
+    found = detect(tmp_path, (events.select(slice(i, i + 700)) for i in range(0, events.count, 700)), SIZE)
+    first = int(events.t_us[0])
+    starts = found.t_us - 160_000
+    inside = crop(events, WindowSettings())
+    windows = [WindowEvents.of(inside.between(start, start + 160_000), start) for start in starts.tolist()]
+    expected = Answers.of(predict(detector._network, [detector._network.prepare(window) for window in windows]))
+    assert found.t_us[0] == first + 160_000
+    for speed, wanted in ((found.rotation_speed, expected[1]), (found.slide_speed, expected[2])):
+        assert speed is not None
+        for column, values in zip(speed, wanted, strict=True):
+            np.testing.assert_allclose(column, values, rtol=1e-4)
+            assert np.isfinite(column).all() and column.shape == found.t_us.shape
+    last = int(events.t_us[-1])
+    silent = Detector(tmp_path).follow(events.select(slice(0, 1)), until_us=last).rotation_speed
+    assert silent is not None and silent.median[-1] == silent.median[-2]
+
+
+def test_a_detector_without_speeds_has_none(model: Path) -> None:
+    found = detect(model, slip_record("a", turning(600, 1900, 15.0)).events, SIZE, hop_s=0.5)
+    assert found.rotation_speed is None and found.slide_speed is None
 
 
 def test_silence_is_answered_too(model: Path) -> None:

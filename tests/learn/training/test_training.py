@@ -1,13 +1,15 @@
 """Training that is killed and goes on, its logs, its splits, and every network on data that can be learned."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
-from evslip.learn import NETWORKS, TrainSettings, build_model, train
+from evslip.learn import NETWORKS, TrainSettings, build_model, load_model, train
+from evslip.learn.inference import answers
 from evslip.learn.networks import network_class
 from evslip.learn.training import logs as logs_module
 from evslip.learn.training.settings import TrainSettings as Settings
@@ -140,3 +142,20 @@ def test_every_network_learns_what_can_be_learned(name: str, windows, tmp_path) 
     chosen = {"epochs": 6, "batch": 8} if list(build_model(name).parameters()) else {}
     result = train(windows, tmp_path, TrainSettings.of(name, val_fraction=0.25, **chosen), quiet=True)
     assert result.val_auroc > 0.8
+
+
+def test_slipnet_learns_how_fast_the_object_turns(windows, tmp_path) -> None:
+    """The slips turn at 12 deg/s, and nothing slides. Windows without speeds train it, too."""
+    settings = TrainSettings.of("slipnet", val_fraction=0.25, epochs=12, batch=8)
+    result = train(windows, tmp_path / "known", settings, quiet=True)
+    network, _ = load_model(tmp_path / "known")
+    found = answers(network, windows)
+    turning = windows.rotation_speed_deg_s > 11
+    assert np.median(found.rotation_speed.median[turning]) == pytest.approx(12, rel=0.4)
+    assert np.median(found.rotation_speed.median[windows.rotation_speed_deg_s == 0]) < 2
+    assert found.slide_speed.median.max() < 2
+    assert result.history[-1]["val_speed_loss"] < result.history[0]["val_speed_loss"]
+    unknown = np.full(len(windows), np.nan, np.float32)
+    nothing = replace(windows, rotation_speed_deg_s=unknown, slide_speed_mm_s=unknown)
+    result = train(nothing, tmp_path / "unknown", replace(settings, epochs=1), quiet=True)
+    assert result.history[0]["val_speed_loss"] == 0 and np.isfinite(result.history[0]["loss"])

@@ -1,6 +1,7 @@
 """The picture of a detector's answers: what is known is shaded where it belongs."""
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +9,13 @@ import pytest
 from PIL import Image
 
 from evslip.data.intervals import Interval
+from evslip.learn.speed_estimate import SpeedEstimate
 from evslip.learn.streaming.stream import Detection
 from evslip.utils.errors import StorageError
 from evslip.view.pictures.detection import MOST_POINTS, detection_png, write_detection
 from slip_records import slip_record, turning
 
+ENDS = ("", "_low", "_high")
 ORANGE, GREEN = (249, 229, 204), (206, 232, 226)
 """#e07b00 and #0a8f6c, a fifth of each on white."""
 
@@ -63,6 +66,20 @@ def test_the_table_counts_from_the_first_event(silent: Detection, tmp_path: Path
     assert lines[0] == "t_us,t_s,p_slip,slip,events"
     assert lines[1] == "10160000,0.160000,0.000000,0,0"
     assert len(lines) == 1 + len(silent.t_us)
+
+
+def test_speeds_stand_in_the_table_and_the_picture(silent: Detection, tmp_path: Path):
+    truth = slip_record("a", turning(700, 1700, 20.0)).truth
+    n = len(silent.t_us)
+    slow, fast = (SpeedEstimate(np.full(n, speed, np.float32), np.full(n, 0.5, np.float32)) for speed in (0.0, 20.0))
+    known = replace(silent, rotation_speed=fast, slide_speed=slow)
+    write_detection(known, tmp_path / "a.csv", tmp_path / "a.png", truth=truth)
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    assert lines[0].split(",")[5:] == [f"{name}{end}" for name in ("rotation_deg_s", "slide_mm_s") for end in ENDS]
+    median, low, high, *slide = map(float, lines[1].split(",")[5:])
+    assert (median, slide[:2]) == (20, [0, 0]) and 0 < low < median < high
+    heights = [Image.open(io.BytesIO(detection_png(one))).height for one in (silent, known)]
+    assert heights[1] > 1.5 * heights[0]
 
 
 def test_the_table_and_the_picture_appear_together_or_not_at_all(silent: Detection, tmp_path: Path):

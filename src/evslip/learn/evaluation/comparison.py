@@ -48,6 +48,10 @@ def _score(name: str) -> Callable[[Evaluation], float]:
     return lambda found: getattr(found.scores, name)
 
 
+def _speed(of: str, name: str) -> Callable[[Evaluation], float]:
+    return lambda found: math.nan if getattr(found, of) is None else getattr(getattr(found, of), name)
+
+
 def _alarm(name: str, share: float) -> Callable[[Evaluation], float]:
     return lambda found: math.nan if found.allowed is None else quantile(getattr(found.allowed, name), share)
 
@@ -59,6 +63,7 @@ FIGURES = (
     Figure("auroc", "AUROC", 4, _score("auroc")),
     Figure("auprc", "AUPRC", 4, _score("auprc")),
     Figure("ece", "ECE", 3, _score("ece"), True),
+    Figure("ece_at_share", "ECE at the true share of slips", 3, _score("ece_at_share"), True),
     Figure("brier", "Brier", 3, _score("brier"), True),
     Figure(
         "false_per_min", "false alarms a minute", 1, lambda a: math.nan if a.own is None else a.own.false_per_min, True
@@ -71,6 +76,14 @@ FIGURES = (
     Figure("latency_p95_s", "latency s, p95", 3, _alarm("latency_s", 0.95), True),
     Figure("slipped_deg", "slipped °, median", 2, _alarm("slipped_deg", 0.5), True),
     Figure("slipped_mm", "slipped mm, median", 2, _alarm("slipped_mm", 0.5), True),
+    Figure("rotation_error", "rotation speed, median error", 2, _speed("rotation_speed", "median_error"), True),
+    Figure("rotation_coverage_68", "in its 68 % interval", 2, _speed("rotation_speed", "coverage_68")),
+    Figure("rotation_coverage_90", "in its 90 % interval", 2, _speed("rotation_speed", "coverage_90")),
+    Figure("rotation_correlation", "rotation speed, correlation", 3, _speed("rotation_speed", "correlation")),
+    Figure("slide_error", "slide speed, median error", 2, _speed("slide_speed", "median_error"), True),
+    Figure("slide_coverage_68", "in its 68 % interval", 2, _speed("slide_speed", "coverage_68")),
+    Figure("slide_coverage_90", "in its 90 % interval", 2, _speed("slide_speed", "coverage_90")),
+    Figure("slide_correlation", "slide speed, correlation", 3, _speed("slide_speed", "correlation")),
     Figure("median_ms", "ms a window", 2, lambda a: a.cost.median_ms, True),
 )  # fmt: skip
 

@@ -19,6 +19,8 @@ from evslip.learn.inference import probabilities
 from evslip.learn.networks.network import Geometry
 from evslip.learn.scores import bootstrap, weighted
 from evslip.learn.scores.metrics import Metrics, measure, measured
+from evslip.learn.scores.speed import SpeedScores, speed_scores
+from evslip.learn.speed_estimate import SpeedEstimate
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import require_sensor
 from evslip.windows.label import Label
@@ -79,6 +81,10 @@ class Evaluation:
     """How the crop lies on sensors of another size than it was trained on; None: there may be none."""
     notes: list[str]
     """Remarks for the reader, such as what could not be measured."""
+    rotation_speed: SpeedScores | None = None
+    """Scores of the estimated speed in deg/s, of every prediction; None where there is no estimate."""
+    slide_speed: SpeedScores | None = None
+    """Scores of that in mm/s."""
 
 
 def evaluate_model(
@@ -129,6 +135,8 @@ def evaluate_model(
         hop_s=found.hop_us / 1e6,
         align=align,
         notes=[*data.notes, *_notes(found, own, len(data), description)],
+        rotation_speed=speed_scores(found.speeds[:, 0], SpeedEstimate(*found.estimates[:, :2].T)),
+        slide_speed=speed_scores(found.speeds[:, 1], SpeedEstimate(*found.estimates[:, 2:].T)),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from evslip.data.record import Record
 from evslip.events.frame import OBJECT
-from evslip.learn.inference import BATCH, predict, probabilities
+from evslip.learn.inference import BATCH, COLUMNS, Answers, answers, predict
 from evslip.learn.networks.network import Network
 from evslip.utils.errors import DataError
 from evslip.windows.alignment import require_sensor
@@ -49,6 +49,11 @@ class Predictions:
     """Largest rotation in the hand since the window's start."""
     translation_mm: np.ndarray
     """Largest slide in the hand since the window's start."""
+    speeds: np.ndarray
+    """Speeds at which the object turns, in deg/s, and slides, in mm/s, in the hand, means of the window's last 20 ms:
+    (n, 2); nan where nobody knows."""
+    estimates: np.ndarray
+    """Median and scale of either speed as a SpeedEstimate has them, of shape (n, 4); nan without an estimate."""
     recent: np.ndarray
     """Whether the object moved in the 0.2 s before the window; bool."""
     events: np.ndarray
@@ -94,13 +99,14 @@ def on_windows(network: Network, windows: Windows, progress: Callable[[int], Non
     settings = windows.settings
     n = len(windows)
     return Predictions(
-        p_slip=probabilities(network, windows, progress).astype(float),
+        **_answered(answers(network, windows, progress)),
         label=windows.label,
         counted=np.ones(n, bool),
         track=track,
         start_us=windows.start_us,
         rotation_deg=windows.rotation_deg,
         translation_mm=windows.translation_mm,
+        speeds=np.stack([windows.rotation_speed_deg_s, windows.slide_speed_mm_s], 1),
         recent=windows.recent.astype(bool),
         events=windows.events,
         object_events=np.where(bodies, windows.by_body[:, OBJECT], 0) if bodies.any() else np.full(n, UNKNOWN),
@@ -143,19 +149,20 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> Pr
     inside = crop(record.events, settings)
     bounds = np.searchsorted(inside.t_us, np.stack([start_us, start_us + length_us]))
     on_object = None if inside.body is None else np.concatenate([[0], np.cumsum(inside.body == OBJECT)])
-    p_slip = [np.empty(0, np.float32)]
+    columns = [np.empty((0, COLUMNS), np.float32)]
     for first in range(0, len(moved), BATCH):
         chosen = range(first, min(first + BATCH, len(moved)))
         windows = [WindowEvents.of(inside.select(slice(*bounds[:, i])), int(start_us[i])) for i in chosen]
-        p_slip.append(predict(network, [network.prepare(window) for window in windows]))
+        columns.append(predict(network, [network.prepare(window) for window in windows]))
     return Predictions(
-        p_slip=np.concatenate(p_slip).astype(float),
+        **_answered(Answers.of(np.concatenate(columns))),
         label=np.array([label for _, label in found], np.uint8),
         counted=np.concatenate([np.zeros(len(before), bool), _apart(start_us[len(before) :], length_us)]),
         track=np.zeros(len(moved), np.int64),
         start_us=start_us,
         rotation_deg=np.array([movement.rotation_deg for movement in moved]),
         translation_mm=np.array([movement.translation_mm for movement in moved]),
+        speeds=np.array([(movement.rotation_speed_deg_s, movement.slide_speed_mm_s) for movement in moved]),
         recent=np.array([moved_before(record, int(start), settings) for start in start_us]),
         events=bounds[1] - bounds[0],
         object_events=np.full(len(moved), UNKNOWN) if on_object is None else np.diff(on_object[bounds], axis=0)[0],
@@ -164,6 +171,11 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> Pr
         length_us=length_us,
         hop_us=round(settings.hop_s * 1e6),
     )
+
+
+def _answered(found: Answers) -> dict[str, np.ndarray]:
+    estimates = np.stack([*found.rotation_speed, *found.slide_speed], 1)
+    return {"p_slip": found.p_slip.astype(float), "estimates": estimates}
 
 
 def _apart(start_us: np.ndarray, length_us: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
@@ -71,7 +71,8 @@ def restored(kind: Any, value: Any) -> Any:
         return np.array([np.inf if item is None else item for item in value], float)
     if is_dataclass(kind) and isinstance(kind, type):
         hints = get_type_hints(kind)
-        return kind(**{f.name: restored(hints[f.name], value[f.name]) for f in fields(kind)})
+        there = [f for f in fields(kind) if f.name in value or f.default is MISSING]  # files from before lack some
+        return kind(**{f.name: restored(hints[f.name], value[f.name]) for f in there})
     inner = get_args(kind)
     if get_origin(kind) is list:
         return [restored(inner[0], item) for item in value]

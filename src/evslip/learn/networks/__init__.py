@@ -1,7 +1,8 @@
 """Networks by name: evslip's own, those of installed packages, and what a user names as `module:Class`.
 
-Begin with `network.Network`. A new one is a file here and a line in NETWORKS, or a class in a package of yours. Only
-what the user names, or an installed package offers, is imported: never what a model's folder alone asks for.
+Begin with `network.Network`, or `speed_network.SpeedNetwork` for one that also estimates speeds. A new one is a file
+here and a line in NETWORKS, or a class in a package of yours. Only what the user names, or an installed package offers,
+is imported: never what a model's folder alone asks for.
 """
 
 import importlib
@@ -25,6 +26,7 @@ NETWORKS = {
     "voxelnet": f"{_HERE}.voxelnet:VoxelNet",
     "countnet": f"{_HERE}.countnet:CountNet",
     "evgru": f"{_HERE}.evgru:EvGRU",
+    "slipnet": f"{_HERE}.slipnet:SlipNet",
     "event_rate": f"{_HERE}.features:EventRate",
     "rate_map": f"{_HERE}.features:RateMap",
     "flow": f"{_HERE}.features:Flow",

@@ -41,10 +41,7 @@ class CountNet(Network):
 
     def fit(self, windows: Windows) -> None:
         """The prior: the object's share of the events in each part of the picture. All 0 if bodies are not known."""
-        number = torch.from_numpy(windows.object_map.sum(0, dtype=np.float64)).float()
-        prior = number / number.max().clamp(min=1)
-        size = self.prior.shape[-2:]
-        self.prior = functional.interpolate(prior[None, None], size, mode="bilinear", align_corners=False)[0, 0]
+        self.prior = object_prior(windows, self.prior.shape)
 
     def prepare(self, events: WindowEvents) -> np.ndarray:
         grid = np.log1p(counts(events, self.geometry.size, self.geometry.length_us, BINS, POOL))
@@ -60,3 +57,11 @@ def places(rows: int, columns: int) -> torch.Tensor:
     """Column and row of every cell, from -1 to 1: (2, rows, columns)."""
     y, x = torch.linspace(-1, 1, rows), torch.linspace(-1, 1, columns)
     return torch.stack([x.expand(rows, columns), y[:, None].expand(rows, columns)])
+
+
+def object_prior(windows: Windows, size: torch.Size) -> torch.Tensor:
+    """The object's share of the events in each cell (rows, columns), the largest being 1; all 0 if bodies are not
+    known."""
+    number = torch.from_numpy(windows.object_map.sum(0, dtype=np.float64)).float()
+    prior = number / number.max().clamp(min=1)
+    return functional.interpolate(prior[None, None], size, mode="bilinear", align_corners=False)[0, 0]

@@ -1,4 +1,4 @@
-"""Base of every detector: events of windows in, two logits out."""
+"""Base of every detector: events of windows in, two logits out (and speeds, see `speed_network`)."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence

@@ -1,10 +1,12 @@
 """Scores of slip probabilities against labels."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from evslip.learn.scores import bootstrap, weighted
+from evslip.windows.label import Label
 from evslip.windows.window_set import Windows
 
 
@@ -41,6 +43,8 @@ class Metrics:
     names: list[str] = field(default_factory=list)
     """Sample that each window is from."""
     starts_us: list[int] = field(default_factory=list)
+    ece_at_share: float = float("nan")
+    """ECE of the probabilities at the share of slips among the windows, see `weighted.at_share`."""
 
     def table(self) -> str:
         """A few lines for a person."""
@@ -105,18 +109,22 @@ def measured(
     """All scores of n windows, each array of shape (n,)."""
     said = scores >= threshold
     trajectories, which = np.unique(names, return_inverse=True)
-    found = weighted.distribution(labels, scores)
-    draws = bootstrap.draws(len(trajectories), resamples)
+    share = float((labels == Label.SLIP).mean()) if len(labels) else math.nan
+    corrected = weighted.at_share(scores, share)
+
+    def figures(weights: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        error = weighted.calibration_error(weighted.distribution(labels, corrected, weights))
+        found = weighted.distribution(labels, scores, weights)
+        return weighted.headline(found, threshold) | {"ece_at_share": error}
+
     return Metrics(
         windows=len(labels),
         trajectories=len(trajectories),
         threshold=threshold,
-        **{name: float(value) for name, value in weighted.headline(found, threshold).items()},
+        **{name: float(value) for name, value in figures().items()},
         confusion=confusion(labels, said).tolist(),
         without_recent=balanced_accuracy(labels[~recent], said[~recent]),
-        intervals=bootstrap.intervals(
-            lambda weights: weighted.headline(weighted.distribution(labels, scores, weights), threshold), which, draws
-        ),
+        intervals=bootstrap.intervals(figures, which, bootstrap.draws(len(trajectories), resamples)),
         probabilities=scores.astype(float).tolist(),
         labels=labels.astype(int).tolist(),
         names=names.tolist(),

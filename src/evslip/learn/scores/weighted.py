@@ -116,6 +116,13 @@ def calibration_error(found: Distribution) -> np.ndarray:
     return _ratio((weight * np.abs(np.nan_to_num(share - mean))).sum(-1), found.weight)
 
 
+def at_share(p_slip: np.ndarray, share: float) -> np.ndarray:
+    """Probabilities of a detector whose training windows were half slips, where this share of the windows slips: odds
+    times share / (1 - share)."""
+    slip = p_slip * share
+    return np.divide(slip, slip + (1 - p_slip) * (1 - share), out=np.array(p_slip, float), where=0 < share < 1)
+
+
 def reliability(found: Distribution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Share of slips, mean probability (both nan in empty bins) and weight in each of 15 equal bins of probability."""
     which = np.minimum((found.p * BINS).astype(int), BINS - 1)

@@ -8,7 +8,9 @@ import numpy as np
 
 from evslip.events.stream import Events, concatenate, empty_events
 from evslip.learn.checkpoint import load_model
-from evslip.learn.inference import BATCH, predict
+from evslip.learn.inference import BATCH, Answers, predict
+from evslip.learn.networks.speed_network import SpeedNetwork
+from evslip.learn.speed_estimate import SpeedEstimate
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import require_sensor
 from evslip.windows.cutting import crop
@@ -25,7 +27,7 @@ PUSHED = 250_000
 
 @dataclass(frozen=True)
 class Detection:
-    """Slip probability over time."""
+    """Slip probability and speed over time."""
 
     t_us: np.ndarray
     """Ends of the windows, int64 of shape (n,)."""
@@ -37,6 +39,11 @@ class Detection:
     """From here on the detector says slip."""
     start_us: int = 0
     """Time of the stream's first event, from which a person counts."""
+    rotation_speed: SpeedEstimate | None = None
+    """Speed at which the object turns in the hand, in deg/s: `.median` (n,) and `.interval(share)`. None of a detector
+    that does not estimate it."""
+    slide_speed: SpeedEstimate | None = None
+    """Speed at which it slides in the hand, in mm/s, likewise."""
 
     def summary(self) -> str:
         """One line for a person."""
@@ -45,7 +52,8 @@ class Detection:
 
 
 class Detector:
-    """Answers every `hop_s` seconds with the slip probability of the last window's events.
+    """Answers every `hop_s` seconds with the slip probability of the last window's events and, if its network estimates
+    them, the speeds of the slip (see Detection, which `follow` gives).
 
     `model` is the folder of a detector, or "default", the one of the package.
     `size` is the sensor's (width, height), by default that which the detector was trained on. Of another one, `align`
@@ -72,7 +80,7 @@ class Detector:
         self._last_us: int | None = None
         self._next_us = 0
         self._newest = float("nan")
-        self._silent = float(predict(self._network, [self._network.prepare(NO_EVENTS)])[0])
+        self._silent = predict(self._network, [self._network.prepare(NO_EVENTS)])
 
     def push(self, events: Events, until_us: int | None = None) -> float:
         """Take the next events of the stream; the newest slip probability, nan until a first window is complete.
@@ -100,17 +108,19 @@ class Detector:
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
         bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
         counts = bounds[1] - bounds[0]
-        p_slip = np.full(len(ends), self._silent, np.float32)
+        columns = self._silent.repeat(len(ends), 0)
         busy = np.flatnonzero(counts)
         for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
             windows = [
                 WindowEvents.of(self._kept.select(slice(*bounds[:, i])), int(ends[i]) - self._length_us) for i in chosen
             ]
-            p_slip[chosen] = predict(self._network, [self._network.prepare(window) for window in windows])
+            columns[chosen] = predict(self._network, [self._network.prepare(window) for window in windows])
         if len(ends):
             self._next_us = int(ends[-1]) + self._hop_us
         self._kept = self._kept.between(self._next_us - self._length_us, now + 1)
-        return Detection(ends, p_slip, counts, self.description.threshold)
+        answers = Answers.of(columns)
+        speeds = answers[1:] if isinstance(self._network, SpeedNetwork) else (None, None)
+        return Detection(ends, answers.p_slip, counts, self.description.threshold, 0, *speeds)
 
     def _advance(self, events: Events, until_us: int | None) -> int:
         """Check that time goes on, and return up to when the stream is now known."""
@@ -162,4 +172,10 @@ def detect(
         raise DataError(f"the recording lasts {span_s:.3f} s; expected at least one window of {settings.length_s:g} s")
     columns = ([getattr(one, name) for one in found] for name in ("t_us", "p_slip", "events"))
     t_us, p_slip, counts = map(np.concatenate, columns)
-    return Detection(t_us, p_slip, counts, threshold, first_us)
+    speeds = (_joined([getattr(one, name) for one in found]) for name in ("rotation_speed", "slide_speed"))
+    return Detection(t_us, p_slip, counts, threshold, first_us, *speeds)
+
+
+def _joined(parts: list[SpeedEstimate | None]) -> SpeedEstimate | None:
+    known = [part for part in parts if part is not None]
+    return SpeedEstimate(*map(np.concatenate, zip(*known, strict=True))) if known else None

@@ -12,9 +12,10 @@ import torch
 from torch.nn.modules.batchnorm import _BatchNorm
 
 from evslip.learn.checkpoint import Description, save_model
-from evslip.learn.inference import BATCH, probabilities
+from evslip.learn.inference import BATCH, Answers, answers, probabilities
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
+from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.training.augment import Augmentation
 from evslip.learn.training.logs import logs
@@ -200,7 +201,11 @@ def _epoch(
     for number, chosen in enumerate(np.array_split(rng.permutation(len(training)), steps)):
         inputs = [network.prepare(augmentation(training[int(i)], rng)) for i in chosen]
         labels = torch.from_numpy(training.label[chosen].astype(np.int64)).to(network.device)
-        loss, logits = network.step(inputs, labels, settings.smoothing)
+        if isinstance(network, SpeedNetwork):
+            speeds = torch.from_numpy(_speeds(training)[chosen]).to(network.device)
+            loss, logits = network.step(inputs, labels, settings.smoothing, speeds)
+        else:
+            loss, logits = network.step(inputs, labels, settings.smoothing)
         if not torch.isfinite(loss):
             raise _NotFinite(f"the loss is {loss.item()} at batch {number + 1} of epoch {epoch}")
         if optimiser:
@@ -214,18 +219,34 @@ def _epoch(
         seen += len(chosen)
         course.batch(epoch, total / seen, right / seen)
     settle_norms(network, training, rng)
-    scores = probabilities(network, validation)
+    found = answers(network, validation)
     truth = validation.label == Label.SLIP
-    likelihood = np.clip(np.where(truth, scores, 1 - scores), 1e-7, 1).astype(float)
+    likelihood = np.clip(np.where(truth, found.p_slip, 1 - found.p_slip), 1e-7, 1).astype(float)
     row = {
         "loss": total / len(training),
         "accuracy": right / len(training),
         "val_loss": float(-np.log(likelihood).mean()),
-        "val_accuracy": float(((scores >= 0.5) == truth).mean()),
-        "val_auroc": auroc(validation.label, scores),
+        "val_accuracy": float(((found.p_slip >= 0.5) == truth).mean()),
+        "val_auroc": auroc(validation.label, found.p_slip),
     }
+    if isinstance(network, SpeedNetwork):
+        row["val_speed_loss"] = _surprise(found, _speeds(validation))
+        row["val_loss"] += network.speed_weight * row["val_speed_loss"]
     course.epoch(epoch, row)
     return row
+
+
+def _speeds(windows: Windows) -> np.ndarray:
+    """True speeds in deg/s and mm/s, float32 of shape (n, 2)."""
+    return np.stack([windows.rotation_speed_deg_s, windows.slide_speed_mm_s], 1).astype(np.float32)
+
+
+def _surprise(found: Answers, speeds: np.ndarray) -> float:
+    """Mean surprise of the true speeds that are known; 0 if none is."""
+    estimated = found.rotation_speed, found.slide_speed
+    surprises = np.stack([one.surprise(true) for one, true in zip(estimated, speeds.T, strict=True)])
+    known = ~np.isnan(surprises)
+    return float(surprises[known].mean()) if known.any() else 0.0
 
 
 def settle_norms(network: Network, windows: Windows, rng: np.random.Generator) -> None:

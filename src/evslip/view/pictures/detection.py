@@ -3,16 +3,22 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from evslip.data.intervals import Interval
+from evslip.learn.speed_estimate import SpeedEstimate
 from evslip.learn.streaming.stream import Detection
 from evslip.physics.truth import Truth
 from evslip.utils import atomic
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures.images import figure_png
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+UNITS = {"deg_s": "°/s", "mm_s": "mm/s"}
 MOST_POINTS = 20_000
 """Points of a curve; of more answers the greatest of every few are drawn."""
 BLOCK = 10_000
@@ -30,7 +36,8 @@ def write_detection(
     """Write the table and the picture, both or neither. Raises StorageError.
 
     The table has a row an answer: time of the window's end as in the recording and in seconds since its first event,
-    slip probability, whether that is slip, events in the window. The picture: see `detection_png`.
+    slip probability, whether that is slip, events in the window; of a detector that estimates them, both speeds with
+    the ends of their intervals of 68 %. The picture: see `detection_png`.
     """
     picture = detection_png(detection, title, truth, intervals)
     with atomic.staged(csv) as table, atomic.staged(png) as image:
@@ -40,7 +47,9 @@ def write_detection(
 
 
 def _rows(detection: Detection) -> Iterator[str]:
-    yield "t_us,t_s,p_slip,slip,events\n"
+    speeds = [column for _, _, *columns in _speeds(detection) for column in columns]
+    names = [f"{name}_{unit}{end}" for name, unit, *_ in _speeds(detection) for end in ("", "_low", "_high")]
+    yield ",".join(["t_us,t_s,p_slip,slip,events", *names]) + "\n"
     for start in range(0, len(detection.t_us), BLOCK):
         part = slice(start, start + BLOCK)
         t_us, p_slip = detection.t_us[part], detection.p_slip[part]
@@ -50,23 +59,34 @@ def _rows(detection: Detection) -> Iterator[str]:
             p_slip,
             p_slip >= detection.threshold,
             detection.events[part],
+            *(column[part] for column in speeds),
         )
         yield "".join(
-            f"{t},{t_s:.6f},{p:.6f},{said:d},{count}\n" for t, t_s, p, said, count in zip(*columns, strict=True)
+            f"{t},{t_s:.6f},{p:.6f},{said:d},{count}{''.join(f',{value:.3f}' for value in rest)}\n"
+            for t, t_s, p, said, count, *rest in zip(*columns, strict=True)
         )
+
+
+def _speeds(detection: Detection) -> list[tuple[str, str, np.ndarray, np.ndarray, np.ndarray]]:
+    """Name, unit, median and the ends of the interval of 68 % of each speed that is estimated."""
+    estimated = ("rotation", "deg_s", detection.rotation_speed), ("slide", "mm_s", detection.slide_speed)
+    return [(name, unit, one.median, *one.interval()) for name, unit, one in estimated if one is not None]
 
 
 def detection_png(
     detection: Detection, title: str = "", truth: Truth | None = None, intervals: Sequence[Interval] = ()
 ) -> bytes:
     """PNG file: probability with the threshold above, and what is known shaded, a person's intervals of slip and hold,
-    or else the true slips; events a window below."""
+    or else the true slips; below, the speeds that are estimated with their intervals of 68 %, beside the true ones;
+    events a window."""
     from matplotlib.figure import Figure
 
     detection = _thinned(detection)
     t_s = (detection.t_us - detection.start_us) / 1e6
-    figure = Figure(figsize=(10, 4.5), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    speeds = _speeds(detection)
+    figure = Figure(figsize=(10, 4.5 + 1.5 * len(speeds)), layout="constrained")
+    rows = figure.subplots(2 + len(speeds), 1, sharex=True, height_ratios=[2, *[1.2] * len(speeds), 1])
+    top, *middle, bottom = rows
     for start_us, end_us, what in intervals or _slips(truth):
         span = ((start_us - detection.start_us) / 1e6, (end_us - detection.start_us) / 1e6)
         top.axvspan(*span, color=SLIP_COLOR if what == "slip" else HOLD_COLOR, alpha=0.2, lw=0)
@@ -80,6 +100,8 @@ def detection_png(
     top.set(ylabel="slip probability", ylim=(-0.02, 1.02))
     top.set_title(title, loc="left")
     top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
+    for axes, (name, unit, *speed) in zip(middle, speeds, strict=True):
+        _draw_speed(axes, name, unit, t_s, speed, None if truth is None else _true_speed(truth, name, detection))
     bottom.fill_between(t_s, detection.events / 1e3, color="#1f77b4", alpha=0.6, lw=0)
     bottom.set(xlabel="time in s", ylabel="1000 events\nin the window", ylim=(0, None))
     if len(t_s) > 1:
@@ -93,7 +115,32 @@ def _thinned(detection: Detection) -> Detection:
         return detection
     starts = np.arange(0, len(detection.t_us), every)
     p_slip, events = (np.maximum.reduceat(column, starts) for column in (detection.p_slip, detection.events))
-    return replace(detection, t_us=detection.t_us[starts], p_slip=p_slip, events=events)
+    last = np.append(starts[1:], len(detection.t_us)) - 1
+    speeds = {
+        name: speed and SpeedEstimate(*(column[last] for column in speed))
+        for name in ("rotation_speed", "slide_speed")
+        for speed in [getattr(detection, name)]
+    }
+    return replace(detection, t_us=detection.t_us[starts], p_slip=p_slip, events=events, **speeds)
+
+
+def _draw_speed(
+    axes: "Axes", name: str, unit: str, t_s: np.ndarray, speed: Sequence[np.ndarray], true: np.ndarray | None
+) -> None:
+    median, low, high = speed
+    color = "#0a8f6c" if name == "slide" else "#6a3d9a"
+    axes.fill_between(t_s, low, high, color=color, alpha=0.2, lw=0)
+    axes.plot(t_s, median, color=color, lw=1.2)
+    if true is not None:
+        axes.plot(t_s, true, color="0.2", lw=0.9, ls=":", label="true")
+        axes.legend(loc="upper left", frameon=False)
+    axes.set(ylabel=f"{name}\n{UNITS[unit]}", ylim=(0, None))
+
+
+def _true_speed(truth: Truth, name: str, detection: Detection) -> np.ndarray:
+    """True speed at each answer; nan outside of the held time."""
+    values = truth.angular_speed_deg_s if name == "rotation" else truth.linear_speed_mm_s
+    return np.interp(detection.t_us, truth.t_us, np.where(truth.held, values, np.nan), left=np.nan, right=np.nan)
 
 
 def _slips(truth: Truth | None) -> list[Interval]:
