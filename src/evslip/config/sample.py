@@ -3,16 +3,16 @@
 The same fields serve twice: in a `Config` a field may hold a distribution, in `Params` it holds the value drawn.
 """
 
-from typing import Any, Generic
+from typing import Annotated, Any, Generic
 
-from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from evslip.config.nuisances.clutter import ClutterSpec
 from evslip.config.nuisances.flicker import FlickerSpec
 from evslip.config.nuisances.lens import LensSpec
 from evslip.config.nuisances.passers import PassersSpec
 from evslip.config.nuisances.vibration import VibrationSpec
-from evslip.config.section import N, S, Section, wrong
+from evslip.config.section import LATER, N, S, Section, wrong
 from evslip.config.sections.camera import CameraSpec
 from evslip.config.sections.grip import GripSpec
 from evslip.config.sections.light import LightSpec
@@ -25,9 +25,6 @@ from evslip.config.sections.sensor import SensorSpec
 from evslip.config.sections.slip import SlipSpec
 from evslip.config.sections.surroundings import BackgroundSpec, SurfaceSpec
 
-OPTIONAL = ("clutter", "flicker", "lens", "passers", "readout", "vibration")
-"""Sections that came later, and do nothing by default."""
-
 
 class SampleSpec(Section, Generic[N, S]):
     """All of one sample."""
@@ -36,34 +33,29 @@ class SampleSpec(Section, Generic[N, S]):
     grip: GripSpec[N, S]
     surface: SurfaceSpec[N, S]
     background: BackgroundSpec[N, S]
-    clutter: ClutterSpec[N, S] = Field(default={}, validate_default=True)
-    passers: PassersSpec[N, S] = Field(default={}, validate_default=True)
+    clutter: Annotated[ClutterSpec[N, S], LATER] = Field(default={}, validate_default=True)
+    passers: Annotated[PassersSpec[N, S], LATER] = Field(default={}, validate_default=True)
     light: LightSpec[N, S]
-    flicker: FlickerSpec[N, S] = Field(default={}, validate_default=True)
+    flicker: Annotated[FlickerSpec[N, S], LATER] = Field(default={}, validate_default=True)
     robot: RobotSpec = RobotSpec()
     motion: MotionSpec[N, S]
     camera: CameraSpec[N, S]
-    lens: LensSpec[N, S] = Field(default={}, validate_default=True)
+    lens: Annotated[LensSpec[N, S], LATER] = Field(default={}, validate_default=True)
     sensor: SensorSpec[N, S]
-    readout: ReadoutSpec[N, S] = Field(default={}, validate_default=True)
-    vibration: VibrationSpec[N, S] = Field(default={}, validate_default=True)
+    readout: Annotated[ReadoutSpec[N, S], LATER] = Field(default={}, validate_default=True)
+    vibration: Annotated[VibrationSpec[N, S], LATER] = Field(default={}, validate_default=True)
     render: RenderSpec[N, S]
     slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
-
-    @model_serializer(mode="wrap")
-    def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
-        """Written without the sections of OPTIONAL that say nothing, as before there were any."""
-        tree = handler(self)
-        for name in OPTIONAL if info.mode == "json" else ():
-            if getattr(self, name).is_default:
-                tree.pop(name, None)
-        return tree
 
     @model_validator(mode="after")
     def _check_tremor(self) -> "SampleSpec[N, S]":
         if self.vibration.tremor_hz is not None and self.robot.kind != "panda":
             raise wrong("vibration.tremor_hz", "needs robot.kind = 'panda', whose joints tremble")
         return self
+
+
+OPTIONAL = tuple(name for name, field in SampleSpec.model_fields.items() if LATER in field.metadata)
+"""Sections that came later, and do nothing by default."""
 
 
 def leaves(spec: SampleSpec) -> dict[str, Any]:

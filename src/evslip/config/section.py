@@ -3,7 +3,14 @@
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from evslip.config.distributions import choices, extremes
@@ -55,6 +62,11 @@ class OneOf:
                 raise wrong(name, f"{choice!r} is unknown; expected one of {', '.join(self.names)}{file}")
 
 
+LATER = "later"
+"""Marks a key or a section that came later: it is written only where it says something, so that what was written before
+stays as it was."""
+
+
 class Section(BaseModel):
     """Frozen fields; the docstring of each is its line in docs/parameters.md."""
 
@@ -69,7 +81,19 @@ class Section(BaseModel):
                     limit.check(name, value)
         return self
 
+    @model_serializer(mode="wrap")
+    def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        tree = handler(self)
+        for name, field in type(self).model_fields.items() if info.mode == "json" else ():
+            if LATER in field.metadata and self._says_nothing(name):
+                tree.pop(name, None)
+        return tree
+
     @property
     def is_default(self) -> bool:
         """Whether every field is as it is where none is given."""
-        return all(getattr(self, name) == field.default for name, field in type(self).model_fields.items())
+        return all(map(self._says_nothing, type(self).model_fields))
+
+    def _says_nothing(self, name: str) -> bool:
+        value = getattr(self, name)
+        return value.is_default if isinstance(value, Section) else value == type(self).model_fields[name].default

@@ -1,10 +1,10 @@
 """Parameters of the rendering."""
 
-from typing import Annotated, Any, Generic, Literal
+from typing import Annotated, Generic, Literal
 
-from pydantic import SerializationInfo, SerializerFunctionWrapHandler, Strict, model_serializer
+from pydantic import Strict
 
-from evslip.config.section import N, S, Section, Within
+from evslip.config.section import LATER, N, S, Section, Within
 
 RendererName = Literal["raycast", "pathtrace"]
 """`rendering.RENDERERS` says what each is."""
@@ -20,7 +20,7 @@ class RenderSpec(Section, Generic[N, S]):
     """Where raycast shades its pixels; cpu is the only value, the key is kept for records that name it."""
     spp: Annotated[int, Strict(), Within(1, 65536)] = 64
     """Light paths a pixel of pathtrace: more of them, less noise."""
-    denoise: Annotated[bool | None, Strict()] = None
+    denoise: Annotated[bool | None, Strict(), LATER] = None
     """Pathtrace: take the noise out of the traced frames (Open Image Denoise); 8 paths a pixel are enough then.
     Off unless asked for."""
     key_motion_px: Annotated[float, Strict(), Within(0.0, 64.0)] = 4.0
@@ -31,11 +31,3 @@ class RenderSpec(Section, Generic[N, S]):
     """Farthest that any point may move in the image between two frames."""
     min_rate_hz: Annotated[float, Strict(), Within(1.0, 10000.0)] = 60.0
     """Lowest frame rate, when nothing moves."""
-
-    @model_serializer(mode="wrap")
-    def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
-        """Written without `denoise` unless it is given, as before there was any."""
-        tree = handler(self)
-        if info.mode == "json" and self.denoise is None:
-            tree.pop("denoise", None)
-        return tree
