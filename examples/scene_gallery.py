@@ -33,6 +33,15 @@ COMMON = {
 }
 
 
+CAN = {
+    "object__shape": "cylinder",
+    "object__texture": "paper-2",
+    "light__polar_deg": 84.0,
+    "light__azimuth_deg": 300.0,
+}
+"""Shows the lamp's highlights; keys with "__" for the dot."""
+
+
 class Picture(NamedTuple):
     caption: str
     changes: dict[str, Any]
@@ -70,6 +79,7 @@ STRIPS: dict[str, list[Picture]] = {
     "centre_of_mass": of("object.com_x_m", -0.02, 0.0, 0.02, t_s=2.3, object__mass_kg=0.045),
     "centre_of_mass_height": of("object.com_z_m", -0.03, 0.0, 0.03, t_s=TILTED_S, object__mass_kg=0.035),
     "texture": of("object.texture", "wood-3", "brick-2", "plastic-1", "metal-3"),
+    "finish": of("object.finish", "texture", "matt", "plastic", "film", "metal", **CAN),
     "offset": of("grip.offset", -0.8, 0.0, 0.8),
     "grip_depth": of("grip.depth_m", -0.0045, 0.012, 0.03),
     "force": of("grip.force_n", 1.0, 1.2, 3.0, t_s=TILTED_S, object__mass_kg=0.05),

@@ -137,6 +137,7 @@ def test_show_writes_a_sheet_of_textures(tmp_path):
         (["convert", "OUT/r.mp4", "OUT/r.dat"], ["r.mp4", "read", ".aedat4"]),
         (["detect", "OUT/model", "OUT/r.h5"], ["OUT"]),
         (["evaluate"], ["nothing", "expected one or more models"]),
+        (["show", "simple", "--set", "object.finish=shiny"], ["object.finish: 'shiny' is unknown", "metal"]),
         (["trian"], ["'trian' is no verb", "train"]),
         (["train"], ["missing: WINDOWS, OUT", "`evslip train --help` explains"]),
         (["train", "--epoks", 3, "a", "b"], ["evslip: --epoks: not known here"]),

@@ -26,6 +26,30 @@ def test_a_section_is_written_only_where_it_says_something(name: str):
     assert config_from_text(dump_config(plain)) == plain
 
 
+LATER = {
+    "object.finish": ["film", "texture", "metal"],
+    "object.roughness": {"min": 0.2, "max": 0.6},
+    "render.denoise": True,
+}
+"""Keys that came later, in sections that are always written."""
+
+
+@pytest.mark.parametrize("key", sorted(LATER))
+def test_a_key_that_came_later_is_written_only_where_it_says_something(key: str):
+    section, name = key.split(".")
+    plain, used = load_config("complex"), load_config("complex", {key: LATER[key]})
+    assert f"\n{name} = " not in dump_config(plain) and f"\n{name} = " in dump_config(used)
+    assert config_from_text(dump_config(used)) == used
+    drawn = [draw(used, index) for index in range(6)]
+    for index, params in enumerate(drawn):
+        assert Params.from_json(params.model_dump_json()) == params
+        same = {name: getattr(getattr(draw(plain, index), section), name)}
+        own = getattr(params, section).model_copy(update=same)
+        assert params.model_copy(update={section: own}) == draw(plain, index)
+        written = json.loads(params.model_dump_json())[section]
+        assert (name in written) == (getattr(getattr(params, section), name) != same[name])
+
+
 @pytest.mark.parametrize("name", sorted(USED))
 def test_a_section_is_drawn_and_read_back_and_changes_no_other_draw(name: str):
     config = load_config("complex", {f"{name}.{key}": value for key, value in USED[name].items()})
@@ -50,6 +74,12 @@ def test_a_section_is_drawn_and_read_back_and_changes_no_other_draw(name: str):
         ({"lens.spots": -1}, "lens.spots: -1 is out of range"),
         ({"lens.spot_px": 0}, "lens.spot_px: 0 is out of range"),
         ({"lens.spot_opacity": "dark"}, "lens.spot_opacity: 'dark' is wrong"),
+        (
+            {"object.finish": "shiny"},
+            "object.finish: 'shiny' is unknown; expected one of texture, matt, plastic, film, metal",
+        ),
+        ({"object.finish": ["film", 3]}, "object.finish: ['film', 3] is wrong: expected a name or a list of names"),
+        ({"object.roughness": 0}, "object.roughness: 0 is out of range, expected 0.1 to 1"),
         ({"lens.glare": 0.9}, "lens.glare: 0.9 is out of range, expected 0 to 0.5"),
     ],
 )

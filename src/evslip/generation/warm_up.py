@@ -83,7 +83,7 @@ def _received(pipe: Any) -> Any:
 def _marks(config: Config) -> list[Path]:
     """The files of `jit.warm_marks` for what decides which functions a sample needs."""
     import_module(KERNEL)
-    used = {"object": {"shape"}, "render": {"renderer"}, "robot": {"kind"}}
+    used = {"object": {"shape", "finish"}, "render": {"renderer"}, "robot": {"kind"}}
     used |= dict.fromkeys(("sensor", "readout", "flicker"), True)
     return jit.warm_marks(repr(_features(config.model_dump(mode="json", include=used))))
 

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
+from scipy.ndimage import binary_erosion
 
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
@@ -96,6 +97,30 @@ def test_agrees_with_the_fast_renderer():
         pair = np.log(fast.luminance[chosen]), np.log(traced.luminance[chosen])
         assert np.corrcoef(*pair)[0, 1] > least, body
         assert np.mean(pair[0] - pair[1]) == pytest.approx(0.0, abs=0.3), body
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("finish", ["matt", "plastic", "film", "metal"])
+def test_finishes_agree_with_the_fast_renderer(finish):
+    """The lamp's mirror image stands on the object's side; most of the light is there."""
+    params = sample(
+        camera__width=138,
+        camera__height=104,
+        camera__exposure="absolute",
+        light__polar_deg=88.0,
+        light__azimuth_deg=270.0,
+        object__texture="cardboard-4",
+        object__finish=finish,
+        render__spp=16,
+    )
+    times = np.array([0])
+    (fast,), (traced,) = (render(still(params), times_us=times, renderer=name) for name in ("raycast", "pathtrace"))
+    chosen = binary_erosion(fast.bodies == OBJECT, iterations=2)
+    pair = np.log(fast.luminance[chosen]), np.log(traced.luminance[chosen])
+    assert np.corrcoef(*pair)[0, 1] > 0.94
+    assert np.mean(pair[0] - pair[1]) == pytest.approx(0.0, abs=0.2)
+    bright = [np.quantile(one, 0.95) for one in pair]  # single pixels are noisy with few paths
+    assert bright[0] == pytest.approx(bright[1], abs=0.3)  # the fast lamp has a softer edge
 
 
 @pytest.mark.slow

@@ -2,8 +2,10 @@
 
 from typing import Annotated, Generic
 
-from evslip.config.section import N, OneOf, S, Section, Within, usual
+from evslip.config.section import LATER, N, OneOf, S, Section, Within, usual
 from evslip.scene.shapes import SHAPES
+
+FINISHES = ("texture", "matt", "plastic", "film", "metal")
 
 
 class ObjectSpec(Section, Generic[N, S]):
@@ -38,3 +40,9 @@ class ObjectSpec(Section, Generic[N, S]):
     """Centre on the table, to the robot's left."""
     texture: S
     """Name of a texture of the pool, or path of an image; patterns and folders are drawn from."""
+    finish: Annotated[S, OneOf(FINISHES), LATER] = usual("texture")
+    """How it shines. Texture: wood, tile, plastic and metal textures have broad highlights, all else is matt. Whatever
+    the texture: matt, plastic (highlights of the lamp and a little of the surroundings), film (clear and smooth: narrow
+    bright highlights) or metal (mirrors lamp and surroundings, blurred, in the texture's colours)."""
+    roughness: Annotated[N | None, Within(0.1, 1.0), LATER] = None
+    """Roughness of plastic, film and metal: small makes highlights narrow. Null: the finish's own, 0.3, 0.1 and 0.4."""

@@ -1,6 +1,10 @@
-"""Gloss of textures, and the roughness of what shines."""
+"""Gloss of textures and finishes, and the roughness of what shines."""
+
+from typing import NamedTuple
 
 import numpy as np
+
+from evslip.config.sections.object import ObjectSpec
 
 SURFACE_GLOSS, OBJECT_GLOSS, GRIPPER_GLOSS = 0.1, 0.2, 0.3
 """Strength of the highlights of what shines. A smooth dielectric (Fresnel 0.04) with exponent 32 has 0.2."""
@@ -32,3 +36,29 @@ def shines(texture: str) -> bool:
 def gloss_of(texture: str, gloss: float) -> float:
     """Strength of a texture's highlights: 0 if it is matt."""
     return gloss if shines(texture) else 0.0
+
+
+class Finish(NamedTuple):
+    """What microfacets on a body mirror, whatever its texture."""
+
+    reflectance: float
+    """Share that the clear layer over the texture mirrors straight from above."""
+    metallic: float
+    """Share of the surface that is bare metal of the texture's colour, without a matt part."""
+    roughness: float
+    """Its square is the width of the facets' distribution, their alpha."""
+
+
+Gloss = float | Finish
+"""Strength of highlights with EXPONENT, 0 for matt, or a finish."""
+FINISHES = {"plastic": Finish(0.04, 0.0, 0.3), "film": Finish(0.04, 0.0, 0.1), "metal": Finish(0.04, 1.0, 0.4)}
+
+
+def gloss_of_object(spec: ObjectSpec[float, str]) -> Gloss:
+    """What an object's finish, or its texture, mirrors."""
+    if spec.finish == "texture":
+        return gloss_of(spec.texture, OBJECT_GLOSS)
+    finish = FINISHES.get(spec.finish)
+    if finish is None or spec.roughness is None:
+        return finish or 0.0
+    return finish._replace(roughness=spec.roughness)

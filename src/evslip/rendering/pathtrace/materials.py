@@ -5,11 +5,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.rendering.materials.paint import ROUGHNESS, SPECULAR_PER_GLOSS, family_of, gloss_of
+from evslip.config.sections.object import ObjectSpec
+from evslip.rendering.materials.paint import (
+    OBJECT_GLOSS,
+    ROUGHNESS,
+    SPECULAR_PER_GLOSS,
+    Finish,
+    family_of,
+    gloss_of,
+    gloss_of_object,
+)
 from evslip.rendering.raycast.setting import make_lamp
 from evslip.scene.textures import library
 from evslip.scene.textures.library import is_panorama
 
+MOST_SPECULAR = 0.08
+"""Reflectance of the principled model's specular = 1."""
 METALLIC = 0.5
 """Share of the light that a metal's texture mirrors, blurred; the rest is matt, as of worn or brushed metal."""
 
@@ -26,15 +37,26 @@ class Paint(NamedTuple):
 
     albedo: Picture | np.ndarray
     """A texture, or linear RGB of shape (3,)."""
-    gloss: float
-    """Strength of the highlights, as of the fast renderer; 0 for matt."""
-    is_metal: bool = False
+    finish: Finish
 
 
 def textured(name: str, wrap: str, gloss: float) -> Paint:
     """The paint of a texture; `gloss`: of those that shine. Raises ConfigError for an unreadable one."""
-    picture = Picture(library.load(name), wrap)
-    return Paint(picture, gloss_of(name, gloss), is_metal=family_of(name) == "metal")
+    metallic = METALLIC if family_of(name) == "metal" else 0.0
+    return Paint(Picture(library.load(name), wrap), broad(gloss_of(name, gloss), metallic))
+
+
+def broad(gloss: float, metallic: float = 0.0) -> Finish:
+    """The finish that has the fast renderer's highlights of this strength."""
+    return Finish(MOST_SPECULAR * SPECULAR_PER_GLOSS * gloss, metallic, ROUGHNESS)
+
+
+def painted_object(spec: ObjectSpec[float, str], wrap: str) -> Paint:
+    """The paint of the object: its texture with its finish. Raises ConfigError."""
+    paint, gloss = textured(spec.texture, wrap, OBJECT_GLOSS), gloss_of_object(spec)
+    if spec.finish == "texture":
+        return paint
+    return paint._replace(finish=gloss if isinstance(gloss, Finish) else broad(gloss))
 
 
 def bsdf(mi: Any, paint: Paint) -> dict[str, Any]:
@@ -49,9 +71,9 @@ def bsdf(mi: Any, paint: Paint) -> dict[str, Any]:
         "bsdf": {
             "type": "principled",
             "base_color": _texture(mi, paint.albedo),
-            "roughness": ROUGHNESS,
-            "specular": SPECULAR_PER_GLOSS * paint.gloss,
-            "metallic": METALLIC if paint.is_metal else 0.0,
+            "roughness": paint.finish.roughness,
+            "specular": paint.finish.reflectance / MOST_SPECULAR,
+            "metallic": paint.finish.metallic,
         },
     }
 

@@ -1,6 +1,7 @@
 """The bodies of a scene as triangles of one material each, in the frames that they move with."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from evslip.rendering.geometry import links
 from evslip.rendering.geometry.facets import prepare_facets
 from evslip.rendering.geometry.hand import Mesh, load_mesh
 from evslip.rendering.materials.paint import GRIPPER_GLOSS, OBJECT_GLOSS, SURFACE_GLOSS
-from evslip.rendering.pathtrace.materials import Paint, textured
+from evslip.rendering.pathtrace.materials import Paint, broad, painted_object, textured
 from evslip.scene.shapes import surface_of
 from evslip.scene.shapes.surface import Surface
 
@@ -46,14 +47,16 @@ def parts_of(params: Params, arm: bool, distractors: Sequence[Distractor] = ()) 
     """
     parts = [
         _table(params),
-        _textured(OBJECT, surface_of(params), params.object.texture),
+        _textured(OBJECT, surface_of(params), partial(painted_object, params.object)),
         *_painted(HAND, load_mesh("hand")),
     ]
     parts += [part for finger in FINGERS for part in _painted(finger, load_mesh("finger"))]
     if arm and params.robot.kind == "panda":
         parts += [part for link in LINKS for part in _painted(link, load_mesh(link))]
     others = zip(names_of(distractors), distractors, strict=True)
-    return [*parts, *(_textured(name, one.shape.surface(), one.texture) for name, one in others)]
+    for name, one in others:
+        parts.append(_textured(name, one.shape.surface(), partial(textured, one.texture, gloss=OBJECT_GLOSS)))
+    return parts
 
 
 def names_of(distractors: Sequence[Distractor]) -> list[str]:
@@ -69,16 +72,15 @@ def _painted(frame: str, mesh: Mesh) -> list[Part]:
     parts = []
     for k, colour in enumerate(colours):
         chosen = proper & (which.ravel() == k)
-        parts.append(Part(frame, mesh.corners[chosen], mesh.normals[chosen], None, Paint(colour, GRIPPER_GLOSS)))
+        parts.append(Part(frame, mesh.corners[chosen], mesh.normals[chosen], None, Paint(colour, broad(GRIPPER_GLOSS))))
     return parts
 
 
-def _textured(frame: str, surface: Surface, texture: str) -> Part:
-    """A body of the kinds that the object may be of."""
+def _textured(frame: str, surface: Surface, paint: Callable[[str], Paint]) -> Part:
+    """A body of the kinds that the object may be of; paint: by how its texture goes on beyond the border."""
     facets = prepare_facets(*surface)
     wrap = "repeat" if any(facets.repeats) else "clamp"
-    paint = textured(texture, wrap, OBJECT_GLOSS)
-    return Part(frame, facets.vertices[facets.faces], facets.normals, facets.uv, paint)
+    return Part(frame, facets.vertices[facets.faces], facets.normals, facets.uv, paint(wrap))
 
 
 def _table(params: Params) -> Part:

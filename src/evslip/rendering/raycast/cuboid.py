@@ -5,7 +5,7 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.coverage import FaceCover, cover_box
-from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
+from evslip.rendering.materials.paint import gloss_of_object
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_faces
 from evslip.rendering.raycast.layers import Layers
@@ -26,7 +26,7 @@ class Cuboid:
         sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
         self.half, self.solid = sides / 2, None
         self._textures = bake_faces(channel_of(library.load(shape.texture), channel), sides)
-        self._gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
+        self._gloss = gloss_of_object(params.object)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
         rows, faces = np.zeros((3, 2), np.int64), np.zeros(3, np.int64)

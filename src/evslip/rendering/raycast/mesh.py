@@ -6,7 +6,7 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.facets import Facets, prepare_facets
 from evslip.rendering.geometry.raster import make_raster, trace
-from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
+from evslip.rendering.materials.paint import gloss_of_object
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_depth
 from evslip.rendering.raycast.layers import Layers
@@ -31,7 +31,7 @@ class Mesh:
         self.half = np.abs(self._facets.vertices).max(0)
         image = channel_of(library.load(params.object.texture), channel)
         baked = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
-        gloss = gloss_of(params.object.texture, OBJECT_GLOSS)
+        gloss = gloss_of_object(params.object)
         self._look = MeshLook(1.0, *baked, self._facets.repeats, gloss, OBJECT_PART)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)

@@ -6,6 +6,7 @@ import numpy as np
 
 from evslip.rendering.geometry.coverage import FaceCover
 from evslip.rendering.geometry.plane import describe, meet_face
+from evslip.rendering.materials.paint import Gloss
 from evslip.rendering.materials.texels import sample_points, unfold
 from evslip.rendering.scratch import HALF, LEAST_ROOM, ZERO, Scratch, blocks, f32, kernel, repeat_last
 from evslip.rendering.shading.illumination import (
@@ -87,7 +88,7 @@ def face_of(view: View, half: np.ndarray, number: int) -> Face:
 
 def draw_box(
     scratch: Scratch, out: np.ndarray, keep: np.ndarray, view: View, light: Illumination, half: np.ndarray,
-    textures: FaceTextures, gloss: float, cover: FaceCover, visible: int,
+    textures: FaceTextures, gloss: Gloss, cover: FaceCover, visible: int,
 ) -> None:  # fmt: skip
     """Add the object's visible faces to `out`, weighted by coverage and by keep (height, width), the share of each
     pixel that no part of the gripper in front of the object covers. half: half the object's sides."""

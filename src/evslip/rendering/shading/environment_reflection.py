@@ -78,10 +78,11 @@ def glint(S, n, plane, lamp, roughness, reflectance):
         spread = half_n * half_n / length * (square - ONE) + ONE
         grazing = max(ONE - f32(0.5) * math.sqrt(length), ZERO)
         fresnel = reflectance + (ONE - reflectance) * grazing * grazing * grazing * grazing * grazing
-        open_both = _slant(light, square) * _slant(view, square)
+        open_both = slant(light, square) * slant(view, square)
         S[GLOSS + i] = S[LIT + i] * square * fresnel / (spread * spread * open_both)
 
 
 @formula
-def _slant(cosine, square):
+def slant(cosine, square):
+    """Twice the cosine over the share of the microfacets that others leave visible from there (Smith)."""
     return cosine + math.sqrt(square + (ONE - square) * cosine * cosine)

@@ -5,8 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.geometry.hand import Boxes
+from evslip.rendering.materials.paint import Finish, Gloss
 from evslip.rendering.raycast.setting import Setting
 from evslip.rendering.scratch import Scratch, kernel
+from evslip.rendering.shading.highlights import finished_light, mirror_points
 from evslip.rendering.shading.surface_light import light_points, received_light
 from evslip.rendering.shadows.box_shadow import describe_boxes
 from evslip.rendering.shadows.casters import Casters, Patches, lamp_share
@@ -66,7 +68,7 @@ def one_patch(count: int, step_m: float) -> Patches:
 
 
 def light_body(
-    scratch: Scratch, light: Illumination, points: BodyPoints, opened: np.ndarray, patches: Patches, gloss: float
+    scratch: Scratch, light: Illumination, points: BodyPoints, opened: np.ndarray, patches: Patches, gloss: Gloss
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """What points of a body receive and what they mirror, as of `received_light`. opened (n,): share of the light from
     all around that reaches them."""
@@ -74,7 +76,11 @@ def light_body(
     around, lit, shine = light_points(points.places, points.normals, *strength)
     own = points.places, points.rooms, points.parts, lit
     seen = lamp_share(scratch, light.casters, *own, patches, True)
-    return received_light(around, opened, lit, seen, np.float32(gloss) * shine * lit)
+    if not isinstance(gloss, Finish):
+        return received_light(around, opened, lit, seen, np.float32(gloss) * shine * lit)
+    bulb, lamp = (light.lamp, light.radius), lit * seen
+    mirrors = mirror_points(points.places, points.normals, *bulb, light.ambient, np.float32(gloss.roughness))
+    return finished_light(gloss, around * opened + lamp, lamp, opened, mirrors)
 
 
 def open_body(scratch: Scratch, light: Illumination, points: BodyPoints) -> np.ndarray:

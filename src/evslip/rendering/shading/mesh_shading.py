@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.geometry.raster import Raster
+from evslip.rendering.materials.paint import Gloss
 from evslip.rendering.materials.texels import sample_points
 from evslip.rendering.scratch import HALF, Scratch, f32, kernel
 from evslip.rendering.shading.illumination import (
@@ -31,7 +32,7 @@ class MeshLook(NamedTuple):
     levels: np.ndarray | None
     repeats: tuple[bool, bool]
     """Flags of `Facets`."""
-    gloss: float
+    gloss: Gloss
     part: int
     """Number of the body among the casters."""
 
