@@ -9,8 +9,8 @@ from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble
 from evslip.rendering.geometry.links import LINKS, hulls, posed
+from evslip.rendering.geometry.supersampling import NEAR_M
 from evslip.rendering.poses import ScenePoses
-from evslip.rendering.raycast.layers import NEAR_M
 from evslip.scene.shapes import surface_of
 from evslip.utils.errors import ConfigError
 from evslip.utils.jit import compiled

@@ -5,7 +5,8 @@ from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble, shadow_boxes
-from evslip.rendering.raycast.layers import BODY, LUMA, NORMAL_X, SHARE, X, Z, resolve
+from evslip.rendering.geometry.supersampling import BODY, LUMA, NORMAL_X, SHARE, X, Z
+from evslip.rendering.raycast.layers import resolve
 from evslip.rendering.raycast.openings import Openings
 from evslip.rendering.scratch import BLOCK
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evslip.rendering.raycast.layers import BODY, NORMAL_X, NORMAL_Z, OPEN, SHARE, X, Y, Z
+from evslip.rendering.geometry.supersampling import BODY, NORMAL_X, NORMAL_Z, OPEN, SHARE, X, Y, Z
 from evslip.rendering.scratch import ONE, ZERO, Scratch, f32, kernel
 from evslip.rendering.shading.illumination import BodyPoints, Illumination, light_body, one_patch
 from evslip.rendering.shadows.occlusion import openness

@@ -1,14 +1,17 @@
 """The gripper at the openings of the fingers that a sample goes through."""
 
 from collections import OrderedDict
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.displacement import Displaceable, nearest_step
 from evslip.rendering.geometry.hand import BLOCK_PARTS, Boxes, blocking_boxes, shadow_boxes
+from evslip.rendering.geometry.supersampling import OPEN
 from evslip.rendering.raycast.gripper import fragment_points
-from evslip.rendering.raycast.layers import OPEN, Layers, resolve
+from evslip.rendering.raycast.layers import Layers, displaceable, displaced, resolve
 from evslip.rendering.scratch import make_scratch
 from evslip.rendering.shadows.box_shadow import describe_boxes
 from evslip.rendering.shadows.occlusion import openness
@@ -36,21 +39,33 @@ class Openings:
     def __init__(self, camera: Camera, held_m: float):
         """held_m: mean finger travel around which openings are rounded, so that a held grip stays one opening."""
         self._camera, self._held_m = camera, held_m
-        self._kept: OrderedDict[tuple[float, bytes], Opening] = OrderedDict()
+        self._kept: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
 
     def at(self, travel_m: float, camera: Camera | None = None) -> Opening:
         """The gripper at a mean travel of the two fingers, which mirror each other. camera: the same where vibration
         holds it."""
         rounded, camera = float(self.rounded(np.array(travel_m))), camera or self._camera
-        key = rounded, camera.position.tobytes() + camera.rotation.tobytes()
+        return self._once(_resolve, rounded, camera)
+
+    def about(self, travel_m: float, camera: Camera) -> Opening:
+        """The same within a fraction of a sample, for a fraction of the price: made of what a camera sees that is
+        displaced by whole steps."""
+        rounded = float(self.rounded(np.array(travel_m)))
+        still = self._once(_displaceable, rounded, self._camera)
+        stepped = nearest_step(self._camera, camera, still)
+        still = still if stepped is self._camera else self._once(_displaceable, rounded, stepped)
+        return self._once(lambda camera, travel_m: _displaced(still, camera, travel_m), rounded, camera, "displaced")
+
+    def _once(self, make: Callable[[Camera, float], Any], travel_m: float, camera: Camera, kind: Any = None) -> Any:
+        key = kind or make, travel_m, camera.position.tobytes(), camera.rotation.tobytes()
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
-        opening = self._kept[key] = _resolve(camera, rounded)
-        most = max(2, MEMORY_BYTES // (opening.layers.fragments.nbytes + 1))
+        made = self._kept[key] = make(camera, travel_m)
+        most = max(4, MEMORY_BYTES // (getattr(made, "layers", made).fragments.nbytes + 1))
         while len(self._kept) > most:
             self._kept.popitem(last=False)
-        return opening
+        return made
 
     def rounded(self, travel_m: np.ndarray) -> np.ndarray:
         """The travels at which the gripper is resolved."""
@@ -60,13 +75,32 @@ class Openings:
 
 
 def _resolve(camera: Camera, travel_m: float) -> Opening:
-    boxes, blockers = _turned(camera, shadow_boxes(travel_m)), _turned(camera, blocking_boxes(travel_m))
+    boxes, blockers = _boxes(camera, travel_m)
     layers = resolve(camera, travel_m)
-    points = fragment_points(layers.fragments)
+    layers.fragments[OPEN] = _open_share(layers.fragments, blockers)
+    return Opening(layers, boxes, blockers)
+
+
+def _displaceable(camera: Camera, travel_m: float) -> Displaceable:
+    still = displaceable(camera, travel_m)
+    still.fragments[:, OPEN] = _open_share(np.ascontiguousarray(still.fragments.T), _boxes(camera, travel_m)[1])
+    return still
+
+
+def _displaced(still: Displaceable, camera: Camera, travel_m: float) -> Opening:
+    return Opening(displaced(still, camera), *_boxes(camera, travel_m))
+
+
+def _open_share(fragments: np.ndarray, blockers: Boxes) -> np.ndarray:
+    """`OPEN` of fragments (ROWS, n)."""
+    points = fragment_points(fragments)
     rows, parts = describe_boxes(blockers, np.zeros(3)), BLOCK_PARTS.astype(np.float32)
     own = points.places, points.normals, points.parts
-    layers.fragments[OPEN] = openness(make_scratch(), *own, rows, parts, False)
-    return Opening(layers, boxes, blockers)
+    return openness(make_scratch(), *own, rows, parts, False)
+
+
+def _boxes(camera: Camera, travel_m: float) -> tuple[Boxes, Boxes]:
+    return _turned(camera, shadow_boxes(travel_m)), _turned(camera, blocking_boxes(travel_m))
 
 
 def _turned(camera: Camera, boxes: Boxes) -> Boxes:

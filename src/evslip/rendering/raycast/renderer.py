@@ -1,6 +1,6 @@
 """The fast renderer: every surface is a formula, so that a frame is a few passes of plain arithmetic."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from evslip.rendering.distractors.bodies import DistractorBodies
 from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.geometry.hand import BLOCK_PARTS, BOX_PARTS, Boxes
 from evslip.rendering.geometry.links import CASTERS, hulls, solids
+from evslip.rendering.geometry.supersampling import RED
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.materials.paint import GRIPPER_GLOSS
 from evslip.rendering.poses import ScenePoses
@@ -19,7 +20,6 @@ from evslip.rendering.raycast.backdrop import TableLight, draw_backdrop
 from evslip.rendering.raycast.body import make_body
 from evslip.rendering.raycast.foreground_layer import ForegroundLayer, LayerBuffer, spans_of
 from evslip.rendering.raycast.gripper import add_front, dim_behind, merge_gripper, shade_gripper
-from evslip.rendering.raycast.layers import RED
 from evslip.rendering.raycast.openings import Opening, Openings
 from evslip.rendering.raycast.setting import LUMA, prepare
 from evslip.rendering.raycast.table_light import light_table
@@ -35,10 +35,10 @@ from evslip.rendering.timing.update_schedule import (
     LAG,
     LIGHT_LAG,
     LIGHT_STEPS,
-    STEADY_PX,
     CellPlan,
     Cells,
     cell_motion,
+    cell_sway,
     divide,
     plan_cells,
     plan_still,
@@ -91,6 +91,7 @@ class Raycaster:
         self._image, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
         self._cells = divide(height, width)
         nothing = np.zeros((height, 2), np.int64)
+        self._everything = np.broadcast_to(np.array([0, width]), (height, 1, 2)).copy()
         self._without_object = Uncovered(nothing[None], np.zeros_like(self._image), nothing, nothing)
         self._whole, self._alone = plan_still(self._cells), plan_still(Cells(1, 1, height, width))
 
@@ -98,7 +99,8 @@ class Raycaster:
         """Luminance in cd/m2 times `scale`, float32, and body indices, uint8, both new arrays (height, width)."""
         layers = [self._alone] * (2 if len(self._distractor_bodies) else 1)
         lights, buffer = self._light_buffer(1), LayerBuffer(1, [1] * len(layers), *self._image.shape)
-        self._prepare(poses, index)
+        self._place(poses, index)
+        self._grip(poses, index)
         light = self._illumination()
         self._draw_light(lights, self._whole.slots[0], light)
         self._draw_backdrop(buffer, self._whole.slots[0], lights, self._whole, 0)
@@ -118,10 +120,11 @@ class Raycaster:
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
         scene, limit = (poses, self.camera, self.params, self.setting.lamp), self.params.render.max_motion_px
         moved, light_moved = (self._sensor.stretch() * way for way in cell_motion(*scene, self._is_glossy))
-        # What trembles is back before it has moved as far as a frame may: between its ends there is no blending.
-        often = limit if self.params.vibration.is_default else min(limit, STEADY_PX)
-        behind = plan_cells(moved, changes, often)
-        shine = plan_cells(light_moved, changes, LIGHT_STEPS * often, LIGHT_LAG, together=True)
+        sway = cell_sway(poses, self.camera, self.params, self._sensor.stretch())
+        behind = plan_cells(moved, changes, limit, sway=sway)
+        if sway is not None:
+            sway = sway._replace(limit_px=LIGHT_STEPS * sway.limit_px)
+        shine = plan_cells(light_moved, changes, LIGHT_STEPS * limit, LIGHT_LAG, together=True, sway=sway)
         motions = [foreground_motion(*scene)]
         if len(self._distractor_bodies):
             motions.insert(0, distractor_motion(poses, self.camera)[:, None, None])
@@ -133,7 +136,8 @@ class Raycaster:
         lights, buffer = self._light_buffer(lit), LayerBuffer(drawn, kept, *self._image.shape)
         for step in range(count + LIGHT_LAG + LAG):
             if step < count and max(plan.slots[step].max() for plan in (shine, *layers)) >= 0:
-                self._prepare(poses, step)
+                self._place(poses, step)
+                self._grip(poses, step, self._openings.about)
                 light = self._illumination()
                 if shine.slots[step].max() >= 0:
                     self._draw_light(lights, shine.slots[step], light)
@@ -144,7 +148,9 @@ class Raycaster:
                     self._draw_foreground(buffer.layer(len(layers) - 1, own), light)
             index = step - LIGHT_LAG
             if 0 <= index < count:
-                self._prepare(poses, index)
+                self._place(poses, index)
+                if poses.mounts is None:
+                    self._grip(poses, index)
                 self._draw_backdrop(buffer, behind.slots[index], lights, shine, index)
             if index >= LAG:
                 yield self._composite(buffer, behind, layers, index - LAG, scale)
@@ -154,15 +160,29 @@ class Raycaster:
         shape = (slots, *self._image.shape)
         return np.zeros(shape, np.float32), np.zeros(shape if self._is_glossy else (0, 0, 0), np.float32)
 
-    def _prepare(self, poses: ScenePoses, index: int) -> None:
-        """Put everything where it is."""
-        opening = self._opening(poses, index)
-        self._layers, self._at_us = opening.layers, int(poses.at_us[index])
+    def _place(self, poses: ScenePoses, index: int) -> None:
+        """Put camera, object and arm where they are."""
+        self._at_us = int(poses.at_us[index])
         camera = poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px
         self._view = View(*camera, poses.object_position[index], poses.object_rotation[index])
         self._body.cover(self._view)
         self._links = None if poses.links is None else (poses.links, index)
-        self._uncovered = Uncovered(self._layers.seen, self._body.total, self._body.touched, self._body.full)
+        # How much the gripper hides of what is behind it changes from frame to frame where the camera trembles.
+        self._uncovered = Uncovered(self._everything, self._body.total, self._body.touched, self._body.full)
+
+    def _grip(self, poses: ScenePoses, index: int, displaced: Callable[[float, Camera], Opening] | None = None) -> None:
+        """Put the gripper where it is. displaced: what finds its opening where vibration moves the camera."""
+        camera = poses.mounted(self.camera, index)
+        find = self._openings.at if displaced is None or poses.mounts is None else displaced
+        opening = find(poses.travel_m[index], camera)
+        self._uncovered = self._uncovered._replace(seen=opening.layers.seen)
+        if opening is not self._current:
+            self._current, self._layers = opening, opening.layers
+            count = opening.layers.fragments.shape[1]
+            self._front = np.zeros(count, np.float32)
+            self._over = np.zeros(len(opening.layers.pixels), np.float32)
+            self._keep[:] = 1.0
+            self._span = spans_of(opening.layers.pixels, *self._keep.shape)
 
     def _draw_light(self, lights: tuple[np.ndarray, np.ndarray], slots: np.ndarray, light: Illumination) -> None:
         """Draw the light on the surface in the cells that are due into their slots."""
@@ -246,14 +266,3 @@ class Raycaster:
         casters = cast(lamp, self.setting.lamp.radius_m, boxes, parts, numbers, outlines)
         standing = Boxes(*(part[self._distractor_bodies.on_table] for part in others))
         return illuminate(view, self.setting, casters, _joined(own, opening.blockers), BLOCKERS, standing)
-
-    def _opening(self, poses: ScenePoses, index: int) -> Opening:
-        opening = self._openings.at(poses.travel_m[index], poses.mounted(self.camera, index))
-        if opening is not self._current:
-            self._current = opening
-            count = opening.layers.fragments.shape[1]
-            self._front = np.zeros(count, np.float32)
-            self._over = np.zeros(len(opening.layers.pixels), np.float32)
-            self._keep[:] = 1.0
-            self._span = spans_of(opening.layers.pixels, *self._keep.shape)
-        return opening

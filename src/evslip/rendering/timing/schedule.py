@@ -4,14 +4,16 @@ import itertools
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.distractors.passers import towards_lamp
-from evslip.rendering.geometry.hand import shadow_boxes
 from evslip.rendering.geometry.links import LINKS, hulls, in_view
+from evslip.rendering.geometry.supersampling import X, Z
 from evslip.rendering.poses import ScenePoses
+from evslip.rendering.raycast.layers import resolve
 from evslip.scene.shapes import shape_of
 from evslip.utils.errors import ConfigError
 
@@ -25,6 +27,8 @@ SOFT = 0.2
 """A shadow that moves by this share of its penumbra's radius counts as a sharp edge that moves by a pixel."""
 NEAR_SHADOW_M = 0.3
 """Distance from the object at which a passer's shadow counts as near: what the camera sees around it."""
+LEAST_POINTS = 8
+"""Of the gripper in view, for its motion to be followed."""
 LINK_CHECKS = 50
 """Every so many poses, it is seen which of the arm's links are in view."""
 
@@ -79,13 +83,18 @@ def object_motion(poses: ScenePoses, camera: Camera, params: Params) -> np.ndarr
 
 
 def gripper_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
-    """Farthest movement of the gripper's corners, (m - 1,), its fingers as wide open as in the middle; 0 where the
-    camera does not tremble, and the gripper stands still in the image."""
+    """Farthest movement of what is seen of the gripper, (m - 1,), its fingers as wide open as in the middle; 0 where
+    the camera does not tremble, and the gripper stands still in the image."""
     if poses.mounts is None:
         return 0.0
-    boxes = shadow_boxes(float(np.median(poses.travel_m)))
-    corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
-    return _corner_motion(poses, camera, poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
+    points = resolve(camera, float(np.median(poses.travel_m))).fragments[X : Z + 1].T.astype(np.float64)
+    if len(points) < LEAST_POINTS:
+        return 0.0
+    # What moves farthest lies on the hull of place and nearness, on which the motion in the image depends linearly.
+    image = camera.project(points)
+    hull = ConvexHull(np.column_stack([image[:, :2] / camera.focal_px, 1 / image[:, 2]]), qhull_options="QJ").vertices
+    corners = camera.position + points[hull] @ camera.rotation.T
+    return _corner_motion(poses, camera, poses.hand_position, poses.hand_rotation, corners)
 
 
 def distractor_corners(poses: ScenePoses) -> Iterator[np.ndarray]:

@@ -6,6 +6,7 @@ when it has moved about as far as a frame may, and is blended in between, over t
 same; so is the light on it.
 """
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from evslip.rendering.geometry.hand import shadow_boxes
 from evslip.rendering.geometry.links import CASTERS
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
-from evslip.rendering.scratch import TILE_H, TILE_W
+from evslip.rendering.scratch import TILE_H, TILE_W, kernel
 from evslip.rendering.timing.schedule import (
     NEAR_M,
     SIGNS,
@@ -41,6 +42,9 @@ STEADY_PX = 0.05
 """An edge that has moved so far is drawn anew: over less than that, what it covers of a pixel grows as time does. An
 object's edge has uncovered something, so the cells around it are drawn anew, too. So is the light on them where the
 surface has moved so far below an object that is about to stand on it: the gap between them is dark."""
+SWAY_PX = 0.1
+"""Farthest that what trembles may be from the line between two drawings; the parabola that it is blended along leaves
+out a part of that."""
 GAP_M = 0.01
 """Height over the surface that counts as near; an object higher than that uncovers light that was drawn before."""
 LIGHT_STEPS = 2
@@ -63,6 +67,17 @@ class Cells(NamedTuple):
     height: int
     """Height of a cell, in pixels."""
     width: int
+
+
+class Sway(NamedTuple):
+    """Way of what trembles to and fro, which is back before it has moved far."""
+
+    t_us: np.ndarray
+    """Times of the frames, float64 (m,)."""
+    places: np.ndarray
+    """Places in the image, in pixels, of what the corners of the cells show; (m, rows + 1, columns + 1, 2)."""
+    limit_px: float
+    """Farthest that any of them may be from the line, in time, between two drawings."""
 
 
 class CellPlan(NamedTuple):
@@ -95,36 +110,78 @@ def plan_cells(
     *,
     together: bool = False,
     ahead: int | None = None,
+    sway: Sway | None = None,
 ) -> CellPlan:
     """Plan of when to draw the cells.
 
     motion (m - 1, rows, columns): from `cell_motion`. A cell is drawn in the frame that is nearest to `limit_px` of
     motion after the last one, in every `lag`-th, in the first and last, and on both sides of each of the `changes`,
     bool (m - 1,). together: once one is drawn, so are those that have moved half as far. ahead: frames that
-    drawing is ahead of blending by, default `lag`.
+    drawing is ahead of blending by, default `lag`. sway: where something trembles; blending goes by time then.
     """
     count = len(motion) + 1
     drawn = np.zeros((count, *motion.shape[1:]), bool)
     drawn[0] = drawn[-1] = True
     drawn[:-1][changes] = drawn[1:][changes] = True
-    way, since = np.zeros(motion.shape[1:]), np.zeros(motion.shape[1:], np.int64)
-    for k in range(1, count - 1):
-        way += motion[k - 1]
-        since += 1
-        now = drawn[k] | (way + 0.5 * motion[k] > limit_px) | (since >= lag)
-        if together and now.any():
-            now |= way > 0.5 * limit_px
-        drawn[k] = now
-        way[now], since[now] = 0.0, 0
+    still = Sway(np.arange(0.0), np.zeros((0, 0, 0, 2)), 0.0)
+    _mark_drawn(drawn, motion, limit_px, lag, together, *(sway or still))
     order = np.cumsum(drawn, 0) - 1
     earlier, before, after = (np.maximum(order + k, 0) for k in (-1, 0, np.where(drawn, 0, 1)))
     # Where nothing moves, time stands for motion.
     place = np.concatenate([np.zeros((1, *motion.shape[1:])), np.cumsum(motion + 1e-6, 0)])
+    if sway is not None:
+        place = np.broadcast_to((sway.t_us - sway.t_us[0])[:, None, None], place.shape)
     shares = _parabola(place, *(_place_of(drawn, place, k) for k in (earlier, before, after)))
     latest = order[np.minimum(np.arange(count) + (lag if ahead is None else ahead), count - 1)]
     kept = int((latest - earlier).max()) + 1
     last, one_before, following = ((k % kept).astype(np.int8) for k in (before, earlier, after))
     return CellPlan(np.where(drawn, last, np.int8(-1)), last, one_before, following, shares.astype(np.float32))
+
+
+@kernel
+def _mark_drawn(drawn, motion, limit_px, lag, together, t_us, places, sway_px):
+    """Mark in `drawn` (m, rows, columns) the frames in which each cell is drawn, see `plan_cells`."""
+    count, rows, columns = drawn.shape
+    way, since = np.zeros((rows, columns)), np.zeros((rows, columns), np.int64)
+    for k in range(1, count - 1):
+        some = False
+        for i in range(rows):
+            for j in range(columns):
+                way[i, j] += motion[k - 1, i, j]
+                since[i, j] += 1
+                far = way[i, j] + 0.5 * motion[k, i, j] > limit_px or since[i, j] >= lag
+                if not (drawn[k, i, j] or far) and len(t_us) > 0 and way[i, j] + motion[k, i, j] > 0:
+                    far = _sways(t_us, places, k - since[i, j], k + 1, i, j, way[i, j] + motion[k, i, j]) > sway_px
+                drawn[k, i, j] = drawn[k, i, j] or far
+                some = some or drawn[k, i, j]
+        for i in range(rows):
+            for j in range(columns):
+                if together and some and way[i, j] > 0.5 * limit_px:
+                    drawn[k, i, j] = True
+                if drawn[k, i, j]:
+                    way[i, j], since[i, j] = 0.0, 0
+
+
+@kernel
+def _sways(t_us, places, first, last, i, j, way):
+    """Farthest that a corner of a cell is from the line between two frames; less where what counts moves by less than
+    the corners do: by `way`."""
+    most = longest = 0.0
+    for k in range(first + 1, last):
+        share = (t_us[k] - t_us[first]) / (t_us[last] - t_us[first])
+        for corner in range(4):
+            row, column, off = i + corner // 2, j + corner % 2, 0.0
+            for axis in range(2):
+                start, end = places[first, row, column, axis], places[last, row, column, axis]
+                off += (places[k, row, column, axis] - start - share * (end - start)) ** 2
+            most = max(most, off)
+    for corner in range(4):
+        row, column, length = i + corner // 2, j + corner % 2, 0.0
+        for k in range(first, last):
+            across = places[k + 1, row, column, 0] - places[k, row, column, 0]
+            length += math.hypot(across, places[k + 1, row, column, 1] - places[k, row, column, 1])
+        longest = max(longest, length)
+    return math.sqrt(most) * min(1.0, way / max(longest, 1e-9))
 
 
 def plan_still(cells: Cells) -> CellPlan:
@@ -171,16 +228,33 @@ def cell_motion(
     return whole, light
 
 
-def _motion_between(
-    poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp, is_glossy: bool
-) -> tuple[np.ndarray, np.ndarray]:
+def cell_sway(poses: ScenePoses, camera: Camera, params: Params, stretch: float) -> Sway | None:
+    """Way of surface and background; None where nothing trembles. stretch: as of `Camera.stretch`."""
+    if params.vibration.is_default:
+        return None
+    pixels, shape, _ = _corners_of_cells(camera)
+    hits, _ = scene_hits(poses, camera, pixels, params.background.radius_m)
+    moved = stretch * np.cumsum(_project_next(poses, camera, hits) - pixels, axis=0)
+    places = np.concatenate([np.zeros((1, *shape, 2)), moved.reshape(-1, *shape, 2)])
+    return Sway(poses.at_us.astype(np.float64), places, SWAY_PX)
+
+
+def _corners_of_cells(camera: Camera) -> tuple[np.ndarray, tuple[int, int], tuple[np.ndarray, np.ndarray]]:
+    """Places in the image (n, 2), the shape of their grid, and their x and y."""
     cells = divide(camera.height, camera.width)
     x = np.minimum(np.arange(cells.columns + 1) * cells.width, camera.width)
     y = np.minimum(np.arange(cells.rows + 1) * cells.height, camera.height)
     pixels = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2).astype(float)
+    return pixels, (len(y), len(x)), (x, y)
+
+
+def _motion_between(
+    poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp, is_glossy: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    pixels, corners, (x, y) = _corners_of_cells(camera)
     hits, is_surface = scene_hits(poses, camera, pixels, params.background.radius_m)
     landing = _project_next(poses, camera, hits)
-    shape = (len(hits), cells.rows + 1, cells.columns + 1)
+    shape = (len(hits), *corners)
     motion = _largest(_length(landing - pixels).reshape(shape))
     light = np.zeros_like(motion)
     if lamp.luminance > 0:
