@@ -21,10 +21,12 @@ SETS = {"simple": "simple", "complex": "complex", "simple-paper": "simple", "com
 """What detectors are trained on, and the data set that its windows come from."""
 
 
-def generated(plan: Plan, name: str, count: int, split: str, keys: dict[str, str] | None = None) -> Step:
-    """Fill a split of a data set."""
+def generated(
+    plan: Plan, name: str, count: int, split: str, keys: dict[str, str] | None = None, preset: str | None = None
+) -> Step:
+    """Fill a split of a data set; preset: by default that of the set's name."""
     changes = {key: value for key, _, value in (text.partition("=") for text in plan.keys)} | (keys or {})
-    preset, folder = "simple" if name == "simple" else "complex", plan.data(name)
+    preset, folder = preset or ("simple" if name == "simple" else "complex"), plan.data(name)
     texts = [f"{key}={mesh_path(plan) if value == MESH else value}" for key, value in changes.items()]
     words = ["generate", preset, str(folder), "--count", str(count), "--split", split]
     return Step(

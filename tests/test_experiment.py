@@ -7,9 +7,24 @@ import re
 import statistics
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
+
+from evslip.config.loading import load_config, parse_override
+from evslip.config.sample import leaves
+from evslip.draws.draw import draw
+from evslip.learn import build_model
+from evslip.learn.checkpoint import Description, save_model
+from evslip.learn.evaluation.alarms import Alarms
+from evslip.learn.evaluation.evaluation import evaluate_model
+from evslip.learn.evaluation.evaluation_data import EvaluationData
+from evslip.windows.cutting import windows_of
+from evslip.windows.window_set import WindowSettings
+from slip_records import slip_records
 
 SCRIPT = Path(__file__).resolve().parents[1] / "experiments" / "reproduce.py"
 KEYS = (
@@ -57,6 +72,44 @@ def test_a_cell_of_several_seeds_has_mean_and_range(monkeypatch: pytest.MonkeyPa
     assert spread([math.inf, math.inf], 0, 1000) == "never"
     assert spread([math.nan, 0.5]) == "–"
     assert spread([]) == "not run"
+
+
+def test_every_strength_of_a_nuisance_can_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(SCRIPT.parent)
+    plain = draw(load_config("complex"), 1, "test")
+    for own in importlib.import_module("worlds").NUISANCES.values():
+        assert own.middle in own.strengths and len(set(own.strengths)) == len(own.strengths) >= 4
+        drawn = []
+        for strength in own.strengths:
+            keys = dict(parse_override(f"{key}={value}") for key, value in own.keys(strength).items())
+            params = draw(load_config("complex", keys), 1, "test")
+            changed = {key for key, value in leaves(params).items() if value != leaves(plain)[key]}
+            assert changed <= set(keys), own.title
+            drawn.append(params)
+        assert len({params.model_dump_json() for params in drawn}) == len(drawn)
+
+
+def test_the_curves_of_nuisances_are_means_over_seeds(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.syspath_prepend(SCRIPT.parents[1] / "benchmarks")
+    curves = importlib.import_module("nuisances")
+    assert curves.poisson_interval(5, 1.0) == pytest.approx((1.623, 11.668), abs=1e-3)  # Garwood's table
+    assert curves.poisson_interval(0, 2.0) == pytest.approx((0.0, 3.689 / 2), abs=1e-3)
+    network = build_model("event_rate")
+    network.fit(windows_of(slip_records(4)))
+    save_model(tmp_path / "rate", network, Description("event_rate", 0.5, WindowSettings(), {}))
+    cut = windows_of(slip_records(4), WindowSettings())
+    one = evaluate_model(tmp_path / "rate", EvaluationData("made up", cut), resamples=20)
+    alarms = Alarms(0.5, 2, 4.0, 0, 0.01, 3, 3, np.array([0.01, 0.02, 0.03]), np.zeros(3), np.zeros(3))
+    seeds = [replace(one, own=replace(alarms, false_alarms=count)) for count in (2, 6)]
+    points = {"object": [curves.point("object", strength, strength == 0.4, "new", seeds) for strength in (0.0, 0.4)]}
+    middle = points["object"][1]
+    assert (middle.seeds, middle.false_per_min, middle.detection_rate) == (2, 1.0, 1.0)
+    assert middle.balanced_accuracy == pytest.approx(100 * one.scores.balanced_accuracy)
+    curves.write(tmp_path, points, {"count": 2})
+    assert "| object trembling in its pads, 30 Hz | **0.4 mm rms** | " in (tmp_path / "nuisances.md").read_text()
+    assert json.loads((tmp_path / "nuisances.json").read_text())["points"][1]["is_middle"]
+    with Image.open(tmp_path / "nuisances.png") as picture:
+        assert picture.size[0] > 400
 
 
 @pytest.mark.slow
