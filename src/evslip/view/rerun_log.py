@@ -11,8 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.data.record import Record
-from evslip.rendering.camera import hand_camera
+from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.geometry.links import link_poses
+from evslip.rendering.poses import ScenePoses
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
 from evslip.view.pictures.frame_source import FrameSource
@@ -109,15 +110,13 @@ def _log_still(stream: Any, record: Record) -> None:
     half = [shape.width_m / 2, shape.depth_m / 2, shape.height_m / 2]
     stream.log(f"{root}/object", rr.Boxes3D(half_sizes=[half], fill_mode="solid", colors=[(224, 123, 0)]), static=True)
     stream.log(f"{root}/table", rr.Boxes3D(centers=[[0.5, 0, -0.005]], half_sizes=[[0.4, 0.5, 0.005]]), static=True)
-    stream.log(
-        f"{root}/hand/camera",
-        rr.Transform3D(translation=camera.position, mat3x3=camera.rotation),
-        rr.Pinhole(
-            focal_length=camera.focal_px, width=camera.width, height=camera.height,
-            camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.1,
-        ),
-        static=True,
+    lens = rr.Pinhole(
+        focal_length=camera.focal_px, width=camera.width, height=camera.height,
+        camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.1,
     )  # fmt: skip
+    stream.log(f"{root}/hand/camera", lens, static=True)
+    if not _trembles(record):
+        stream.log(f"{root}/hand/camera", _place_of(camera), static=True)
 
 
 def _log_poses(stream: Any, record: Record, t_us: int) -> None:
@@ -128,11 +127,24 @@ def _log_poses(stream: Any, record: Record, t_us: int) -> None:
     for name, pose in (("object", trajectory.object_pose[row]), ("hand", trajectory.gripper_pose[row])):
         turn = Rotation.from_quat(pose[3:], scalar_first=True).as_quat()
         stream.log(f"{root}/{name}", rr.Transform3D(translation=pose[:3], quaternion=turn))
+    if _trembles(record):
+        camera = hand_camera(trajectory.params)
+        camera = ScenePoses(trajectory, camera, np.array([t_us])).mounted(camera, 0)
+        stream.log(f"{root}/hand/camera", _place_of(camera))
     joints = trajectory.joints[row]
     chain = [*link_poses(joints[None, :7]).places[0], trajectory.gripper_pose[row, :3]]
     stream.log(f"{root}/arm", rr.LineStrips3D([chain], radii=0.02))
     fingers = [[0, side * (travel + 0.005), 0.095] for side, travel in zip((1, -1), joints[7:], strict=True)]
     stream.log(f"{root}/hand/fingers", rr.Boxes3D(centers=fingers, half_sizes=[[0.01, 0.005, 0.02]] * 2))
+
+
+def _trembles(record: Record) -> bool:
+    """Whether vibration moves the camera on the hand."""
+    return record.trajectory is not None and record.trajectory.camera_displacement is not None
+
+
+def _place_of(camera: Camera) -> Any:
+    return _rerun().Transform3D(translation=camera.position, mat3x3=camera.rotation)
 
 
 def _log_events(stream: Any, view: str, record: Record, t_us: int) -> None:
