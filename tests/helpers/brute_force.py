@@ -244,6 +244,6 @@ def compare(params, traj, at_us, monkeypatch, shape=None):
     return np.log(image / truth)[free], (image - truth)[free] / np.median(truth) / 4, bodies[free]
 
 
-def _illuminate_openly(illuminate, view, setting, casters, blockers, parts, _standing):
+def _illuminate_openly(illuminate, view, sky_turn, setting, casters, blockers, parts, _standing):
     none = type(blockers)(*(part[:0] for part in blockers))
-    return illuminate(view, setting, casters, none, parts[:0], none)
+    return illuminate(view, sky_turn, setting, casters, none, parts[:0], none)

@@ -113,6 +113,8 @@ class PixelRays:
                 number, own = link - FIRST_LINK, part == link
                 local = (world[own] - links.places[index, number]) @ links.turns[index, number]
                 world[own] = local @ links.turns[k, number].T + links.places[k, number]
+        sky = world @ poses.background_turns[index] @ poses.background_turns[k].T
+        world = np.where((part == SKY)[..., None], sky, world)
         for number, one in enumerate(poses.distractors):
             world[part == FIRST_DISTRACTOR + number] += one.places(poses.at_us[k]) - one.places(poses.at_us[index])
         moved = (world - there) @ turn

@@ -71,6 +71,16 @@ class ScenePoses:
         self.travel_m = np.interp(at_us, traj.t_us, traj.joints[:, 7:9].mean(1))
         """Mean of the two fingers, which mirror each other; of shape (m,)."""
 
+    @cached_property
+    def background_turns(self) -> np.ndarray:
+        """Axes of the background in the world as columns, (m, 3, 3): it turns about the vertical."""
+        angle = np.radians(self._traj.params.background.turn_deg_s) * 1e-6 * self.at_us
+        turns = np.zeros((len(angle), 3, 3))
+        turns[:, 0, 0] = turns[:, 1, 1] = np.cos(angle)
+        turns[:, 1, 0], turns[:, 2, 2] = np.sin(angle), 1.0
+        turns[:, 0, 1] = -turns[:, 1, 0]
+        return turns
+
     def mounted(self, camera: Camera, index: int) -> Camera:
         """The camera on the hand as vibration holds it at one of the times."""
         if self.mounts is None:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Generic
 
-from evslip.config.section import N, S, Section, Within
+from evslip.config.section import LATER, N, S, Section, Within, usual
 
 
 class SurfaceSpec(Section, Generic[N, S]):
@@ -25,3 +25,5 @@ class BackgroundSpec(Section, Generic[N, S]):
     """Radius, about the world's origin."""
     tile_deg: Annotated[N, Within(1.0, 360.0)]
     """Angle that one repetition of the texture covers, seen from the centre; a panorama covers all."""
+    turn_deg_s: Annotated[N, Within(-90.0, 90.0), LATER] = usual(0.0)
+    """Speed at which it turns about the vertical, anticlockwise from above: surroundings that move past."""

@@ -81,6 +81,10 @@ class MitsubaScene:
             self._shown[name] = turn, place
             handles[f"{name}.vertex_positions"] = _flat(part.corners @ turn.T + place)
             handles[f"{name}.vertex_normals"] = _flat(part.normals @ turn.T)
+        if "sky.to_world" in handles:
+            turned = np.eye(4)
+            turned[:3, :3] = poses.background_turns[index]
+            handles["sky.to_world"] = self._mi.Transform4f(turned)
         self._eye = poses.camera_position[index]
         right, up, backward = poses.camera_rotation[index].T
         matrix = np.eye(4)

@@ -64,14 +64,14 @@ class TableLight(NamedTuple):
 
 
 def draw_backdrop(
-    scratch: Scratch, runs: np.ndarray, view: View, setting: Setting, light: TableLight, cells: Cells,
+    scratch: Scratch, runs: np.ndarray, view: View, sky_view: View, setting: Setting, light: TableLight, cells: Cells,
     uncovered: Uncovered, out: tuple[np.ndarray, np.ndarray],
 ) -> None:  # fmt: skip
     """Draw `uncovered.due_runs` into `out`: luminance, and whether it is the surface, 1, or the background, 0; both
-    (slots, height, width)."""
+    (slots, height, width). sky_view: the camera in the background's axes."""
     lamp, table, sky = setting.lamp, setting.table, setting.sky
     surface = Surface(table.cells, table.levels, np.float32(1.0 / table.tile_m), table_plane(view, setting))
-    camera, turn = view.camera.astype(np.float32), view.turn.astype(np.float32)
+    camera, turn = sky_view.camera.astype(np.float32), sky_view.turn.astype(np.float32)
     way = view.turn.T @ (lamp.position - view.camera)
     away = float(np.linalg.norm(way))
     angle = np.float32(math.asin(min(1.0, lamp.radius_m / away)))

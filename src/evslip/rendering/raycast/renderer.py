@@ -167,6 +167,8 @@ class Raycaster:
         self._view = View(*camera, poses.object_position[index], poses.object_rotation[index])
         self._body.cover(self._view)
         self._links = None if poses.links is None else (poses.links, index)
+        sky = poses.background_turns[index]
+        self._sky_view = self._view._replace(camera=sky.T @ self._view.camera, turn=sky.T @ self._view.turn)
         # How much the gripper hides of what is behind it changes from frame to frame where the camera trembles.
         self._uncovered = Uncovered(self._everything, self._body.total, self._body.touched, self._body.full)
 
@@ -198,8 +200,8 @@ class Raycaster:
         """Draw the cells that are due into their slots, in the light of the frame's number in the plan `shine`."""
         runs = due_runs(slots, self._cells, self.camera.width, self._uncovered)
         light = TableLight(*lights, *(part[index] for part in shine[1:]))
-        own, out = (self._view, self.setting, light, self._cells), (buffer.backdrops, buffer.grounds)
-        draw_backdrop(self._scratch, runs, *own, self._uncovered, out)
+        own, out = (self._view, self._sky_view, self.setting, light), (buffer.backdrops, buffer.grounds)
+        draw_backdrop(self._scratch, runs, *own, self._cells, self._uncovered, out)
 
     def _draw_foreground(self, layer: ForegroundLayer, light: Illumination) -> None:
         """Draw what stands before the backdrop."""
@@ -265,4 +267,6 @@ class Raycaster:
         outlines = outlines_of(meshes, places, turns, lamp, turn[:, :2] @ -view.turn[:2, 2])
         casters = cast(lamp, self.setting.lamp.radius_m, boxes, parts, numbers, outlines)
         standing = Boxes(*(part[self._distractor_bodies.on_table] for part in others))
-        return illuminate(view, self.setting, casters, _joined(own, opening.blockers), BLOCKERS, standing)
+        return illuminate(
+            view, self._sky_view.turn, self.setting, casters, _joined(own, opening.blockers), BLOCKERS, standing
+        )

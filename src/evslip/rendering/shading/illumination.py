@@ -47,13 +47,15 @@ class BodyPoints(NamedTuple):
 
 
 def illuminate(
-    view: View, setting: Setting, casters: Casters, blockers: Boxes, parts: np.ndarray, standing: Boxes
-) -> Illumination:
-    """The light of a frame; blockers: in camera axes, of the bodies `parts`; standing: of `Illumination`."""
+    view: View, sky_turn: np.ndarray, setting: Setting, casters: Casters, blockers: Boxes, parts: np.ndarray,
+    standing: Boxes,
+) -> Illumination:  # fmt: skip
+    """The light of a frame; sky_turn: the camera's axes in those of the background; blockers: in camera axes, of the
+    bodies `parts`; standing: of `Illumination`."""
     lamp = setting.lamp
     centre = view.turn.T @ (lamp.position - view.camera)
     turn = np.eye(4)
-    turn[:3, :3] = view.turn
+    turn[:3, :3] = sky_turn
     power = np.float32(lamp.luminance * lamp.radius_m**2 * lamp.share)
     boxes = describe_boxes(blockers, centre)
     matrix = (turn.T @ setting.ambient.matrix @ turn).astype(np.float32)

@@ -190,7 +190,7 @@ def _farthest_motion(poses: ScenePoses, camera: Camera, world: np.ndarray) -> np
 def _scene_motion(poses: ScenePoses, camera: Camera, radius_m: float) -> np.ndarray:
     x, y = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
     pixels = np.stack([x.ravel(), y.ravel()], 1)
-    hits, _ = scene_hits(poses, camera, pixels, radius_m)
+    hits = carried_on(poses, *scene_hits(poses, camera, pixels, radius_m))
     points = into(poses.camera_position[1:, None], poses.camera_rotation[1:], hits)
     moved = camera.project(points)[..., :2] - pixels
     return np.hypot(moved[..., 0], moved[..., 1]).max(1)
@@ -208,6 +208,15 @@ def scene_hits(poses: ScenePoses, camera: Camera, pixels: np.ndarray, radius_m: 
     drop = np.minimum(rays[..., 2], -1e-9)
     to_surface = np.where(drop > -1e-9, np.inf, -origin[..., 2] / drop)
     return origin + np.minimum(distance, to_surface)[..., None] * rays, to_surface < distance
+
+
+def carried_on(poses: ScenePoses, hits: np.ndarray, is_surface: np.ndarray) -> np.ndarray:
+    """Places at the next pose of what `scene_hits` found: the background may turn."""
+    turns = poses.background_turns
+    if np.array_equal(turns[0], turns[-1]):
+        return hits
+    moved = hits @ (turns[1:] @ turns[:-1].transpose(0, 2, 1)).transpose(0, 2, 1)
+    return np.where(is_surface[..., None], hits, moved)
 
 
 def into(position: np.ndarray, rotation: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from evslip.rendering.timing.schedule import (
     NEAR_M,
     SIGNS,
     SOFT,
+    carried_on,
     distractor_corners,
     into,
     link_corners,
@@ -253,7 +254,7 @@ def _motion_between(
 ) -> tuple[np.ndarray, np.ndarray]:
     pixels, corners, (x, y) = _corners_of_cells(camera)
     hits, is_surface = scene_hits(poses, camera, pixels, params.background.radius_m)
-    landing = _project_next(poses, camera, hits)
+    landing = _project_next(poses, camera, carried_on(poses, hits, is_surface))
     shape = (len(hits), *corners)
     motion = _largest(_length(landing - pixels).reshape(shape))
     light = np.zeros_like(motion)
