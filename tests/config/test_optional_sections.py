@@ -8,6 +8,7 @@ from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.config.params import Params
 from evslip.config.sample import OPTIONAL
 from evslip.draws.draw import draw
+from evslip.draws.separation import separate
 from evslip.utils.errors import ConfigError
 
 USED = {
@@ -87,3 +88,36 @@ def test_wrong_values_are_named(overrides: dict[str, object], message: str):
     with pytest.raises(ConfigError) as caught:
         load_config("simple", overrides)
     assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_share_of_the_samples_has_a_nuisance_and_draws_it_as_all_would():
+    keys = {"flicker.lamp_depth": {"min": 0.1, "max": 0.3}, "lens.glare": 0.1}
+    everywhere, some = load_config("complex", keys), load_config("complex", {**keys, "share.flicker": 0.3})
+    assert config_from_text(dump_config(some)) == some
+    assert "[share]" not in dump_config(everywhere)
+    drawn, all_drawn = ([draw(config, index) for index in range(200)] for config in (some, everywhere))
+    have = [not params.flicker.is_default for params in drawn]
+    assert 40 <= sum(have) <= 80
+    for own, other, has in zip(drawn, all_drawn, have, strict=True):
+        assert own.lens == other.lens
+        assert own == (other if has else other.model_copy(update={"flicker": draw(load_config("complex"), 0).flicker}))
+
+
+def test_a_share_leaves_the_splits_apart():
+    config = load_config("complex", {"lens.spots": {"min": 1.0, "max": 9.0}, "share.lens": 0.5})
+    separation = separate(config, {"train": 40, "test": 20})
+    assert not separation.shared()
+    assert 8 <= len(separation.values["lens.spots"]["train"]) <= 32
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("share.flicker", 1.5, "share.flicker: 1.5 is out of range, expected 0 to 1"),
+        ("share.light", 0.5, "share.light: unknown key"),
+        ("share.lens", {"min": 0.0, "max": 1.0}, "share.lens"),
+    ],
+)
+def test_a_wrong_share_is_told(key, value, message):
+    with pytest.raises(ConfigError, match=message):
+        load_config("complex", {key: value})

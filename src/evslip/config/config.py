@@ -5,8 +5,9 @@ from typing import Annotated, Literal
 from pydantic import Strict, model_validator
 
 from evslip.config.distributions import Names, Number, choices
+from evslip.config.nuisances.share import ShareSpec
 from evslip.config.sample import SampleSpec, leaves
-from evslip.config.section import Within, wrong
+from evslip.config.section import LATER, Within, wrong
 from evslip.config.sections.slip import NATURAL, NO_SLIP
 
 
@@ -21,6 +22,8 @@ class Config(SampleSpec[Number, Names]):
     """Share of every list's constants that is kept for the test split; 0: the data set has no test split."""
     together: tuple[tuple[str, ...], ...] = ()
     """Groups of keys whose lists are walked through together, entry by entry, instead of being combined."""
+    share: Annotated[ShareSpec, LATER] = ShareSpec()
+    """Shares of the samples that have each nuisance."""
     slip_fraction: Annotated[float | None, Strict(), Within(0.0, 1.0)] = None
     """If given, this share of the samples slips: each gets a mass above 1.25 or below 0.85 of its onset mass."""
 

@@ -8,6 +8,7 @@ from evslip.config.distributions import Distribution, Uniform
 from evslip.config.loading import PRESETS, load_config
 from evslip.config.sample import SampleSpec
 from evslip.config.section import Section, Within
+from evslip.config.sections.motion import Waypoints
 
 
 def parameters_table() -> str:
@@ -16,10 +17,10 @@ def parameters_table() -> str:
     lines = ["| key | limits | meaning |" + "".join(f" {name} |" for name in presets)]
     lines.append("|---|---|---|" + "---|" * len(presets))
     for name, field in Config.model_fields.items():
-        if name not in SampleSpec.model_fields:
+        if name not in {"share", *SampleSpec.model_fields}:
             values = (getattr(config, name) for config in presets.values())
             lines.append(_row(name, field.metadata, field.description, values))
-    for section, field in SampleSpec.model_fields.items():
+    for section, field in Config.model_fields.items():
         model = field.annotation
         if not (isinstance(model, type) and issubclass(model, Section)):
             continue
@@ -35,11 +36,13 @@ def _row(key: str, metadata: list[Any], description: str | None, values: Iterabl
     return f"| `{key}` | {limits} | {meaning} |" + "".join(f" {_show(value)} |" for value in values)
 
 
-def _show(value: Distribution | str | tuple[str, ...] | None) -> str:
+def _show(value: Distribution | Waypoints | str | tuple[str, ...] | None) -> str:
     if value is None:
         return ""
     if isinstance(value, tuple):
         return ", ".join(map(_show, value))
     if isinstance(value, Uniform):
         return f"{value.min:g}...{value.max:g}" + (f" ({value.law})" if value.law != "uniform" else "")
+    if isinstance(value, Waypoints):
+        return f"{len(value.root)} way-points"
     return f"`{value}`" if isinstance(value, str) else f"{value:g}"

@@ -45,6 +45,9 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
             except ConfigError as error:
                 raise ConfigError(f"{key}: {error}") from None
         tree[section][name] = value
+    for section, share in config.share:
+        if share < 1 and generator(config.seed, split, index, f"share {section}").random() >= share:
+            tree[section] = {}
     if tree["motion"]["kind"] != "waypoints":
         tree["motion"]["waypoints"] = None  # of other kinds in the same list
     params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from evslip.config.config import Config
+from evslip.config.sample import OPTIONAL
 from evslip.draws import provoked_slips
 from evslip.draws.draw import draw
 from evslip.draws.draw_plan import make_plan
@@ -48,6 +49,8 @@ def separate(config: Config, counts: Mapping[str, int]) -> Separation:
             params = draw(config, index, split)
             for key in _drawn_keys(config, index, split):
                 section, name = key.split(".")
+                if section in OPTIONAL and getattr(params, section).is_default:
+                    continue  # one of the samples that are without it
                 value = getattr(getattr(params, section), name)
                 home = values if is_divided(key, value) else kinds
                 home[domain(key)][split].add(value)

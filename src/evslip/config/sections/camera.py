@@ -1,11 +1,13 @@
 """The camera: where it sits, what its lens and its pixels are."""
 
-from typing import Annotated, Generic, Literal
+from typing import Annotated, Generic
 
 from pydantic import Strict
 
 from evslip.config.section import N, OneOf, S, Section, Within, usual
 from evslip.scene.mounts import MOUNTS
+
+EXPOSURES = ("sample", "absolute")
 
 
 class CameraSpec(Section, Generic[N, S]):
@@ -46,7 +48,7 @@ class CameraSpec(Section, Generic[N, S]):
     all, 1 the natural law."""
     defocus_px: Annotated[N, Within(0.0, 20.0)] = usual(0.0)
     """Standard deviation of a Gaussian blur over all of the image, in pixels of an image of this width."""
-    exposure: Literal["sample", "absolute"] = "sample"
+    exposure: Annotated[S, OneOf(EXPOSURES)] = usual("sample")
     """Sample: the median luminance of the first held frame becomes 0.25 of white, as an aperture set once would.
     Absolute: white is white_cd_m2."""
     white_cd_m2: Annotated[N, Within(1e-6, 1e10)]

@@ -1,0 +1,26 @@
+"""Shares of the samples that have each nuisance."""
+
+from typing import Annotated
+
+from pydantic import Strict
+
+from evslip.config.section import Section, Within
+
+Share = Annotated[float, Strict(), Within(0.0, 1.0)]
+
+
+class ShareSpec(Section):
+    """How many of a data set's samples have a section; the others are as if it were not given."""
+
+    clutter: Share = 1.0
+    """Share of the samples that have the section clutter,"""
+    flicker: Share = 1.0
+    """... flicker,"""
+    lens: Share = 1.0
+    """... lens,"""
+    passers: Share = 1.0
+    """... passers,"""
+    readout: Share = 1.0
+    """... readout,"""
+    vibration: Share = 1.0
+    """... vibration."""
