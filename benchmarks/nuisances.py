@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from scipy.stats import chi2
 
 from evslip.config.loading import load_config, parse_override
-from evslip.learn.checkpoint import model_folder
+from evslip.learn.checkpoint import load_model, model_folder
 from evslip.learn.evaluation.alarms import quantile
 from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.learn.evaluation.stored import FILE, plain, read_evaluation
@@ -268,6 +268,7 @@ def main() -> None:
     models: dict[str, list[str]] = {}
     for text in options.model or ["default"]:
         name, _, folder = text.rpartition("=")
+        load_model(folder)
         models.setdefault(name or Path(folder).name, []).append(folder)
     plan = Plan(
         out=options.out,
