@@ -89,8 +89,8 @@ NUISANCES = {
     "bursts": Nuisance("bursts of whole rows", "bursts/s", (5, 20, 50, 100), 20, {"readout.row_bursts_hz": 1.0}),
     "clock": Nuisance("clock jumping by 1 ms", "jumps/s", (1, 2, 5, 20), 2, {"readout.jumps_hz": 1.0}),
     "finish": Nuisance(
-        "finish of the object", "", ("matt", "plastic", "film", "metal"), "film",
-        {"object.finish": 1.0},
+        "finish (cylinders, a low lamp)", "", ("matt", "plastic", "film", "metal"), "film",
+        {"object.finish": 1.0}, {"object.shape": "cylinder", "light.polar_deg": "{min=65.0,max=88.0}"},
     ),
     "passers": Nuisance("bodies crossing the background", "bodies", (1, 2, 3, 5), 2, {"passers.count": 1.0}),
     "shadows": Nuisance(

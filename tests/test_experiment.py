@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from evslip.config.loading import load_config, parse_override
+from evslip.config.params import Params
 from evslip.config.sample import leaves
 from evslip.draws.draw import draw
 from evslip.learn import build_model
@@ -74,18 +75,20 @@ def test_a_cell_of_several_seeds_has_mean_and_range(monkeypatch: pytest.MonkeyPa
     assert spread([]) == "not run"
 
 
+def drawn_with(keys: dict[str, str]) -> Params:
+    """A sample of the preset complex with these keys."""
+    changes = dict(parse_override(f"{key}={value}") for key, value in keys.items())
+    return draw(load_config("complex", changes), 1, "test")
+
+
 def test_every_strength_of_a_nuisance_can_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(SCRIPT.parent)
-    plain = draw(load_config("complex"), 1, "test")
     for own in importlib.import_module("worlds").NUISANCES.values():
         assert own.middle in own.strengths and len(set(own.strengths)) == len(own.strengths) >= 4
-        drawn = []
-        for strength in own.strengths:
-            keys = dict(parse_override(f"{key}={value}") for key, value in own.keys(strength).items())
-            params = draw(load_config("complex", keys), 1, "test")
-            changed = {key for key, value in leaves(params).items() if value != leaves(plain)[key]}
-            assert changed <= set(keys), own.title
-            drawn.append(params)
+        plain = leaves(drawn_with(own.fixed))
+        drawn = [drawn_with(own.keys(strength)) for strength in own.strengths]
+        for params in drawn:
+            assert {key for key, value in leaves(params).items() if value != plain[key]} <= set(own.varied), own.title
         assert len({params.model_dump_json() for params in drawn}) == len(drawn)
 
 
