@@ -122,3 +122,25 @@ def counts_of(frames: list[Frame]) -> np.ndarray:
     counts = np.zeros((2, height, width), int)
     np.add.at(counts, (events.p.astype(int), events.y, events.x), 1)
     return counts
+
+
+@pytest.mark.parametrize("surroundings_depth", [0.0, 0.3])
+def test_it_trembles_in_light_that_flickers(surroundings_depth: float):
+    params = sample(
+        camera__width=173, camera__height=130, flicker__lamp_depth=0.3, flicker__surroundings_depth=surroundings_depth
+    )
+    traj = tremble(still(params), 30.0, 1.0)
+    drawn = list(render_span(traj, (100_000, 200_000)))
+    times = np.array([frame.t_us for frame in drawn])
+    alone = list(render_span(traj, (100_000, 200_000), times_us=times))
+    in_even_light = params.model_copy(update={"flicker": sample().flicker})
+    plain = list(render_span(traj._replace(params=in_even_light), (100_000, 200_000)))
+    sequence, single, even = (
+        np.log(np.array([frame.luminance for frame in frames]) + 1e-3) for frames in (drawn, alone, plain)
+    )
+    assert len(drawn) > 2 * len(plain) > 40
+    # Between two of the frames that motion asks for, it is linear in time.
+    assert np.abs(sequence - single).mean() < 0.3 * np.abs(np.diff(even, axis=0)).mean()
+    found, expected, without = (counts_of(frames) for frames in (drawn, alone, plain))
+    assert expected.sum() > 2 * without.sum()
+    assert np.abs(found - expected).sum() < 0.1 * expected.sum()

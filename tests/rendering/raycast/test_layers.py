@@ -85,3 +85,13 @@ def test_an_opening_depends_on_its_rounded_travel_alone(camera):
     again = Openings(camera, 0.025)
     again.at(0.010)
     assert np.array_equal(again.at(0.02503).layers.fragments, held.layers.fragments)
+
+
+def test_a_displaced_opening_depends_on_the_displacement_alone(camera):
+    shifts = [[2e-4, 0.0, 1e-4], [0.02, 0.0, 0.0], [0.0, 3e-4, -2e-4]]
+    used = Openings(camera, 0.025)
+    for shift in shifts:
+        there = camera._replace(position=camera.position + shift)
+        found, alone = used.about(0.025, there), Openings(camera, 0.025).about(0.025, there)
+        assert np.array_equal(found.layers.fragments, alone.layers.fragments)
+        assert used.about(0.025, there) is found
