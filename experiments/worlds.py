@@ -97,6 +97,7 @@ NUISANCES = {
         "bodies crossing the lamp's light", "bodies", (1, 2, 3, 5), 2,
         {"passers.count": 1.0}, {"passers.crosses": "light"},
     ),
+    "turn": Nuisance("surroundings turning", "deg/s", (2, 5, 10, 20), 10, {"background.turn_deg_s": 1.0}),
     "clutter": Nuisance("clutter on the table", "objects", (1, 2, 3, 5), 3, {"clutter.count": 1.0}),
 }  # fmt: skip
 
