@@ -7,7 +7,7 @@ import numpy as np
 import torch
 
 from evslip.learn.networks.network import Network
-from evslip.learn.networks.speed_network import estimates
+from evslip.learn.networks.speed_network import SpeedNetwork, estimates
 from evslip.learn.speed_estimate import SpeedEstimate
 from evslip.windows.window_set import Windows
 
@@ -38,7 +38,7 @@ def predict(network: Network, inputs: Sequence[Any]) -> np.ndarray:
     if not len(inputs):
         return np.empty((0, COLUMNS), np.float32)
     with torch.inference_mode():
-        parts = [_columns(network(inputs[first : first + BATCH])) for first in range(0, len(inputs), BATCH)]
+        parts = [_columns(network, inputs[first : first + BATCH]) for first in range(0, len(inputs), BATCH)]
     return torch.cat(parts).cpu().numpy()
 
 
@@ -61,7 +61,9 @@ def probabilities(network: Network, windows: Windows) -> np.ndarray:
     return answers(network, windows).p_slip
 
 
-def _columns(output: torch.Tensor) -> torch.Tensor:
-    p_slip = output[:, :2].softmax(1)[:, 1:]
-    speeds = estimates(output[:, 2:]) if output.shape[1] > 2 else p_slip.new_full((len(p_slip), COLUMNS - 1), np.nan)
-    return torch.cat([p_slip, speeds], 1)
+def _columns(network: Network, batch: Sequence[Any]) -> torch.Tensor:
+    output = network(batch)
+    if isinstance(network, SpeedNetwork):
+        output = network.calibrated(output)
+        return torch.cat([output[:, :2].softmax(1)[:, 1:], estimates(output[:, 2:])], 1)
+    return torch.cat([output.softmax(1)[:, 1:], output.new_full((len(output), COLUMNS - 1), np.nan)], 1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evslip.learn.layers.local_motion import AGES_US, LEAST_AGE_US, local_motion
+from evslip.learn.layers.local_motion import AGES_US, UNIT_US, local_motion
 from evslip.windows.window_events import WindowEvents
 from learn_windows import random_window
 
@@ -56,8 +56,9 @@ def test_events_of_any_kind_equal_those_counted_one_by_one() -> None:
         for axis, (dx, dy) in enumerate(((1, 0), (0, 1))):
             for sign in (-1, 1):
                 before = last.get((x + sign * dx, y + sign * dy, p))
-                if before is not None and LEAST_AGE_US <= t - before < AGES_US[-1]:
-                    band = int(np.searchsorted(AGES_US, t - before, "right"))
+                age = 0 if before is None else (t - before) // UNIT_US * UNIT_US
+                if 0 < age < AGES_US[-1]:
+                    band = int(np.searchsorted(AGES_US, age, "right"))
                     expected[int(t >= RECENT_US), band, axis, y // POOL, x // POOL] -= sign
         last[x, y, p] = t
     np.testing.assert_array_equal(local_motion(events, SIZE, RECENT_US, POOL), expected)

@@ -1,5 +1,7 @@
 """Dense pictures of a window: numbers of events, and voxel grids."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from evslip.utils.jit import compiled
@@ -7,9 +9,10 @@ from evslip.windows.window_set import WindowEvents
 
 
 @compiled()
-def _count(t_us, x, y, p, length_us, bins, pool, out):
+def _count(t_us, x, y, p, length_us, bin_of, pool, out):
+    steps = len(bin_of)
     for i in range(len(t_us)):
-        time_bin = min(np.int64(t_us[i]) * bins // length_us, bins - 1)
+        time_bin = bin_of[min(np.int64(t_us[i]) * steps // length_us, steps - 1)]
         out[time_bin, 0 if p[i] else 1, y[i] // pool, x[i] // pool] += 1
 
 
@@ -37,8 +40,16 @@ def counts(events: WindowEvents, size: tuple[int, int], length_us: int, bins: in
 
     `size` is the crop's (width, height).
     """
-    out = np.zeros((bins, 2, cells(size[1], pool), cells(size[0], pool)), np.float32)
-    _count(*events.columns, length_us, bins, pool, out)
+    return counts_in(events, size, length_us, range(bins), pool)
+
+
+def counts_in(
+    events: WindowEvents, size: tuple[int, int], length_us: int, bin_of: Sequence[int], pool: int
+) -> np.ndarray:
+    """Counts as of `counts` in bins that differ: `bin_of` names the bin of each of some equal steps of time, from 0
+    on."""
+    out = np.zeros((max(bin_of) + 1, 2, cells(size[1], pool), cells(size[0], pool)), np.float32)
+    _count(*events.columns, length_us, np.array(bin_of), pool, out)
     return out
 
 

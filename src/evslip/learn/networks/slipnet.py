@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from evslip.learn.layers.grids import cells, counts
+from evslip.learn.layers.grids import cells, counts_in
 from evslip.learn.layers.local_motion import AGES_US, local_motion
 from evslip.learn.networks.countnet import object_prior, places
 from evslip.learn.networks.network import Geometry
@@ -16,26 +16,25 @@ from evslip.learn.networks.voxelnet import convolution
 from evslip.windows.window_set import WindowEvents, Windows
 
 POOL = 4
-STEPS = 32
-"""Parts of the window's time, of 5 ms each, ..."""
-FIRST = (0, 8, 16, 20, 24, 26, 28, 30, 31)
-"""... and the first of those in each bin of the counts: the newest are the finest."""
-RECENT = 24
-"""First part that counts as recent for local motion: the last 40 ms."""
-BINS = 2 * len(FIRST)
+STEPS = (8, 8, 4, 4, 2, 2, 2, 1, 1)
+"""Thirty-seconds of the window, 5 ms each, in each bin of the counts: the newest are the finest."""
+BIN_OF = tuple(bin for bin, steps in enumerate(STEPS) for _ in range(steps))
+RECENT = 0.75
+"""Share of the window after which local motion counts as recent: the last 40 ms."""
+BINS = 2 * len(STEPS)
 MOTIONS = 4 * len(AGES_US)
-HIDDEN, CHANNELS = 64, 32
+CHANNELS, OUTPUTS = 32, 6
 
 
 class SlipNet(SpeedNetwork):
     """log(1 + events) of nine bins, finer towards the end, of both polarities, and local motion, in 4 x 4 pixels; the
-    cells' columns and rows; how likely an event there is the object's. Four convolutions, then linear layers that keep
-    places apart.
+    cells' columns and rows; how likely an event there is the object's. Four convolutions; each place votes for the
+    answers, with weights of its own; a linear layer that keeps places apart adds to those of slip.
 
     The mean of each bin over the object's place, and over the rest, scales and shifts the first layer: what all of the
     picture does (flicker, a trembling camera, noise, a sensor that fires more often) is seen as such."""
 
-    recommended: ClassVar = {"epochs": 20, "lr": 2e-3, "event_dropout": 0.3}
+    recommended: ClassVar = {"epochs": 15, "patience": 15, "lr": 2e-3}
 
     places: torch.Tensor
     prior: torch.Tensor
@@ -45,20 +44,20 @@ class SlipNet(SpeedNetwork):
         rows, columns = cells(self.geometry.height, POOL), cells(self.geometry.width, POOL)
         inputs = BINS + MOTIONS
         self.norm = nn.BatchNorm2d(inputs, affine=False)
-        self.first = nn.Conv2d(inputs + 3, CHANNELS, 3, padding=1, bias=False)
+        self.first = nn.Conv2d(inputs + 3, CHANNELS, 3, 2, padding=1, bias=False)
         self.first_norm = nn.BatchNorm2d(CHANNELS, affine=False)
         self.modulation = nn.Linear(2 * BINS, 2 * CHANNELS)
         self.net = nn.Sequential(
             nn.ReLU(),
-            *convolution(CHANNELS, 48),
+            *convolution(CHANNELS, 48, stride=1),
             *convolution(48, 64),
             *convolution(64, 64, stride=1),
-            *(nn.Conv2d(64, 8, 1), nn.ReLU(), nn.Flatten()),
+            nn.Dropout2d(0.2),
         )
-        size = 8 * cells(rows, 4) * cells(columns, 4) + 2 * BINS
-        self.head = nn.Sequential(
-            nn.Dropout(0.3), nn.Linear(size, HIDDEN), nn.ReLU(), nn.Dropout(0.3), nn.Linear(HIDDEN, 6)
-        )
+        self.votes = nn.Conv2d(64, 2 * OUTPUTS, 1)
+        self.whole = nn.Sequential(nn.Dropout(0.5), nn.Linear(2 * BINS, OUTPUTS))
+        size = 8 * cells(rows, 4) * cells(columns, 4)
+        self.head = nn.Sequential(nn.Conv2d(64, 8, 1), nn.ReLU(), nn.Flatten(), nn.Dropout(0.5), nn.Linear(size, 2))
         self.register_buffer("places", places(rows, columns), persistent=False)
         self.register_buffer("prior", torch.zeros(rows, columns))
 
@@ -68,8 +67,8 @@ class SlipNet(SpeedNetwork):
 
     def prepare(self, events: WindowEvents) -> np.ndarray:
         size, length_us = self.geometry.size, self.geometry.length_us
-        grid = np.add.reduceat(counts(events, size, length_us, STEPS, POOL), FIRST, axis=0)
-        motion = local_motion(events, size, length_us * RECENT // STEPS, POOL)
+        grid = counts_in(events, size, length_us, BIN_OF, POOL)
+        motion = local_motion(events, size, round(length_us * RECENT), POOL)
         shape = (-1, *grid.shape[2:])
         signed = np.copysign(np.log1p(np.abs(motion)), motion)
         return np.concatenate([np.log1p(grid).reshape(shape), signed.reshape(shape)])
@@ -80,7 +79,10 @@ class SlipNet(SpeedNetwork):
         whole = self._whole(grids[:, :BINS])
         gain, shift = self.modulation(whole)[:, :, None, None].chunk(2, 1)
         found = self.first_norm(self.first(torch.cat([grids, where], 1))) * (1 + gain) + shift
-        return self.head(torch.cat([self.net(found), whole], 1))
+        features = self.net(found)
+        votes, weights = self.votes(features).flatten(2).chunk(2, 1)
+        columns = (votes * weights.softmax(2)).sum(2) + self.whole(whole)
+        return torch.cat([columns[:, :2] + self.head(features), columns[:, 2:]], 1)
 
     def _whole(self, bins: torch.Tensor) -> torch.Tensor:
         """Mean of each bin where the object is, and where it is not: (windows, 2 * BINS)."""

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import torch
 
-from evslip.learn.networks.network import Network
+from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.speed_estimate import LEAST_SCALE, MOST_SCALE
 
 
@@ -15,6 +15,21 @@ class SpeedNetwork(Network):
 
     speed_weight: ClassVar[float] = 0.2
     """Weight of the speeds' loss beside the cross-entropy."""
+    temperature: torch.Tensor
+    spread: torch.Tensor
+
+    def __init__(self, geometry: Geometry | None = None):
+        super().__init__(geometry)
+        self.register_buffer("temperature", torch.ones(()))
+        self.register_buffer("spread", torch.ones(2))
+
+    def calibrated(self, columns: torch.Tensor) -> torch.Tensor:
+        """The columns of `forward` as sure as validation found them to be: logits over the temperature, scales times
+        the spread (see evslip.learn.training.calibration)."""
+        columns = columns.clone()
+        columns[:, :2] /= self.temperature
+        columns[:, 3::2] += self.spread.log()
+        return columns
 
     def step(
         self, batch: Sequence[Any], labels: torch.Tensor, smoothing: float, speeds: torch.Tensor | None = None

@@ -18,6 +18,7 @@ from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.training.augment import Augmentation
+from evslip.learn.training.calibration import calibrate
 from evslip.learn.training.logs import logs
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.training_state import STATE, TrainingState, training_of
@@ -149,8 +150,10 @@ def learning_rate(share: float, settings: TrainSettings) -> float:
 def _finish(
     out: Path, state: TrainingState, training: Windows, validation: Windows, settings: TrainSettings
 ) -> TrainResult:
-    """Choose the threshold, save the detector, remove what was kept to go on."""
+    """Calibrate what estimates speeds, choose the threshold, save the detector, remove what was kept to go on."""
     assert isinstance(state.network, Network)
+    if isinstance(state.network, SpeedNetwork):
+        calibrate(state.network, validation)
     scores = probabilities(state.network, validation)
     threshold = best_threshold(validation.label, scores, validation.name)
     result = TrainResult(
