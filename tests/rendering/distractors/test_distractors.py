@@ -3,16 +3,17 @@ import importlib
 import numpy as np
 import pytest
 
+import evslip
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
-from evslip.events.frame import BACKGROUND, SURFACE
+from evslip.events.frame import ARM, BACKGROUND, SURFACE
 from evslip.rendering import OUTPUTS, frame_times, make_renderer, render
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.distractors.clutter import CLEAR_M
 from evslip.rendering.distractors.distractor import distractors_of
 from evslip.rendering.distractors.passers import towards_lamp
 from evslip.rendering.distractors.sight import sight_of
-from evslip.rendering.outputs import FIRST_DISTRACTOR, PixelRays
+from evslip.rendering.outputs import FIRST_DISTRACTOR, FIRST_LINK, PixelRays
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.timing.schedule import distractor_motion, passing_shadow_motion
 from evslip.utils.errors import ConfigError
@@ -87,6 +88,26 @@ def test_pixels_of_distractors_are_where_exact_rays_meet_them(scene):
     changed = np.abs(np.log(image / background)) > 0.02
     assert changed[seen].mean() > 0.8
     assert changed[~seen & (bodies != SURFACE)].mean() < 0.02  # shadows lie on the table
+
+
+def test_clutter_before_the_arm_is_seen_before_it():
+    scene = CLUTTER | {"camera.mount": "front", "clutter.beyond_m": 0.15}
+    params = draw(load_config("simple", {"light.polar_deg": 40.0, **scene}), 0)
+    traj = evslip.simulate(params)
+    camera = hand_camera(params)
+    at_us = sight_of(traj).t_us[:1]
+    poses = ScenePoses(traj, camera, at_us)
+    _, _, part = PixelRays(params, camera).cast(poses, 0)
+    _, bodies = make_renderer(None, traj, camera, (int(at_us[0]), int(traj.t_us[-1]))).draw(poses, 0)
+    plain = make_renderer(
+        None, traj._replace(params=draw(load_config("simple", {"camera.mount": "front"}), 0)), camera, SPAN
+    )
+    _, without = plain.draw(ScenePoses(traj, camera, at_us), 0)
+    before = (part >= FIRST_DISTRACTOR) & (without == ARM)
+    assert before.sum() > 100
+    assert np.mean(bodies[before] == ARM) < 0.1
+    still_arm = (part >= FIRST_LINK) & (part < FIRST_DISTRACTOR)
+    assert np.mean(bodies[still_arm] == ARM) > 0.97
 
 
 @pytest.mark.parametrize("scene", [CLUTTER | PASSERS, SHADOWS], ids=["bodies", "shadows"])

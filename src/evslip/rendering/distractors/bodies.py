@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from evslip.events.frame import ARM
 from evslip.rendering.camera import Camera
 from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.geometry.facets import Facets, prepare_facets
@@ -11,6 +12,7 @@ from evslip.rendering.geometry.hand import Boxes
 from evslip.rendering.geometry.raster import Raster, make_raster, trace
 from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
 from evslip.rendering.materials.texels import bake, squared
+from evslip.rendering.raycast.arm import HALF, Arm
 from evslip.rendering.raycast.foreground_layer import ForegroundLayer
 from evslip.rendering.raycast.gripper import dim_behind
 from evslip.rendering.raycast.mesh import repetition_ratio
@@ -65,9 +67,17 @@ class DistractorBodies:
         axes = np.array([turn @ one.axes for one in self._distractors]).reshape(-1, 3, 3)
         return Boxes(axes, (self.places(t_us) - view.camera) @ view.turn, self.halves)
 
-    def draw(self, layer: ForegroundLayer, scratch: Scratch, t_us: int, view: View, light: Illumination) -> None:
-        """Put them into an empty layer, the farthest first."""
+    def draw(
+        self, layer: ForegroundLayer, scratch: Scratch, t_us: int, view: View, light: Illumination, arm: Arm | None
+    ) -> None:
+        """Put them into a layer, the farthest first, and before them the arm that was found, if any."""
         layer.wipe()
+        self._keep[:] = 1.0
+        if arm is not None:
+            layer.extend(arm.touched)
+            arm.mark(layer.marks, ARM)
+            dim_behind(layer.light, layer.clear, arm.total, arm.touched)
+            arm.draw(layer.light, scratch, view, light)
         places = self.places(t_us)
         for k in np.argsort(-np.linalg.norm(places - view.camera, axis=1), kind="stable"):
             own, raster = view._replace(place=places[k], axes=self._distractors[k].axes), self._rasters[k]
@@ -75,6 +85,10 @@ class DistractorBodies:
             if count:
                 depth = max(-float(view.turn[:, 2] @ (places[k] - view.camera)), NEAREST_M)
                 layer.extend(self._touched)
+                if arm is not None:
+                    self._keep[:] = (arm.total == 0) | (arm.near <= raster.near)
+                    self._total *= self._keep
+                layer.marks[self._total > HALF] = 0
                 dim_behind(layer.light, layer.clear, self._total, self._touched)
                 draw_mesh(scratch, layer.light, self._keep, own, light, self._looks[k], raster, count, depth)
 

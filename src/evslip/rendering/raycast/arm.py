@@ -30,6 +30,12 @@ class Arm:
         self._keep = np.ones((height, width), np.float32)
         self._count, self._depth = 0, 1.0
 
+    @property
+    def near(self) -> np.ndarray:
+        """1 / depth of each pixel that shows the arm, 0 elsewhere, as `cover` found it; float32 (height, width)."""
+        assert self._raster is not None
+        return self._raster.near
+
     def cover(self, links: LinkPoses, index: int, view: View) -> bool:
         """Find the pixels that show the arm; whether any may."""
         places, turns = links.places[index], links.turns[index]

@@ -29,7 +29,7 @@ from evslip.rendering.shading.illumination import Illumination, illuminate
 from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, cast
 from evslip.rendering.shadows.mesh_shadow import outlines_of
 from evslip.rendering.timing.foreground import foreground_motion
-from evslip.rendering.timing.schedule import distractor_motion
+from evslip.rendering.timing.schedule import arm_motion, distractor_motion
 from evslip.rendering.timing.update_schedule import (
     GAP_M,
     LAG,
@@ -105,7 +105,7 @@ class Raycaster:
         self._draw_light(lights, self._whole.slots[0], light)
         self._draw_backdrop(buffer, self._whole.slots[0], lights, self._whole, 0)
         if len(self._distractor_bodies):
-            self._distractor_bodies.draw(buffer.layer(0, 0), self._scratch, self._at_us, self._view, light)
+            self._draw_distractors(buffer.layer(0, 0), light)
         self._draw_foreground(buffer.layer(len(layers) - 1, 0), light)
         return self._composite(buffer, self._whole, layers, 0, scale)
 
@@ -127,7 +127,8 @@ class Raycaster:
         shine = plan_cells(light_moved, changes, LIGHT_STEPS * limit, LIGHT_LAG, together=True, sway=sway)
         motions = [foreground_motion(*scene)]
         if len(self._distractor_bodies):
-            motions.insert(0, distractor_motion(poses, self.camera)[:, None, None])
+            aside = np.maximum(distractor_motion(poses, self.camera), arm_motion(poses, self.camera))
+            motions.insert(0, aside[:, None, None])
         layers = [
             plan_cells(self._sensor.stretch() * way, changes, limit, LIGHT_LAG, ahead=LIGHT_LAG + LAG)
             for way in motions
@@ -143,7 +144,7 @@ class Raycaster:
                     self._draw_light(lights, shine.slots[step], light)
                 aside, own = int(layers[0].slots[step, 0, 0]), int(layers[-1].slots[step, 0, 0])
                 if len(layers) > 1 and aside >= 0:
-                    self._distractor_bodies.draw(buffer.layer(0, aside), self._scratch, self._at_us, self._view, light)
+                    self._draw_distractors(buffer.layer(0, aside), light)
                 if own >= 0:
                     self._draw_foreground(buffer.layer(len(layers) - 1, own), light)
             index = step - LIGHT_LAG
@@ -203,10 +204,17 @@ class Raycaster:
         own, out = (self._view, self._sky_view, self.setting, light), (buffer.backdrops, buffer.grounds)
         draw_backdrop(self._scratch, runs, *own, self._cells, self._uncovered, out)
 
+    def _draw_distractors(self, layer: ForegroundLayer, light: Illumination) -> None:
+        """Draw the distractors, and the arm among them."""
+        seen = self._links is not None and self._arm.cover(*self._links, self._view)
+        arm = self._arm if seen else None
+        self._distractor_bodies.draw(layer, self._scratch, self._at_us, self._view, light, arm)
+
     def _draw_foreground(self, layer: ForegroundLayer, light: Illumination) -> None:
         """Draw what stands before the backdrop."""
         layers, view, body, arm = self._layers, self._view, self._body, self._arm
-        if self._links is not None and arm.cover(*self._links, view):
+        # Distractors may stand before the arm, so it is among them where there are any.
+        if self._links is not None and not len(self._distractor_bodies) and arm.cover(*self._links, view):
             layer.wipe(self._span, body.touched, arm.touched)
             arm.mark(layer.marks, ARM)
             dim_behind(layer.light, layer.clear, arm.total, arm.touched)
