@@ -18,10 +18,11 @@ from evslip.events.frame import OBJECT
 from evslip.physics.simulation import simulate
 from evslip.rendering import exposure_scale, frame_times, make_renderer, recorded_span
 from evslip.rendering.camera import hand_camera
+from evslip.rendering.materials.paint import shines
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import make_lamp
 from evslip.rendering.timing.foreground import foreground_motion
-from evslip.rendering.timing.update_schedule import cell_motion, plan_cells
+from evslip.rendering.timing.update_schedule import cell_motion, cell_sway, plan_cells
 from evslip.utils.errors import ConfigError
 
 TURN, EVERY, DARK = 50, 7, 1e-3
@@ -44,11 +45,12 @@ def main(preset: str = "simple", count: str = "3", *changes: str) -> None:
         times = frame_times(traj, *span, camera=camera)
         poses = ScenePoses(traj, camera, times)
         scene = (poses, camera.pinhole(), params, make_lamp(params))
-        motions = (cell_motion(*scene), foreground_motion(*scene))
+        sway = cell_sway(poses, camera.pinhole(), params, camera.stretch())
+        behind, _ = cell_motion(*scene, shines(params.surface.texture))
         still = np.zeros(len(times) - 1, bool)
         drawn = [
-            np.mean(plan_cells(camera.stretch() * motion, still, params.render.max_motion_px).slots >= 0)
-            for motion in motions
+            np.mean(plan_cells(camera.stretch() * motion, still, params.render.max_motion_px, sway=way).slots >= 0)
+            for motion, way in ((behind, sway), (foreground_motion(*scene), None))
         ]
         together, alone = (make_renderer(None, traj, camera, span) for _ in range(2))
         scale = exposure_scale(alone, traj, camera, span[0])
