@@ -81,12 +81,18 @@ def test_a_white_table_under_the_lamp_has_the_luminance_of_theory(tmp_path):
 
 
 @pytest.mark.slow
-def test_agrees_with_the_fast_renderer():
+@pytest.mark.parametrize(
+    "scene",
+    [{}, {"background__turn_deg_s": 60.0, "clutter__count": 5, "passers__count": 2}],
+    ids=["plain", "turned, with distractors"],
+)
+def test_agrees_with_the_fast_renderer(scene):
     params = sample(
         render__spp=16,
         background__texture="room-0",
         object__texture="cardboard-0",
         surface__texture="brick-0",
+        **scene,
     )
     traj = turning(params)
     times = np.array([700_000])

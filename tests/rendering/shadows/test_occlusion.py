@@ -104,7 +104,8 @@ def scene():
     camera = hand_camera(params)
     poses = ScenePoses(traj, camera, np.array([0]))
     raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
-    raycaster._prepare(poses, 0)
+    raycaster._place(poses, 0)
+    raycaster._grip(poses, 0)
     return camera, poses, raycaster._illumination(), raycaster.setting
 
 

@@ -63,6 +63,8 @@ class MitsubaScene:
             lights["sky"] = sky(mi, params, background)
         if params.light.luminance_cd_m2 > 0:
             lights["lamp"] = lamp(params, background)
+        self._radius_m = params.background.radius_m
+        self._sky_turns = "sky" in lights and params.background.turn_deg_s != 0
         self.scene = mi.load_dict({"type": "scene", "sensor": sensor, **lights, **meshes})
         self._handles = mi.traverse(self.scene)
         self._eye = np.zeros(3)
@@ -81,9 +83,9 @@ class MitsubaScene:
             self._shown[name] = turn, place
             handles[f"{name}.vertex_positions"] = _flat(part.corners @ turn.T + place)
             handles[f"{name}.vertex_normals"] = _flat(part.normals @ turn.T)
-        if "sky.to_world" in handles:
+        if self._sky_turns:
             turned = np.eye(4)
-            turned[:3, :3] = poses.background_turns[index]
+            turned[:3, :3] = self._radius_m * poses.background_turns[index]
             handles["sky.to_world"] = self._mi.Transform4f(turned)
         self._eye = poses.camera_position[index]
         right, up, backward = poses.camera_rotation[index].T
