@@ -108,7 +108,9 @@ def answered(path: Path) -> str:
 def kind_of(value: Any) -> str:
     if inspect.isclass(value):
         return f"class {inspect.signature(value)}" if value is evslip.EventCamera else "class"
-    return f"function {inspect.signature(value)}" if callable(value) else type(value).__name__
+    if not callable(value):
+        return type(value).__name__
+    return re.sub(r" at 0x[0-9a-f]+", "", f"function {inspect.signature(value)}")  # where a default lies in memory
 
 
 def without_modules(text: str) -> str:
