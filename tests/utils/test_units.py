@@ -15,6 +15,8 @@ from evslip.utils.units import tell, unit_of
         ("density_kg_m3", 7850.0, "7,850 kg/m3"),
         ("luminance_cd_m2", 4.5e6, "4.5e6 cd/m2"),
         ("tilt_deg", -25.0, "-25 deg"),
+        ("speed_m_s", 1.5, "1.5 m/s"),
+        ("turn_deg_s", 20.0, "20 deg/s"),
         ("offset", 0.52, "0.52"),
         ("texture", "wood-0", "wood-0"),
     ],

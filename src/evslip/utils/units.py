@@ -1,7 +1,8 @@
 """Numbers for people: the unit that a key's name ends with, and lengths and masses in sizes of everyday life."""
 
 UNITS = {
-    "_kg_m3": "kg/m3", "_cd_m2": "cd/m2", "_per_s": "1/s", "_kg": "kg", "_deg": "deg", "_hz": "Hz", "_us": "us",
+    "_kg_m3": "kg/m3", "_cd_m2": "cd/m2", "_per_s": "1/s", "_deg_s": "deg/s", "_m_s": "m/s",
+    "_kg": "kg", "_deg": "deg", "_hz": "Hz", "_us": "us",
     "_px": "px", "_m": "m", "_n": "N", "_s": "s",
 }  # fmt: skip
 """Ending of a name -> unit, longer endings first."""
