@@ -7,25 +7,22 @@ import numpy as np
 from evslip.events.frame import ARM
 from evslip.rendering.camera import Camera
 from evslip.rendering.distractors.distractor import Distractor
-from evslip.rendering.geometry.facets import Facets, prepare_facets
+from evslip.rendering.geometry.facets import prepare_facets
 from evslip.rendering.geometry.hand import Boxes
 from evslip.rendering.geometry.raster import Raster, make_raster, trace
 from evslip.rendering.materials.paint import OBJECT_GLOSS, gloss_of
-from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.arm import HALF, Arm
 from evslip.rendering.raycast.foreground_layer import ForegroundLayer
 from evslip.rendering.raycast.gripper import dim_behind
-from evslip.rendering.raycast.mesh import repetition_ratio
-from evslip.rendering.raycast.setting import channel_of
+from evslip.rendering.raycast.mesh import solid_of, textured_look
 from evslip.rendering.scratch import Scratch
 from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.shading.mesh_shading import MeshLook, draw_mesh
 from evslip.rendering.shadows.casters import ARM_PART
-from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.rendering.viewpoint import View
-from evslip.scene.textures import library
 
 NEAREST_M = 0.05
+"""Least distance for which the blur of shadows over a pixel is found."""
 FIRST_PART = ARM_PART + 1
 """Number of the first distractor among the casters; the others follow."""
 
@@ -40,15 +37,13 @@ class DistractorBodies:
         self._facets = [prepare_facets(*one.shape.surface()) for one in distractors]
         self._looks, self._rasters = list[MeshLook](), list[Raster]()
         for number, (one, facets) in enumerate(zip(distractors, self._facets, strict=True)):
-            image = channel_of(library.load(one.texture), channel)
-            baked = bake(squared(image, repetition_ratio(facets)), wrap=True)
             gloss = gloss_of(one.texture, OBJECT_GLOSS)
-            self._looks.append(MeshLook(1.0, *baked, facets.repeats, gloss, FIRST_PART + number))
+            self._looks.append(textured_look(facets, one.texture, channel, gloss, FIRST_PART + number))
             self._rasters.append(make_raster(facets, width, height, self._rasters[0] if self._rasters else None))
         self.parts = FIRST_PART + np.arange(len(distractors))
         """Body of each as a caster."""
         self.halves = np.array([np.abs(one.vertices).max(0) for one in self._facets]).reshape(-1, 3)
-        self.solids = [None if d.is_box else _solid(f) for d, f in zip(distractors, self._facets, strict=True)]
+        self.solids = [None if d.is_box else solid_of(f) for d, f in zip(distractors, self._facets, strict=True)]
         """Mesh that casts its shadow; None if its box does."""
         self.on_table = np.array([one.is_still for one in distractors], bool)
         self._total, self._keep = np.zeros((height, width), np.float32), np.ones((height, width), np.float32)
@@ -91,7 +86,3 @@ class DistractorBodies:
                 layer.marks[self._total > HALF] = 0
                 dim_behind(layer.light, layer.clear, self._total, self._touched)
                 draw_mesh(scratch, layer.light, self._keep, own, light, self._looks[k], raster, count, depth)
-
-
-def _solid(facets: Facets) -> Solid:
-    return Solid(facets.vertices, facets.planes, facets.edges)

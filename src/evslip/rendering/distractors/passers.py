@@ -1,13 +1,12 @@
 """Ways of bodies that pass through the view or through the lamp's light."""
 
-import math
-
 import numpy as np
 
 from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.distractors.distractor import Distractor, make_distractor
 from evslip.rendering.distractors.sight import sight_of
+from evslip.rendering.lamp import lamp_position
 from evslip.utils.seeds import generator
 
 ASIDE = 0.3
@@ -38,8 +37,5 @@ def passers_of(traj: Trajectory) -> list[Distractor]:
 
 def towards_lamp(params: Params, place: np.ndarray) -> np.ndarray:
     """Unit vector from a place to the middle of the lamp, (3,)."""
-    light = params.light
-    azimuth, polar = math.radians(light.azimuth_deg), math.radians(light.polar_deg)
-    direction = [math.sin(polar) * math.cos(azimuth), math.sin(polar) * math.sin(azimuth), math.cos(polar)]
-    way = light.distance_m * np.array(direction) - place
+    way = lamp_position(params) - place
     return way / np.linalg.norm(way)

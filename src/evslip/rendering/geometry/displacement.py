@@ -56,7 +56,7 @@ class Displaceable(NamedTuple):
 
 
 def prepare_displacement(fragments: np.ndarray, where: np.ndarray, samples: np.ndarray, camera: Camera) -> Displaceable:
-    """What `supersampling.rasterise` has found for a camera."""
+    """Arrays that `supersampling.rasterise` has found for a camera, made ready."""
     pixels, starts = np.unique(where, return_index=True)
     numbers = np.full(camera.height * camera.width, -1, np.int32)
     numbers[pixels] = np.arange(len(pixels))
@@ -172,7 +172,7 @@ def _window(left, top, seen, shares, cluster):
 
 @kernel
 def _mix(fragments, starts, numbers, i, j, beyond_x, beyond_y, cluster):
-    """The same where four pixels are `plain`."""
+    """`_window` where four pixels are `plain`."""
     a, b = starts[numbers[j, i]], starts[numbers[j, i + 1]]
     c, d = starts[numbers[j + 1, i]], starts[numbers[j + 1, i + 1]]
     for m in range(6):

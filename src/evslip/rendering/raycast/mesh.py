@@ -6,7 +6,7 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.facets import Facets, prepare_facets
 from evslip.rendering.geometry.raster import make_raster, trace
-from evslip.rendering.materials.paint import gloss_of_object
+from evslip.rendering.materials.paint import Gloss, gloss_of_object
 from evslip.rendering.materials.texels import bake, squared
 from evslip.rendering.raycast.gripper import order_by_depth
 from evslip.rendering.raycast.layers import Layers
@@ -27,12 +27,10 @@ class Mesh:
     def __init__(self, params: Params, camera: Camera, channel: int):
         height, width = camera.height, camera.width
         self._facets = prepare_facets(*surface_of(params))
-        self.solid = Solid(self._facets.vertices, self._facets.planes, self._facets.edges)
+        self.solid = solid_of(self._facets)
         self.half = np.abs(self._facets.vertices).max(0)
-        image = channel_of(library.load(params.object.texture), channel)
-        baked = bake(squared(image, repetition_ratio(self._facets)), wrap=True)
         gloss = gloss_of_object(params.object)
-        self._look = MeshLook(1.0, *baked, self._facets.repeats, gloss, OBJECT_PART)
+        self._look = textured_look(self._facets, params.object.texture, channel, gloss, OBJECT_PART)
         self.total = np.zeros((height, width), np.float32)
         self.touched, self.full = np.zeros((height, 2), np.int64), np.zeros((height, 2), np.int64)
         self._raster, self._count = make_raster(self._facets, width, height), 0
@@ -46,6 +44,18 @@ class Mesh:
     def draw(self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, light: Illumination) -> None:
         depth = -float(view.turn[:, 2] @ (view.place - view.camera))
         draw_mesh(scratch, out, keep, view, light, self._look, self._raster, self._count, depth)
+
+
+def solid_of(facets: Facets) -> Solid:
+    """The mesh as it casts a shadow."""
+    return Solid(facets.vertices, facets.planes, facets.edges)
+
+
+def textured_look(facets: Facets, texture: str, channel: int, gloss: Gloss, part: int) -> MeshLook:
+    """Look of a mesh with a texture in one colour channel; gloss, part: of `MeshLook`. Raises ConfigError."""
+    image = channel_of(library.load(texture), channel)
+    baked = bake(squared(image, repetition_ratio(facets)), wrap=True)
+    return MeshLook(1.0, *baked, facets.repeats, gloss, part)
 
 
 def repetition_ratio(facets: Facets) -> float:

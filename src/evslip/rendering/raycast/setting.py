@@ -7,6 +7,7 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.rendering.geometry.plane import describe
+from evslip.rendering.lamp import lamp_position
 from evslip.rendering.materials.paint import REFLECTANCE, WIDTH, shines
 from evslip.rendering.materials.texels import bake, halve
 from evslip.rendering.raycast.layers import LUMA_WEIGHTS
@@ -112,8 +113,6 @@ def make_lamp(params: Params) -> Lamp:
             f"light.radius_m: {light.radius_m:g} is too large, "
             f"expected at most 0.8 x light.distance_m, which is {light.distance_m:g}"
         )
-    azimuth, polar = math.radians(light.azimuth_deg), math.radians(light.polar_deg)
-    direction = [math.sin(polar) * math.cos(azimuth), math.sin(polar) * math.sin(azimuth), math.cos(polar)]
-    height = min(1.0, light.distance_m * math.cos(polar) / light.radius_m)
+    height = min(1.0, light.distance_m * math.cos(math.radians(light.polar_deg)) / light.radius_m)
     share = 0.5 + (height * math.sqrt(max(0.0, 1 - height * height)) + math.asin(height)) / math.pi
-    return Lamp(light.distance_m * np.array(direction), light.radius_m, light.luminance_cd_m2, share)
+    return Lamp(lamp_position(params), light.radius_m, light.luminance_cd_m2, share)

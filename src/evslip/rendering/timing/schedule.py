@@ -9,9 +9,9 @@ from scipy.spatial import ConvexHull
 from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera
-from evslip.rendering.distractors.passers import towards_lamp
 from evslip.rendering.geometry.links import LINKS, hulls, in_view
 from evslip.rendering.geometry.supersampling import X, Z
+from evslip.rendering.lamp import lamp_position
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.layers import resolve
 from evslip.scene.shapes import shape_of
@@ -118,7 +118,7 @@ def passing_shadow_motion(poses: ScenePoses, camera: Camera, params: Params) -> 
     moving = [one for one in poses.distractors if not one.is_still]
     if not moving or light.luminance_cd_m2 == 0:
         return motion
-    lamp = light.distance_m * towards_lamp(params, np.zeros(3))
+    lamp = lamp_position(params)
     away = np.linalg.norm(poses.object_position - lamp, axis=1)
     px_per_m = camera.focal_px / np.linalg.norm(poses.object_position - poses.camera_position, axis=1)
     for one in moving:
