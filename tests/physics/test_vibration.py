@@ -45,7 +45,7 @@ def trembling() -> Trajectory:
 def test_a_resonance_rings_down_with_its_frequency_and_damping(hz: float, damping: float):
     push = np.zeros((2000, 1))
     push[0] = 1.0
-    x = Resonance(hz, damping).response(push, STEP_S)[1:, 0]
+    x = Resonance(hz, damping).response(push, STEP_S, np.zeros((2, 1)))[0][1:, 0]
     w, wd = 2 * np.pi * hz, 2 * np.pi * hz * np.sqrt(1 - damping**2)
     t = STEP_S * np.arange(1, len(x) + 1)
     expected = np.exp(-damping * w * t) * np.stack([np.sin(wd * t), np.cos(wd * t)])
@@ -56,7 +56,7 @@ def test_a_resonance_rings_down_with_its_frequency_and_damping(hz: float, dampin
 
 def test_a_steady_acceleration_pushes_by_itself_over_the_square_of_the_rate():
     a = np.repeat(np.minimum(np.arange(3000) * STEP_S, 1.0)[:, None], 2, axis=1) * [2.0, -3.0]
-    x = Resonance(25.0, 0.1).response(a, STEP_S)
+    x, _ = Resonance(25.0, 0.1).response(a, STEP_S, np.zeros((2, 2)))
     np.testing.assert_allclose(x[-1], -np.array([2.0, -3.0]) / (2 * np.pi * 25.0) ** 2, rtol=1e-6)
 
 

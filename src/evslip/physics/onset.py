@@ -1,6 +1,7 @@
 """Onset of slip: Coulomb friction of the clipped pads against the load of the planned motion."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -60,7 +61,17 @@ def load_per_kg(params: Params, t_s: np.ndarray) -> np.ndarray:
     x, z, angular = ((before - 2 * now + after) / DIFFERENCE_S**2).T
     c, s = np.cos(now[:, 2]), np.sin(now[:, 2])
     fx, fz = c * x - s * (z + GRAVITY_M_S2), s * x + c * (z + GRAVITY_M_S2)
-    return np.stack([fx, fz, com_z * fx - com_x * fz + gyration_m2(params) * angular], axis=1)
+    return load_wrench((com_x, com_z), fx, fz, angular, gyration_m2(params))
+
+
+def load_wrench(com_m: Sequence[float] | np.ndarray, fx: Any, fz: Any, angular: Any, gyration_m2: float) -> np.ndarray:
+    """Load on friction per kilogram: wrenches (..., 3) as of `load_per_kg`.
+
+    com_m: centre of mass (x, z) from the tool centre along the hand's axes, z up; fx, fz: acceleration of it along
+    these, gravity's included; angular: acceleration of the tilt.
+    """
+    com_x, com_z = com_m
+    return np.stack([fx, fz, com_z * fx - com_x * fz + gyration_m2 * angular], axis=-1)
 
 
 def _instants(start_us: int, end_us: int) -> np.ndarray:

@@ -7,6 +7,8 @@ in their plane, so this is added to its poses afterwards.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from evslip.config.nuisances.vibration import VibrationSpec
+from evslip.config.params import Params
 from evslip.physics.grip import TCP_M
 from evslip.physics.held import held_span, recorded
 from evslip.physics.trajectory import Trajectory
@@ -30,12 +32,16 @@ def with_vibration(trajectory: Trajectory) -> Trajectory:
         trajectory = trajectory._replace(camera_displacement=camera_displacement(trajectory))
     if spec.object_hz is None:
         return trajectory
-    moved = object_displacement(trajectory)
+    return with_object_moved(trajectory, object_displacement(trajectory))
+
+
+def with_object_moved(trajectory: Trajectory, moved: np.ndarray) -> Trajectory:
+    """The trajectory with the object displaced."""
     hand, body = _rotation(trajectory.gripper_pose), _rotation(trajectory.object_pose)
     turn = hand * _rotation(moved) * hand.inv()
     tool = trajectory.gripper_pose[:, :3] + hand.apply(TCP_M)
     place = tool + turn.apply(trajectory.object_pose[:, :3] - tool) + hand.apply(moved[:, :3])
-    is_moved = np.any(moved != _as_poses(np.zeros((1, 6))), axis=1, keepdims=True)
+    is_moved = np.any(moved != as_poses(np.zeros((1, 6))), axis=1, keepdims=True)
     pose = np.where(is_moved, _poses(place, turn * body), trajectory.object_pose)
     return trajectory._replace(object_pose=pose, object_displacement=moved)
 
@@ -56,40 +62,66 @@ def without_vibration(trajectory: Trajectory) -> Trajectory:
 def camera_displacement(trajectory: Trajectory) -> np.ndarray:
     """Displacement of the camera on its mount, as in `Trajectory`: a damped resonance along and about each axis that
     noise and the hand's acceleration drive all the time."""
-    params = trajectory.params
-    spec = params.vibration
-    assert spec.mount_hz is not None
-    acceleration = hand_acceleration(trajectory, place_on_hand(params.camera))
-    rms = [spec.mount_m] * 3 + [float(np.radians(spec.mount_deg))] * 3
-    return _as_poses(_trembling(trajectory, "mount", Resonance(spec.mount_hz, spec.mount_damping), acceleration, rms))
+    steps, step_s = _sampling(trajectory)
+    acceleration = hand_acceleration(trajectory, place_on_hand(trajectory.params.camera))
+    return as_poses(Tremble(trajectory.params, CAMERA, steps, step_s).advance(acceleration))
 
 
 def object_displacement(trajectory: Trajectory) -> np.ndarray:
     """Displacement of the object in the pads, as in `Trajectory`: a damped resonance that noise and the hand's
     acceleration drive while the object hangs in the grip."""
-    spec, moved = trajectory.params.vibration, np.zeros((len(trajectory.t_us), 6))
-    assert spec.object_hz is not None
+    steps, step_s = _sampling(trajectory)
+    moved = np.zeros((steps, 6))
     try:
         first, last, _ = held_span(trajectory, *recorded(trajectory))
     except GraspFailed:
-        return _as_poses(moved)
+        return as_poses(moved)
     acceleration = hand_acceleration(trajectory, TCP_M)[first:last, IN_PADS]
-    rms = [spec.object_m, spec.object_m, float(np.radians(spec.object_deg))]
-    tremble = _trembling(trajectory, "object", Resonance(spec.object_hz, spec.object_damping), acceleration, rms)
+    tremble = Tremble(trajectory.params, OBJECT, last - first, step_s).advance(acceleration)
     t_s = (trajectory.t_us[first:last] - trajectory.t_us[first]) / 1e6
     ramp = step(t_s, 0.0, RAMP_S) * step(t_s[-1] - t_s, 0.0, RAMP_S)
     moved[first:last, IN_PADS] = ramp[:, None] * tremble
-    return _as_poses(moved)
+    return as_poses(moved)
 
 
-def _trembling(
-    trajectory: Trajectory, part: str, resonance: Resonance, acceleration: np.ndarray, rms: list[float]
-) -> np.ndarray:
-    """Response to the acceleration (n, k) of the base, and noise of these k amplitudes; (n, k)."""
-    params, step_s = trajectory.params, float(trajectory.t_us[1] - trajectory.t_us[0]) / 1e6
-    rng = generator(params.seed, params.split, params.index, f"vibration {part}")
-    noise = shaped_noise(rng, len(acceleration), len(rms), step_s, resonance.gain)
-    return np.array(rms) * noise + resonance.response(acceleration, step_s)
+class Tremble:
+    """A damped resonance that noise and the acceleration of its base drive, over a number of steps."""
+
+    def __init__(self, params: Params, part: str, steps: int, step_s: float):
+        """part: CAMERA or OBJECT."""
+        self._resonance, rms = _PARTS[part](params.vibration)
+        self._rms, self._step_s, self._done = np.array(rms), step_s, 0
+        rng = generator(params.seed, params.split, params.index, f"vibration {part}")
+        self._noise = shaped_noise(rng, steps, len(rms), step_s, self._resonance.gain)
+        self._state = np.zeros((2, len(rms)))
+
+    def advance(self, acceleration: np.ndarray) -> np.ndarray:
+        """Displacement in the next steps for the acceleration (n, k) of the base in them; (n, k)."""
+        noise = self._noise[self._done : self._done + len(acceleration)]
+        self._done += len(acceleration)
+        response, self._state = self._resonance.response(acceleration, self._step_s, self._state)
+        return self._rms * noise + response
+
+
+def _camera_part(spec: VibrationSpec[float, str]) -> tuple[Resonance, list[float]]:
+    assert spec.mount_hz is not None
+    return Resonance(spec.mount_hz, spec.mount_damping), [spec.mount_m] * 3 + [float(np.radians(spec.mount_deg))] * 3
+
+
+def _object_part(spec: VibrationSpec[float, str]) -> tuple[Resonance, list[float]]:
+    assert spec.object_hz is not None
+    rms = [spec.object_m, spec.object_m, float(np.radians(spec.object_deg))]
+    return Resonance(spec.object_hz, spec.object_damping), rms
+
+
+CAMERA, OBJECT = "mount", "object"
+_PARTS = {CAMERA: _camera_part, OBJECT: _object_part}
+"""Resonance of what trembles, and the rms amplitude of its noise in each direction."""
+
+
+def _sampling(trajectory: Trajectory) -> tuple[int, float]:
+    """Number of samples, and seconds between them."""
+    return len(trajectory.t_us), float(trajectory.t_us[1] - trajectory.t_us[0]) / 1e6
 
 
 def hand_acceleration(trajectory: Trajectory, point_m: np.ndarray) -> np.ndarray:
@@ -106,7 +138,7 @@ def hand_acceleration(trajectory: Trajectory, point_m: np.ndarray) -> np.ndarray
     return np.pad(np.hstack([linear, angular]), ((1, 1), (0, 0)), mode="edge")
 
 
-def _as_poses(moved: np.ndarray) -> np.ndarray:
+def as_poses(moved: np.ndarray) -> np.ndarray:
     """Shifts and rotation vectors (n, 6) as poses (n, 7)."""
     return _poses(moved[:, :3], Rotation.from_rotvec(moved[:, 3:]))
 

@@ -19,9 +19,10 @@ class Resonance(NamedTuple):
         share = frequencies / self.hz
         return 1 / np.hypot(1 - share**2, 2 * self.damping * share)
 
-    def response(self, acceleration: np.ndarray, step_s: float) -> np.ndarray:
-        """x at the times of the acceleration (n, k), from rest; exact where that is made of straight lines."""
+    def response(self, acceleration: np.ndarray, step_s: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x at the times of the acceleration (n, k), and the state (2, k) after them, from that before, which is zero
+        at rest; exact where the acceleration is made of straight lines."""
         w = 2 * np.pi * self.hz
         continuous = [-1.0], [1.0, 2 * self.damping * w, w * w]
         discrete: Any = signal.cont2discrete(continuous, step_s, method="foh")
-        return np.asarray(signal.lfilter(np.ravel(discrete[0]), discrete[1], acceleration, axis=0))
+        return signal.lfilter(np.ravel(discrete[0]), discrete[1], acceleration, axis=0, zi=state)

@@ -1,0 +1,121 @@
+"""The stepped simulation against the whole one, and against theory."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import evslip
+from evslip.config.params import Params
+from evslip.physics.motion.phases import phase_times
+from evslip.physics.scene_model import GRAVITY_M_S2
+from evslip.physics.stepping import SteppedSimulation
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import measure
+from evslip.utils.errors import ConfigError
+
+MOUNT = {"vibration.mount_hz": 20.0, "vibration.mount_m": 2e-4, "vibration.mount_deg": 0.05}
+OBJECT = {"vibration.object_hz": 30.0, "vibration.object_m": 4e-4, "vibration.object_deg": 0.3}
+
+
+def sample(changes: dict[str, Any] | None = None, index: int = 0, split: str = "train") -> Params:
+    return evslip.draw(evslip.load_config("complex", changes or {}), index, split)
+
+
+def assert_equal(a: Trajectory, b: Trajectory) -> None:
+    for name, one, other in zip(a._fields[1:], a[1:], b[1:], strict=True):
+        assert (one is None) == (other is None), name
+        if one is not None and other is not None:
+            assert one.dtype == other.dtype
+            assert one.tobytes() == other.tobytes(), name
+
+
+def in_chunks(simulation: SteppedSimulation, lengths_us: tuple[int, ...], **commands: Any) -> Trajectory:
+    """Whole trajectory of a simulation that is advanced by these times, over and over."""
+    parts, count = [simulation.trajectory()], 0
+    while simulation.t_us < simulation.end_us:
+        since = simulation.t_us + 1
+        simulation.advance(simulation.t_us + lengths_us[count % len(lengths_us)], **commands)
+        parts.append(simulation.trajectory(since))
+        count += 1
+    columns: Any = zip(*(part[1:] for part in parts), strict=True)
+    joined: Any = (None if column[0] is None else np.concatenate(column) for column in columns)
+    return Trajectory(parts[0].params, *joined)
+
+
+@pytest.mark.parametrize(
+    ("changes", "index"),
+    [({}, 0), ({}, 3), ({"robot.kind": "cartesian"}, 1), ({"object.shape": "cylinder"}, 2), (MOUNT, 0)],
+)
+def test_without_commands_it_equals_the_whole_simulation_in_chunks_of_any_length(changes: dict[str, Any], index: int):
+    params = sample(changes, index)
+    whole = evslip.simulate(params)
+    simulation = SteppedSimulation(params)
+    assert (simulation.t_us, len(simulation.trajectory().t_us)) == (0, 1)
+    assert_equal(in_chunks(simulation, (1000, 10_000, 3_000, 400_000)), whole)
+    assert_equal(simulation.trajectory(), whole)
+    assert_equal(in_chunks(SteppedSimulation(params), (50_000, 700)), whole)
+
+
+def test_commands_and_a_trembling_object_are_the_same_in_chunks_of_any_length():
+    params = sample(MOUNT | OBJECT)
+    first, second = (in_chunks(SteppedSimulation(params), step, target_n=3.0) for step in ((10_000,), (1000, 7_000)))
+    assert_equal(first, second)
+
+
+def test_an_object_trembles_as_strongly_as_in_the_whole_simulation_and_the_truth_is_without_it():
+    params = sample(OBJECT | {"object.mass_kg": 0.01})
+    simulation = SteppedSimulation(params)
+    simulation.advance(simulation.end_us)
+    stepped, whole = simulation.trajectory(), evslip.simulate(params)
+    held = measure(whole).held
+    moved = [one.object_displacement for one in (stepped, whole)]
+    rms = [np.std(one[held], axis=0)[[0, 2, 5]] for one in moved if one is not None]
+    np.testing.assert_allclose(rms[0], rms[1], rtol=0.1)
+    np.testing.assert_allclose(measure(stepped).slide_m, measure(whole).slide_m, atol=1e-6)
+
+
+def test_a_slip_is_stopped_by_raising_the_force():
+    params = sample({"slip.kind": "natural"}, split="test")
+    truth = measure(evslip.simulate(params))
+    assert truth.onset_us is not None and np.ptp(truth.spin_deg[truth.held]) > 20
+    simulation = SteppedSimulation(params)
+    simulation.advance(truth.onset_us + 20_000)
+    simulation.advance(simulation.end_us, target_n=8.0)
+    stopped = measure(simulation.trajectory())
+    assert np.ptp(stopped.spin_deg[stopped.held]) < 0.7
+    assert simulation.force_n == pytest.approx(8.0)
+
+
+def test_the_least_force_is_that_of_the_onset_mass():
+    params = sample({"object.mass_kg": 0.02, "robot.kind": "cartesian"}, 4)
+    simulation, least = SteppedSimulation(params), []
+    times = phase_times(params)
+    for t_us in range(times["lift"][0], times["placement"][1], 10_000):
+        simulation.advance(t_us)
+        least.append(simulation.least_force_n())
+    expected = params.grip.force_n * params.object.mass_kg / evslip.onset_mass(params)
+    assert max(least) == pytest.approx(expected, rel=0.01)
+
+
+def test_the_hand_senses_gravity_its_tilt_and_the_pads():
+    params = sample({"object.mass_kg": 0.02, "object.depth_m": 0.05, "motion.tilt_deg": 20.0})
+    simulation = SteppedSimulation(params)
+    simulation.advance(phase_times(params)["lift"][0])
+    senses = simulation.senses
+    np.testing.assert_allclose(senses.hand_acceleration_m_s2, [0, 0, -GRAVITY_M_S2], atol=0.05)
+    np.testing.assert_allclose(senses.pad_force_n, params.grip.force_n, atol=0.02)
+    assert senses.opening_m == pytest.approx(0.05, abs=2e-4)
+    assert abs(senses.tilt_rad) < 1e-3
+    simulation.advance(phase_times(params)["tilt"][1])
+    assert np.degrees(simulation.senses.tilt_rad) == pytest.approx(20.0, abs=0.1)
+
+
+def test_its_end_and_wrong_forces():
+    simulation = SteppedSimulation(sample())
+    with pytest.raises(ConfigError, match="target_n"):
+        simulation.advance(1000, float("nan"))
+    assert simulation.t_us == 0
+    simulation.advance(10**12)
+    assert simulation.t_us == simulation.end_us
+    assert len(simulation.trajectory(simulation.end_us + 1).t_us) == 0
