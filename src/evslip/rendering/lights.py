@@ -41,11 +41,12 @@ class Lights:
             yield mix(parts, parts, weights, np.zeros_like(weights)), bodies
 
     def draw_sequence(
-        self, poses: ScenePoses, keys_us: np.ndarray, times_us: np.ndarray, scale: float
+        self, poses: ScenePoses, keys_us: np.ndarray, times_us: np.ndarray, scale: float, live: bool = False
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Frames at `times_us` (m,), of which the poses are those at `keys_us` (n,), drawn in sequence. What moves is
-        taken as linear in time between two keys, which are as close as `schedule.frame_times` has them."""
-        sequences = [one.draw_sequence(poses, scale) for one in self._renderers]
+        taken as linear in time between two keys, which are as close as `schedule.frame_times` has them. live: as of
+        `Raycaster.draw_sequence`."""
+        sequences = [one.draw_sequence(poses, scale, **({"live": True} if live else {})) for one in self._renderers]
         drawn = (_stacked(frames) for frames in zip(*sequences, strict=True))
         weights, firsts = self._weights(times_us), np.searchsorted(times_us, keys_us)
         before = next(drawn)

@@ -29,6 +29,7 @@ from evslip.rendering.shading.illumination import Illumination, illuminate
 from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, cast
 from evslip.rendering.shadows.mesh_shadow import outlines_of
 from evslip.rendering.timing.foreground import foreground_motion
+from evslip.rendering.timing.redraw import Redraw
 from evslip.rendering.timing.schedule import arm_motion, distractor_motion
 from evslip.rendering.timing.update_schedule import (
     GAP_M,
@@ -41,6 +42,7 @@ from evslip.rendering.timing.update_schedule import (
     cell_sway,
     divide,
     plan_cells,
+    plan_single,
     plan_still,
 )
 from evslip.rendering.viewpoint import View
@@ -109,12 +111,15 @@ class Raycaster:
         self._draw_foreground(buffer.layer(len(layers) - 1, 0), light)
         return self._composite(buffer, self._whole, layers, 0, scale)
 
-    def draw_sequence(self, poses: ScenePoses, scale: float = 1.0) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def draw_sequence(
+        self, poses: ScenePoses, scale: float = 1.0, *, live: bool = False
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Frames as of `draw`, of all poses in turn, which have to be as close as `schedule.frame_times` has them.
 
         Each cell of the backdrop, the light on it, and what stands before it, is drawn as often as it moves by as much
         as a frame may, see `update_schedule` and `foreground`; so a frame is ready LIGHT_LAG + LAG frames after it was
-        begun.
+        begun. live: the object's poses may change until a frame is asked for; the foreground is then drawn no earlier,
+        and the backdrop behind the object, too.
         """
         count = len(poses.travel_m)
         changes = np.diff(self._openings.rounded(poses.travel_m)) != 0
@@ -125,7 +130,7 @@ class Raycaster:
         if sway is not None:
             sway = sway._replace(limit_px=LIGHT_STEPS * sway.limit_px)
         shine = plan_cells(light_moved, changes, LIGHT_STEPS * limit, LIGHT_LAG, together=True, sway=sway)
-        motions = [foreground_motion(*scene)]
+        motions = [] if live else [foreground_motion(*scene)]
         if len(self._distractor_bodies):
             aside = np.maximum(distractor_motion(poses, self.camera), arm_motion(poses, self.camera))
             motions.insert(0, aside[:, None, None])
@@ -133,11 +138,14 @@ class Raycaster:
             plan_cells(self._sensor.stretch() * way, changes, limit, LIGHT_LAG, ahead=LIGHT_LAG + LAG)
             for way in motions
         ]
-        lit, drawn, *kept = (int(plan.slots.max()) + 1 for plan in (shine, behind, *layers))
+        redraw = Redraw(*scene) if live else None
+        if live:
+            layers.append(plan_single(count))
+        lit, drawn, *kept = (int(plan.before.max()) + 1 for plan in (shine, behind, *layers))
         lights, buffer = self._light_buffer(lit), LayerBuffer(drawn, kept, *self._image.shape)
         for step in range(count + LIGHT_LAG + LAG):
             if step < count and max(plan.slots[step].max() for plan in (shine, *layers)) >= 0:
-                self._place(poses, step)
+                self._place(poses, step, live)
                 self._grip(poses, step, self._openings.about)
                 light = self._illumination()
                 if shine.slots[step].max() >= 0:
@@ -149,11 +157,15 @@ class Raycaster:
                     self._draw_foreground(buffer.layer(len(layers) - 1, own), light)
             index = step - LIGHT_LAG
             if 0 <= index < count:
-                self._place(poses, index)
+                self._place(poses, index, live)
                 if poses.mounts is None:
                     self._grip(poses, index)
                 self._draw_backdrop(buffer, behind.slots[index], lights, shine, index)
             if index >= LAG:
+                if redraw is not None and redraw.is_due(poses, index - LAG):
+                    self._place(poses, index - LAG)
+                    self._grip(poses, index - LAG, self._openings.about)
+                    self._draw_foreground(buffer.layer(len(layers) - 1, 0), self._illumination())
                 yield self._composite(buffer, behind, layers, index - LAG, scale)
 
     def _light_buffer(self, slots: int) -> tuple[np.ndarray, np.ndarray]:
@@ -161,17 +173,19 @@ class Raycaster:
         shape = (slots, *self._image.shape)
         return np.zeros(shape, np.float32), np.zeros(shape if self._is_glossy else (0, 0, 0), np.float32)
 
-    def _place(self, poses: ScenePoses, index: int) -> None:
-        """Put camera, object and arm where they are."""
+    def _place(self, poses: ScenePoses, index: int, alone: bool = False) -> None:
+        """Put camera, object and arm where they are. alone: to draw the backdrop as if no object hid any of it."""
         self._at_us = int(poses.at_us[index])
         camera = poses.camera_position[index], poses.camera_rotation[index], self.camera.focal_px
         self._view = View(*camera, poses.object_position[index], poses.object_rotation[index])
-        self._body.cover(self._view)
+        if not alone:
+            self._body.cover(self._view)
         self._links = None if poses.links is None else (poses.links, index)
         sky = poses.background_turns[index]
         self._sky_view = self._view._replace(camera=sky.T @ self._view.camera, turn=sky.T @ self._view.turn)
         # How much the gripper hides of what is behind it changes from frame to frame where the camera trembles.
-        self._uncovered = Uncovered(self._everything, self._body.total, self._body.touched, self._body.full)
+        whole, body = self._without_object._replace(seen=self._everything), self._body
+        self._uncovered = whole if alone else Uncovered(self._everything, body.total, body.touched, body.full)
 
     def _grip(self, poses: ScenePoses, index: int, displaced: Callable[[float, Camera], Opening] | None = None) -> None:
         """Put the gripper where it is. displaced: what finds its opening where vibration moves the camera."""

@@ -29,18 +29,28 @@ NEAR_SHADOW_M = 0.3
 """Distance from the object at which a passer's shadow counts as near: what the camera sees around it."""
 LEAST_POINTS = 8
 """Of the gripper in view, for its motion to be followed."""
+TICK_SLACK = 0.25
+"""Share by which points may move farther between frames that have to come at given times, so that there are no more of
+them than needed."""
 LINK_CHECKS = 50
 """Every so many poses, it is seen which of the arm's links are in view."""
 
 
 def frame_times(
-    traj: Trajectory, start_us: int, end_us: int, *, camera: Camera | None = None, max_motion_px: float | None = None
+    traj: Trajectory,
+    start_us: int,
+    end_us: int,
+    *,
+    camera: Camera | None = None,
+    max_motion_px: float | None = None,
+    every_us: int | None = None,
 ) -> np.ndarray:
     """Times in microseconds, int64, strictly increasing from `start_us` to `end_us`.
 
     Between two of them no point of object or arm and no place of surface or background moves farther in the image than
     `max_motion_px` (default: the parameters' render.max_motion_px, at the camera's resolution), and no more time passes
-    than one period of render.min_rate_hz. Raises ConfigError.
+    than one period of render.min_rate_hz. `every_us`: each multiple of it after the start is among them; then points
+    move farther by TICK_SLACK at most. Raises ConfigError.
     """
     check_span(traj, start_us, end_us)
     params = traj.params
@@ -51,8 +61,15 @@ def frame_times(
     limit = max_motion_px or params.render.max_motion_px
     frames = np.maximum(motion / limit, np.diff(knots) * 1e-6 * params.render.min_rate_hz)
     progress = np.concatenate([[0.0], np.cumsum(frames)])
-    count = max(1, int(np.ceil(progress[-1] - 1e-9)))
-    times = np.interp(np.linspace(0.0, progress[-1], count + 1), progress, knots.astype(np.float64))
+    if every_us is None:
+        count = max(1, int(np.ceil(progress[-1] - 1e-9)))
+        wanted = np.linspace(0.0, progress[-1], count + 1)
+    else:
+        ticks = np.append(np.arange(start_us, end_us, every_us), end_us)
+        at = np.interp(ticks, knots, progress)
+        counts = np.maximum(1, np.ceil(np.diff(at) / (1 + TICK_SLACK))).astype(int)
+        wanted = np.interp(np.arange(counts.sum() + 1), np.append(0, np.cumsum(counts)), at)
+    times = np.interp(wanted, progress, knots.astype(np.float64))
     return np.unique(np.round(times).astype(np.int64))
 
 

@@ -190,6 +190,12 @@ def plan_still(cells: Cells) -> CellPlan:
     return plan_cells(np.zeros((0, cells.rows, cells.columns)), np.zeros(0, bool), 1.0)
 
 
+def plan_single(count: int) -> CellPlan:
+    """The plan of a layer with a single slot, which is drawn whenever it changes, for so many frames."""
+    none = np.zeros((count, 1, 1), np.int8)
+    return CellPlan(none - 1, none, none, none, np.zeros((count, 1, 1, 2), np.float32))
+
+
 def _place_of(drawn: np.ndarray, place: np.ndarray, order: np.ndarray) -> np.ndarray:
     """Places in `place` (frames, rows, columns) of the drawings of these numbers."""
     found = np.zeros((int(drawn.sum(0).max()), *place.shape[1:]))
