@@ -93,7 +93,7 @@ def test_every_frame_of_flickering_light_comes_once():
     traj = still(sample(flicker__lamp_depth=0.3, flicker__surroundings_depth=0.3), 0.1)
     frames = followed(traj, traj)
     times = np.array([frame.t_us for frame in frames])
-    assert len(times) > 100 and np.all(np.diff(times) > 0) and times[-1] == 100_000
+    assert len(times) > 50 and np.all(np.diff(times) > 0) and times[-1] == 100_000
     expected = list(render(traj, times_us=times))
     assert log_images(frames) == pytest.approx(log_images(expected), abs=1e-5)
 
