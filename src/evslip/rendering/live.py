@@ -24,7 +24,8 @@ class LiveView:
     """The hand camera's frames, as `render` draws them, of a trajectory that is told piece by piece.
 
     Surface, background and distractors are drawn ahead, as the hand is planned to move; object, gripper and arm when a
-    frame is due. What of a slip is known late is its shadow on the surface.
+    frame is due. What of a slip is known late is its shadow on the surface. Pixels at the object's edge are those of
+    `render` within what the surface changes across a pixel.
     """
 
     def __init__(
