@@ -4,7 +4,7 @@ Begin with `render`, then `raycast.renderer` (the fast renderer) and `timing.sch
 A new renderer is a class with the methods of `Renderer` and one line in RENDERERS.
 """
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from evslip.events.frame import Frame
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera, scene_camera
-from evslip.rendering.distractors.distractor import distractors_of
+from evslip.rendering.distractors.distractor import Distractor, distractors_of
 from evslip.rendering.lights import Lights
 from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
 from evslip.rendering.poses import ScenePoses
@@ -166,9 +166,15 @@ def exposure_scale(renderer: Any, traj: Trajectory, camera: Camera, first_us: in
     return MIDDLE_GREY / median
 
 
-def make_renderer(name: str | None, traj: Trajectory, camera: Camera, span: tuple[int, int]) -> Any:
-    """A renderer by its name, or by the parameters' for None, for a trajectory of a known recorded span. Raises
-    ConfigError."""
+def make_renderer(
+    name: str | None,
+    traj: Trajectory,
+    camera: Camera,
+    span: tuple[int, int],
+    distractors: Sequence[Distractor] | None = None,
+) -> Any:
+    """A renderer by its name, or by the parameters' for None, for a trajectory of a known recorded span. distractors:
+    default those of the trajectory. Raises ConfigError."""
     name = traj.params.render.renderer if name is None else name
     if name not in RENDERERS:
         raise ConfigError(f"renderer: {name!r} is unknown; expected one of {', '.join(RENDERERS)}")
@@ -176,7 +182,8 @@ def make_renderer(name: str | None, traj: Trajectory, camera: Camera, span: tupl
     kind: Callable[..., Any] = getattr(import_module(module), attribute)
     inside = (traj.t_us >= span[0]) & (traj.t_us <= span[1])
     held_travel_m = float(np.median(traj.joints[inside, 7:9].mean(1)))
-    return kind(traj.params, camera, held_travel_m, distractors=distractors_of(traj))
+    standing = distractors_of(traj) if distractors is None else distractors
+    return kind(traj.params, camera, held_travel_m, distractors=standing)
 
 
 def _frames(

@@ -1,14 +1,17 @@
 """Frames of a motion that goes on: the hand's way is planned, what the object does in it shows only as it happens."""
 
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from evslip.config.params import Params
 from evslip.events.frame import Frame
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering import exposure_scale, make_renderer
 from evslip.rendering.camera import hand_camera
+from evslip.rendering.distractors.distractor import distractors_of
 from evslip.rendering.lights import Lights
 from evslip.rendering.poses import ScenePoses, interpolate, matrices
 from evslip.rendering.timing.flicker import Flicker
@@ -40,14 +43,19 @@ class LiveView:
         camera, carried = hand_camera(params, size), _carried(nominal, start_us)
         self._keys_us = frame_times(carried, start_us, end_us, camera=camera, every_us=every_us)
         self._poses = ScenePoses(carried, camera, self._keys_us)
+        self._poses.distractors = distractors = distractors_of(nominal)
         flicker, self._known, self._given = Flicker(params), 0, 0
         if flicker.is_on:
-            lights = Lights(params, lambda own: make_renderer(None, carried._replace(params=own), camera, span_us))
+
+            def make(own: Params) -> Any:
+                return make_renderer(None, carried._replace(params=own), camera, span_us, distractors)
+
+            lights = Lights(params, make)
             scale = exposure_scale(lights, nominal, camera, start_us)
             self.times_us = flicker.times(self._keys_us)
             self._drawn = lights.draw_sequence(self._poses, self._keys_us, self.times_us, scale, live=True)
         else:
-            renderer = make_renderer(None, carried, camera, span_us)
+            renderer = make_renderer(None, carried, camera, span_us, distractors)
             scale = exposure_scale(renderer, nominal, camera, start_us)
             self.times_us = self._keys_us
             self._drawn = renderer.draw_sequence(self._poses, scale, live=True)
