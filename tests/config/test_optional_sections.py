@@ -17,6 +17,7 @@ USED = {
     "flicker": {"lamp_depth": {"min": 0.1, "max": 0.3}, "waveform": ["sine", "pwm"], "frequency_hz": [100.0, 120.0]},
     "lens": {"spots": {"min": 1.0, "max": 9.0}, "glare": 0.1},
     "readout": {"lost_share": 0.1},
+    "disturbance": {"kind": ["none", "push", "wet"], "push_n": {"min": 0.5, "max": 5.0}, "at": 0.3},
 }
 
 
@@ -28,6 +29,8 @@ def test_a_section_is_written_only_where_it_says_something(name: str):
 
 
 LATER = {
+    "grip.actuator": ["ideal", "panda", "fast"],
+    "grip.actuator_delay_s": {"min": 0.0, "max": 0.05},
     "object.finish": ["film", "texture", "metal"],
     "object.roughness": {"min": 0.2, "max": 0.6},
     "render.denoise": True,
@@ -81,6 +84,12 @@ def test_a_section_is_drawn_and_read_back_and_changes_no_other_draw(name: str):
         ),
         ({"object.finish": ["film", 3]}, "object.finish: ['film', 3] is wrong: expected a name or a list of names"),
         ({"object.roughness": 0}, "object.roughness: 0 is out of range, expected 0.1 to 1"),
+        ({"disturbance.kind": "rain"}, "disturbance.kind: 'rain' is unknown; expected one of none, mass, push, wet"),
+        ({"disturbance.wet_factor": 0.0}, "disturbance.wet_factor: 0 is out of range, expected 0.05 to 1"),
+        ({"disturbance.at": {"min": 0.5, "max": 1.5}}, "disturbance.at: 1.5 is out of range, expected 0 to 1"),
+        ({"grip.actuator": "quick"}, "grip.actuator: 'quick' is unknown; expected one of ideal, panda, fast"),
+        ({"grip.actuator_delay_s": -1.0}, "grip.actuator_delay_s: -1 is out of range, expected 0 to 0.5"),
+        ({"grip.least_n": 30.0}, "grip.least_n: may be 30, which is above grip.most_n 20"),
         ({"lens.glare": 0.9}, "lens.glare: 0.9 is out of range, expected 0 to 0.5"),
     ],
 )

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from evslip.physics.actuator import ACTUATORS, Actuator, Response
+import evslip
+from evslip.config.sections.grip import ACTUATORS
+from evslip.physics.actuator import RESPONSES, Actuator, Response, response_of
 
 STEP_S = 1e-3
 
@@ -38,6 +40,13 @@ def test_a_sine_at_the_bandwidth_comes_out_weaker_by_the_root_of_two_and_an_eigh
 
 def test_an_ideal_actuator_does_at_once_what_is_asked_and_any_keeps_a_constant_force_exactly():
     targets = np.random.default_rng(0).uniform(0.5, 20, 50)
-    np.testing.assert_array_equal(answer(ACTUATORS["ideal"], targets, 1.0), targets)
-    for response in ACTUATORS.values():
+    np.testing.assert_array_equal(answer(RESPONSES["ideal"], targets, 1.0), targets)
+    for response in RESPONSES.values():
         assert (answer(response, np.full(50, 1.7), 1.7) == 1.7).all()
+
+
+def test_every_kind_can_be_asked_for_and_its_response_be_replaced_in_part():
+    assert tuple(RESPONSES) == ACTUATORS
+    for kind in ACTUATORS:
+        grip = evslip.draw(evslip.load_config("simple", {"grip.actuator": kind, "grip.actuator_hz": 7.0}), 0).grip
+        assert response_of(grip) == RESPONSES[kind]._replace(hz=7.0)

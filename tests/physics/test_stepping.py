@@ -45,7 +45,14 @@ def in_chunks(simulation: SteppedSimulation, lengths_us: tuple[int, ...], **comm
 
 @pytest.mark.parametrize(
     ("changes", "index"),
-    [({}, 0), ({}, 3), ({"robot.kind": "cartesian"}, 1), ({"object.shape": "cylinder"}, 2), (MOUNT, 0)],
+    [
+        ({}, 0),
+        ({}, 3),
+        ({"robot.kind": "cartesian"}, 1),
+        ({"object.shape": "cylinder"}, 2),
+        (MOUNT, 0),
+        ({"disturbance.kind": "mass"}, 0),
+    ],
 )
 def test_without_commands_it_equals_the_whole_simulation_in_chunks_of_any_length(changes: dict[str, Any], index: int):
     params = sample(changes, index)
@@ -116,6 +123,10 @@ def test_its_end_and_wrong_forces():
     with pytest.raises(ConfigError, match="target_n"):
         simulation.advance(1000, float("nan"))
     assert simulation.t_us == 0
+    simulation.advance(1_000_000, 1e6)
+    assert simulation.force_n == pytest.approx(simulation.params.grip.most_n)
+    simulation.advance(2_000_000, -1.0)
+    assert simulation.force_n == pytest.approx(simulation.params.grip.least_n)
     simulation.advance(10**12)
     assert simulation.t_us == simulation.end_us
     assert len(simulation.trajectory(simulation.end_us + 1).t_us) == 0

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Generic
 from pydantic import Field, model_validator
 
 from evslip.config.nuisances.clutter import ClutterSpec
+from evslip.config.nuisances.disturbance import DisturbanceSpec
 from evslip.config.nuisances.flicker import FlickerSpec
 from evslip.config.nuisances.lens import LensSpec
 from evslip.config.nuisances.passers import PassersSpec
@@ -39,6 +40,7 @@ class SampleSpec(Section, Generic[N, S]):
     flicker: Annotated[FlickerSpec[N, S], LATER] = Field(default={}, validate_default=True)
     robot: RobotSpec = RobotSpec()
     motion: MotionSpec[N, S]
+    disturbance: Annotated[DisturbanceSpec[N, S], LATER] = Field(default={}, validate_default=True)
     camera: CameraSpec[N, S]
     lens: Annotated[LensSpec[N, S], LATER] = Field(default={}, validate_default=True)
     sensor: SensorSpec[N, S]

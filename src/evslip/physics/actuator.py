@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Response(NamedTuple):
@@ -16,8 +16,21 @@ class Response(NamedTuple):
     """Time before anything happens; rounded to whole steps."""
 
 
-ACTUATORS = {"ideal": Response(math.inf, math.inf, 0.0), "panda": Response(20.0, 60.0, 0.005)}
-"""Responses by name. An ideal actuator's force is what is asked for, from the next step on."""
+RESPONSES = {
+    "ideal": Response(math.inf, math.inf, 0.0),
+    "panda": Response(20.0, 60.0, 0.005),
+    "fast": Response(100.0, 1000.0, 0.001),
+}
+"""Responses by the name in grip.actuator. An ideal actuator's force is what is asked for, from the next step on. The
+Panda's hand has no force control of that rate: these are assumptions for a servo gripper of its size. So is the fast
+one, for a gripper without gears (Bhatia, Johnson, Mason, Direct Drive Hands, Robotics: Science and Systems 2019)."""
+
+
+def response_of(grip: Any) -> Response:
+    """Response of the actuator of `params.grip`, a kind's own where none is given."""
+    kind: Response = RESPONSES[grip.actuator]
+    given = (grip.actuator_hz, grip.actuator_n_s, grip.actuator_delay_s)
+    return Response(*(usual if value is None else value for usual, value in zip(kind, given, strict=True)))
 
 
 class Actuator:

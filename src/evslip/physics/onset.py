@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.physics.disturbance import undisturbed
 from evslip.physics.grip import contact_elements, grip_point_m
 from evslip.physics.inertia import centre_of_mass_m, gyration_m2
 from evslip.physics.limit_surface import LimitSurface
@@ -26,8 +27,10 @@ def onset_mass(params: Params, phases: Collection[str] | None = None) -> float:
 
     The load is gravity, the acceleration of the centre of mass and the angular acceleration of the planned motion. The
     resistance is the limit surface of two pads, each pressing with grip.force_n evenly over the part of the object that
-    it covers. object.mass_kg itself plays no part. Raises ConfigError for an unknown phase.
+    it covers. object.mass_kg itself plays no part, and no disturbance: it comes on top. Raises ConfigError for an
+    unknown phase.
     """
+    params = undisturbed(params)
     hanging = hanging_phases(params)
     chosen = hanging if phases is None else tuple(phases)
     for name in chosen:

@@ -54,18 +54,19 @@ class SensorReader:
         self._params = params
         self._surfaces = [LimitSurface.of(patch.points, patch.weights) for patch in grasp(params).pads]
 
-    def read(self, t_us: np.ndarray, sensors: np.ndarray) -> Trajectory:
-        """Samples at times (n,) of sensor data in single precision, of shape (n, k)."""
-        gripper, obj, joints, normal, floor, friction = split_sensors(sensors)
+    def read(self, t_us: np.ndarray, sensors: np.ndarray, friction: np.ndarray) -> Trajectory:
+        """Samples at times (n,) of sensor data in single precision, (n, k), at friction coefficients (n,)."""
+        gripper, obj, joints, normal, floor, wrench = split_sensors(sensors)
         joints = np.insert(joints, [joints.shape[1] - 2] * (JOINTS - joints.shape[1]), 0, axis=1)
-        used = self._utilisation(normal, friction)
-        return Trajectory(self._params, t_us, gripper, obj, joints, normal, floor, friction, used)
+        used = self._utilisation(normal, wrench, friction.astype(np.float32))
+        return Trajectory(self._params, t_us, gripper, obj, joints, normal, floor, wrench, used)
 
-    def _utilisation(self, normal_n: np.ndarray, friction: np.ndarray) -> np.ndarray:
-        """Share of each pad's limit surface that is used, from normal forces (n, 2) and friction (n, 2, 3); (n, 2)."""
+    def _utilisation(self, normal_n: np.ndarray, wrench: np.ndarray, friction: np.ndarray) -> np.ndarray:
+        """Share of each pad's limit surface that is used, from normal forces (n, 2), wrenches of friction (n, 2, 3) and
+        its coefficients (n,); of shape (n, 2)."""
         used = np.zeros_like(normal_n)
         for k, surface in enumerate(self._surfaces):
             touching = normal_n[:, k] > 0
-            can = self._params.grip.friction * normal_n[touching, k]
-            used[touching, k] = surface.utilisation(friction[touching, k], can)
+            can = friction[touching] * normal_n[touching, k]
+            used[touching, k] = surface.utilisation(wrench[touching, k], can)
         return rounded(used, UTILISATION_BITS)

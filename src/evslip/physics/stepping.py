@@ -9,7 +9,9 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.physics import scene_model
-from evslip.physics.actuator import ACTUATORS, Actuator
+from evslip.physics.actuator import Actuator, response_of
+from evslip.physics.carried_object import CarriedObject
+from evslip.physics.disturbance import conditions_of
 from evslip.physics.grip import TCP_M
 from evslip.physics.inertia import gyration_m2
 from evslip.physics.limit_surface import LimitSurface
@@ -56,13 +58,15 @@ class SteppedSimulation:
         self._data = data = mujoco.MjData(model)
         data.qpos[: self.plan.command.shape[1]] = np.r_[self.plan.joints[0], self.plan.command[0, -2:]]
         mujoco.mj_forward(model, data)
-        self._hand_body, self._object = (model.body(name).id for name in (HAND, scene_model.OBJECT))
+        self._hand_body = model.body(HAND).id
         self._fingers = [model.actuator(name).id for name in FINGER_JOINTS]
-        self._actuator = Actuator(ACTUATORS["panda"], params.grip.force_n, scene_model.TIMESTEP_S)
+        self._actuator = Actuator(response_of(params.grip), params.grip.force_n, scene_model.TIMESTEP_S)
         self._target_n: float | None = None
         steps = len(self.plan.command)
         self._times_us = np.arange(steps, dtype=np.int64) * STEP_US
         self._log, self._reader = SampleLog(params, self._times_us), SensorReader(params)
+        self._conditions = conditions_of(params, self._times_us / 1e6)
+        self._object = CarriedObject(model)
         spec = params.vibration
         if trembling and not (spec.object_hz is None and spec.mount_hz is None):
             self._vibration = SteppedVibration(params, steps, scene_model.TIMESTEP_S)
@@ -89,12 +93,12 @@ class SteppedSimulation:
     @property
     def friction(self) -> float:
         """Friction coefficient of the pads now."""
-        return self.params.grip.friction
+        return float(self._conditions.friction[self._last])
 
     @property
     def mass_kg(self) -> float:
         """Mass of the object now."""
-        return self.params.object.mass_kg
+        return float(self._conditions.mass_kg[self._last])
 
     @property
     def utilisation(self) -> np.ndarray:
@@ -114,12 +118,13 @@ class SteppedSimulation:
     def advance(self, until_us: int, target_n: float | None = None) -> None:
         """Steps to the last sample up to a time, or to the end.
 
-        target_n: grip force that is asked for from now on (None: the one before), which the actuator follows.
+        target_n: grip force that is asked for from now on (None: the one before), between grip.least_n and grip.most_n;
+        the actuator follows it. Raises ConfigError where it is not finite.
         """
         if target_n is not None:
             if not np.isfinite(target_n):
                 raise ConfigError(f"target_n: {target_n} is no force, expected newtons")
-            self._target_n = float(target_n)
+            self._target_n = min(max(float(target_n), self.params.grip.least_n), self.params.grip.most_n)
         first, end = self._last + 1, min(until_us // STEP_US + 1, len(self.plan.command))
         if end <= first:
             return
@@ -135,7 +140,7 @@ class SteppedSimulation:
         if not np.isfinite(self._data.qpos).all() or any(self._data.warning[kind].number for kind in DIVERGED):
             reason = "the contact forces are too large for the object's mass"
             raise GraspFailed("unstable", f"the simulation diverged: {reason}")
-        part = self._reader.read(self._times_us[first:end], sensors)
+        part = self._reader.read(self._times_us[first:end], sensors, self._conditions.friction[first:end])
         self._log.write(first, part)
         self._last = end - 1
         if self._vibration is not None:
@@ -146,13 +151,13 @@ class SteppedSimulation:
         return self._log.read(min(max(-(-since_us // STEP_US), 0), self._last + 1), self._last + 1)
 
     def least_force_n(self) -> float:
-        """Least grip force that holds at this instant: by the limit surface of the pads against gravity and the
+        """Least grip force that holds at this instant: by the limit surface of the pads against gravity, a push and the
         acceleration of the hand, if the object were carried as it lies in the hand now."""
         rotation, acceleration, velocity = self._hand()
         angular, linear, spin = acceleration[:3], acceleration[3:], velocity[:3]
-        centre = self._data.xipos[self._object] - self._data.xpos[self._hand_body]
-        arm = rotation.T @ centre
-        linear = linear + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
+        arm = rotation.T @ (self._data.xipos[self._object.body] - self._data.xpos[self._hand_body])
+        push = rotation.T @ self._conditions.push_n[self._last] / self.mass_kg
+        linear = linear - push + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
         com = (arm - TCP_M)[[0, 2]] * [1, -1]
         wrench = load_wrench(com, linear[0], -linear[2], -angular[1], gyration_m2(self.params))
         return float(self.mass_kg * self._surface.utilisation(wrench, PADS * self.friction))
@@ -162,6 +167,7 @@ class SteppedSimulation:
         return pad_surface(self.params)
 
     def _step(self, data: mujoco.MjData, step: int) -> None:
+        self._object.apply(data, self._conditions, step)
         data.ctrl[:] = self.plan.command[step]
         mujoco.mj_step(self._model, data)
 

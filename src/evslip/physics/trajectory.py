@@ -34,7 +34,8 @@ class Trajectory(NamedTuple):
     y at zero tilt, in newton metres; of shape (n, 2, 3). None in records made without."""
     pad_utilisation: np.ndarray | None = None
     """Share of what each pad's friction can carry that is in use: its pad_friction on the limit surface of its patch
-    under its normal force. 1 where it slides, within 0.03; 0 where it does not touch; of shape (n, 2)."""
+    under its normal force, with the friction of that moment. 1 where it slides, within 0.03; 0 where it does not touch;
+    of shape (n, 2)."""
     object_displacement: np.ndarray | None = None
     """Part of object_pose by which vibration has the object tremble in the pads, which is no slip: shift along the
     hand's axes in metres, then the quaternion wxyz of a turn about the tool centre in these axes; float32 of shape

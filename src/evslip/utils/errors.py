@@ -33,7 +33,8 @@ class Rejection(EvslipError):
 
 
 class PlanRejected(Rejection, ConfigError):
-    """The robot cannot do the motion: "unreachable", "joint_limit", "too_fast", "too_long", "collision", "grip"."""
+    """The robot cannot do the motion: "unreachable", "joint_limit", "too_fast", "too_long", "collision", "grip",
+    "disturbance"."""
 
 
 class DataError(EvslipError):

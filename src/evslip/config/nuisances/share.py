@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Strict
 
-from evslip.config.section import Section, Within
+from evslip.config.section import LATER, Section, Within
 
 Share = Annotated[float, Strict(), Within(0.0, 1.0)]
 
@@ -14,6 +14,8 @@ class ShareSpec(Section):
 
     clutter: Share = 1.0
     """Share of the samples that have the section clutter,"""
+    disturbance: Annotated[Share, LATER] = 1.0
+    """... disturbance,"""
     flicker: Share = 1.0
     """... flicker,"""
     lens: Share = 1.0

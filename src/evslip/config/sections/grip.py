@@ -1,8 +1,14 @@
 """The grip: where and how hard the hand holds the object."""
 
-from typing import Annotated, Generic
+from typing import Annotated, Any, Generic
 
-from evslip.config.section import N, S, Section, Within, usual
+from pydantic import model_validator
+
+from evslip.config.distributions import extremes
+from evslip.config.section import LATER, N, OneOf, S, Section, Within, usual, wrong
+
+ACTUATORS = ("ideal", "panda", "fast")
+"""`physics.actuator.RESPONSES` has the response of each."""
 
 
 class GripSpec(Section, Generic[N, S]):
@@ -22,3 +28,23 @@ class GripSpec(Section, Generic[N, S]):
     """... along its depth: the fingers push it into their middle,"""
     error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
     """... and turned about the vertical: the pads give way to it, and turn it straight only where friction is low."""
+    actuator: Annotated[S, OneOf(ACTUATORS), LATER] = usual("panda")
+    """How the grip force follows commands, of a controller; nothing else commands it. Ideal: at once."""
+    actuator_hz: Annotated[N | None, Within(0.1, 1000.0), LATER] = None
+    """Bandwidth of the actuator, a low-pass filter of first order. Default: that of its kind (panda 20, fast 100)."""
+    actuator_n_s: Annotated[N | None, Within(0.1, 1e6), LATER] = None
+    """Largest rate of its force in newtons a second. Default: that of its kind (panda 60, fast 1000)."""
+    actuator_delay_s: Annotated[N | None, Within(0.0, 0.5), LATER] = None
+    """Time before it answers, in whole milliseconds. Default: that of its kind (panda 0.005, fast 0.001)."""
+    least_n: Annotated[N, Within(0.0, 70.0), LATER] = usual(0.5)
+    """Least force that can be commanded,"""
+    most_n: Annotated[N, Within(0.1, 70.0), LATER] = usual(20.0)
+    """... and most: what the object bears. Neither limits force_n."""
+
+    @model_validator(mode="after")
+    def _check_limits_of_force(self) -> "GripSpec[N, S]":
+        given: tuple[Any, Any] = self.least_n, self.most_n
+        least, most = extremes(given[0])[1], extremes(given[1])[0]
+        if least > most:
+            raise wrong("least_n", f"may be {least:g}, which is above grip.most_n {most:g}")
+        return self

@@ -1,6 +1,7 @@
 """The time line: approach, initial, lift, the phases of the kind of motion, placement, release."""
 
 from evslip.config.params import Params
+from evslip.physics.motion.pace import pace_of
 from evslip.scene.motions import KINDS
 from evslip.scene.motions.steps import lift_s, lower_s, scale
 
@@ -16,6 +17,15 @@ APPROACH_S, INITIAL_S, PAUSE_S, RELEASE_S = 0.5, 0.45, 0.2, 0.8
 
 def phase_bounds_s(params: Params) -> dict[str, tuple[float, float]]:
     """Start and end of each phase in seconds."""
+    bounds = planned_bounds_s(params)
+    pace = pace_of(params, bounds)
+    if pace is None:
+        return bounds
+    return {name: (pace.when(start), pace.when(end)) for name, (start, end) in bounds.items()}
+
+
+def planned_bounds_s(params: Params) -> dict[str, tuple[float, float]]:
+    """Start and end of each phase in seconds, at the usual pace."""
     motion = params.motion
     slower = scale(motion)
     lengths = {

@@ -9,10 +9,13 @@ from scipy.interpolate import CubicSpline
 
 from evslip.config.params import Params
 from evslip.config.sections.robot import RobotKind
+from evslip.physics import disturbance
 from evslip.physics.grip import open_travel_m, planned_grasp, tcp_offset_m
 from evslip.physics.motion import clearance
 from evslip.physics.motion.inverse_kinematics import joint_path
-from evslip.physics.motion.phases import phase_bounds_s
+from evslip.physics.motion.pace import pace_of
+from evslip.physics.motion.phases import phase_bounds_s, planned_bounds_s
+from evslip.physics.motion.shaking import shaking_m
 from evslip.physics.robot import (
     ARM_JOINTS,
     ARM_SERVOS,
@@ -55,10 +58,17 @@ def duration_s(params: Params) -> float:
     return phase_bounds_s(params)["release"][1]
 
 
+def planned_time_s(params: Params, t_s: np.ndarray) -> np.ndarray:
+    """Times at which the motion at its usual pace is where it is at the times (n,)."""
+    pace = pace_of(params, planned_bounds_s(params))
+    return t_s if pace is None else pace.progress(t_s)
+
+
 def tool_path(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Tool centre (n, 3) in metres and lateral tilt (n,) in radians at times (n,) in seconds."""
     obj, motion = params.object, params.motion
-    bounds, slower, kind = phase_bounds_s(params), scale(motion), KINDS[motion.kind]
+    bounds, slower, kind = planned_bounds_s(params), scale(motion), KINDS[motion.kind]
+    shaken, t_s = shaking_m(params, bounds, t_s), planned_time_s(params, t_s)
     start, retreat = bounds["lift"][1], bounds["release"][0] + RETREAT_AFTER_S * slower
     way, tilt = kind.path(motion, t_s - start)
     end, _ = kind.path(motion, np.array([bounds["placement"][0] - start]))
@@ -68,12 +78,12 @@ def tool_path(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     middle = planned_grasp(params).middle_m
     grasp = np.array([obj.x_m + tcp_offset_m(params), obj.y_m + middle, obj.height_m - params.grip.depth_m])
     height = motion.lift_m * (up - down) - end[0, 2] * down + CLEARANCE_M * up + APPROACH_M * above
-    return grasp + way + height[:, None] * [0, 0, 1], tilt
+    return grasp + way + height[:, None] * [0, 0, 1] + shaken, tilt
 
 
 def finger_travel(params: Params, t_s: np.ndarray) -> np.ndarray:
     """Commanded travel of each finger in metres, of shape (n,)."""
-    bounds, slower = phase_bounds_s(params), scale(params.motion)
+    bounds, slower, t_s = planned_bounds_s(params), scale(params.motion), planned_time_s(params, t_s)
     opened, closed = open_travel_m(params), planned_grasp(params).gap_m / 2 - CLOSE_INTO_M
     grasp = step(t_s, bounds["initial"][0], CLOSE_S * slower) - step(t_s, bounds["release"][0], OPEN_S * slower)
     return opened + (closed - opened) * grasp
@@ -83,6 +93,7 @@ def plan(params: Params, model: mujoco.MjModel) -> ServoPlan:
     """Commands for the whole motion. Raises PlanRejected where the robot cannot go, cannot go so fast, or would run
     something into the table or the hand, and for a motion that lasts too long."""
     clearance.check_grip(params)
+    disturbance.check(params)
     duration = duration_s(params)
     if duration > LONGEST_S:
         raise PlanRejected(
