@@ -16,36 +16,35 @@ import itertools
 import resource
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from fixed_hand import hang
-from scipy.spatial.transform import Rotation
+from grip_varies import GRIP_TABLES
+from physics_cases import (
+    CREEP_DEG,
+    CREEP_MM,
+    CUBOID,
+    RATIO,
+    VARIED,
+    bisected,
+    gripped,
+    hanging_onset_kg,
+    largest_creep,
+    params_of,
+    progress,
+    weighing,
+)
 
 import evslip
 from evslip.config.params import Params
 from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
-from evslip.physics import scene_model
-from evslip.physics.grip import grip_point_m
-from evslip.physics.inertia import centre_of_mass_m
-from evslip.physics.onset import PADS, pad_surface
 from evslip.utils.errors import GraspFailed
 
 DEPTHS_MM, OFFSETS_MM = (-4, 0, 4, 8, 12), (0, 5, 10, 15, 20)
 FORCES_N, FRICTIONS = (2, 5, 20), (0.3, 0.5, 1.0)
-RATIO = 0.97, 1.03
-CREEP_DEG, CREEP_MM = 0.01, 0.06
-WINDOW_S = 0.16
 COST_S = 0.6
-VARIED = {
-    "grip.force_n": {"min": 1.0, "max": 10.0},
-    "grip.friction": {"min": 0.3, "max": 1.0},
-    "motion.tilt_deg": {"min": -25.0, "max": 25.0},
-}
-"""What the random draws vary beyond preset complex."""
-CUBOID = {"object.width_m": 0.05, "object.depth_m": 0.05, "object.height_m": 0.1}
 STIFF = {"PAD_GIVE_M": 1e-5, "PAD_SLACK_M_S2": 30.0}
 """Pads nearly as hard as MuJoCo's default contact."""
 
@@ -53,13 +52,14 @@ STIFF = {"PAD_GIVE_M": 1e-5, "PAD_SLACK_M_S2": 30.0}
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=TABLES, default=list(TABLES))
+    parser.add_argument("--grip-varies", action="store_true", help="tables of a force that changes, in place of these")
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--robot", choices=("panda", "cartesian"), default="panda")
     options = parser.parse_args()
     kept = []
-    for name in options.only:
-        table, count = TABLES[name]
+    chosen = GRIP_TABLES if options.grip_varies else {name: TABLES[name] for name in options.only}
+    for name, (table, count) in chosen.items():
         start = time.process_time()
         print(f"\n## {name}\n", flush=True)
         kept.append(table(options.count or count, options.seed, options.robot))
@@ -83,28 +83,6 @@ def onset(count: int, seed: int, robot: str) -> bool:
     low, high = np.nanmin(ratios), np.nanmax(ratios)
     print(f"all: {low:.3f}...{high:.3f}, wanted {RATIO[0]}...{RATIO[1]}")
     return bool(low >= RATIO[0] and high <= RATIO[1])
-
-
-def gripped(depth_mm: float, offset_mm: float, force_n: float, friction: float) -> dict[str, Any]:
-    """Overrides that grip CUBOID there."""
-    share = offset_mm / (900 * CUBOID["object.width_m"] / 2)
-    return {"grip.depth_m": depth_mm / 1e3, "grip.offset": share, "grip.force_n": force_n, "grip.friction": friction}
-
-
-def hanging_onset_kg(params: Params) -> float:
-    """Mass at which an object at rest must slip."""
-    arm, _ = centre_of_mass_m(params) - grip_point_m(params)
-    weight = scene_model.GRAVITY_M_S2 * np.array([0.0, 1.0, -arm])
-    return float(1 / pad_surface(params).utilisation(weight, PADS * params.grip.friction * params.grip.force_n))
-
-
-def bisected(params: Params, low: float = 0.8, high: float = 1.25) -> float:
-    """Simulated over predicted onset mass of an object that hangs at rest."""
-    predicted = hanging_onset_kg(params)
-    while high - low > 0.002:
-        middle = (low + high) / 2
-        low, high = (low, middle) if hang(weighing(params, middle * predicted)).slipped else (middle, high)
-    return (low + high) / 2
 
 
 def motion(count: int, seed: int, robot: str) -> bool:
@@ -147,22 +125,14 @@ def creep(count: int, seed: int, robot: str) -> bool:
             x, y, yaw = off * sides[index] * [0.002, 0.002, 1.0]
             error = {"grip.error_x_m": x, "grip.error_y_m": y, "grip.error_yaw_deg": yaw}
             params = params_of(index, seed, robot, VARIED | error)
-            worst[index] = _windows(weighing(params, float(multiples[index]) * evslip.onset_mass(params)))
+            worst[index] = largest_creep(
+                evslip.measure(evslip.simulate(weighing(params, float(multiples[index]) * evslip.onset_mass(params))))
+            )
         (turn, slide), (turns, slides) = worst.max(axis=0), np.median(worst, axis=0)
         print(f"| {name} | {count} | {turn:.4f} | {turns:.4f} | {slide:.3f} | {slides:.3f} |", flush=True)
         kept &= bool(turn <= CREEP_DEG and slide <= CREEP_MM)
     print(f"wanted: at most {CREEP_DEG} deg and {CREEP_MM} mm")
     return kept
-
-
-def _windows(params: Params) -> tuple[float, float]:
-    """Largest rotation in degrees and translation in millimetres within a held window."""
-    truth = evslip.measure(evslip.simulate(params))
-    span = round(WINDOW_S / scene_model.TIMESTEP_S)
-    turn = Rotation.from_quat(truth.rotation[truth.held].astype(np.float64), scalar_first=True)
-    place = truth.position_m[truth.held].astype(np.float64)
-    turned = np.degrees((turn[:-span].inv() * turn[span:]).magnitude())
-    return float(turned.max()), 1e3 * float(np.linalg.norm(place[span:] - place[:-span], axis=1).max())
 
 
 def chatter(count: int, seed: int, robot: str) -> bool:
@@ -210,27 +180,8 @@ def _resident_mb() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 2**20
 
 
-def params_of(index: int, seed: int, robot: str, overrides: dict[str, Any]) -> Params:
-    """A draw of preset complex."""
-    config = evslip.load_config("complex", {"seed": seed, "robot.kind": robot, **overrides})
-    return evslip.draw(config, index)
-
-
-def weighing(params: Params, mass_kg: float) -> Params:
-    """The same sample with another mass."""
-    return params.model_copy(update={"object": params.object.model_copy(update={"mass_kg": mass_kg})})
-
-
 def _span(values: np.ndarray) -> str:
     return f"{values.min():.3f}...{values.max():.3f}" if len(values) else "-"
-
-
-def progress(work: Any) -> Iterator[Any]:
-    """Walk through a sequence, telling on the error stream how far it is."""
-    for number, item in enumerate(work):
-        if number and number % 20 == 0:
-            print(f"  {number} of {len(work)}", file=sys.stderr, flush=True)
-        yield item
 
 
 TABLES: dict[str, tuple[Callable[[int, int, str], bool], int]] = {

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 from fixed_hand import hang
-from physics import CUBOID, OFFSETS_MM, STIFF, bisected, gripped, hanging_onset_kg, params_of, weighing
+from physics import OFFSETS_MM, STIFF
+from physics_cases import CUBOID, bisected, gripped, hanging_onset_kg, params_of, weighing
 
 from evslip.physics.grip import LEFT, grasp
 from evslip.physics.limit_surface import LimitSurface

@@ -42,9 +42,8 @@ def sample(kind: str, index: int = 0, **changes: Any) -> Params:
 
 def resting_utilisation(params: Params) -> float:
     """Share of the friction that the undisturbed object needs while it hangs at rest."""
-    load = params.object.mass_kg * load_per_kg(
-        undisturbed(params), np.array([begin_s(params, planned_bounds_s(params))])
-    )
+    begin = np.array([begin_s(params, planned_bounds_s(params))])
+    load = params.object.mass_kg * load_per_kg(undisturbed(params), begin)
     return float(pad_surface(params).utilisation(load, PADS * params.grip.friction * params.grip.force_n)[0])
 
 

@@ -15,6 +15,7 @@ from evslip.physics.truth import measure
 from evslip.utils.errors import ConfigError
 
 MOUNT = {"vibration.mount_hz": 20.0, "vibration.mount_m": 2e-4, "vibration.mount_deg": 0.05}
+MASS = {"disturbance.kind": "mass", "disturbance.at": 0.2}
 OBJECT = {"vibration.object_hz": 30.0, "vibration.object_m": 4e-4, "vibration.object_deg": 0.3}
 
 
@@ -92,6 +93,35 @@ def test_a_slip_is_stopped_by_raising_the_force():
     stopped = measure(simulation.trajectory())
     assert np.ptp(stopped.spin_deg[stopped.held]) < 0.7
     assert simulation.force_n == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(("first_n", "target_n"), [(1.0, 20.0), (0.5, 20.0), (20.0, 0.5)])
+def test_pads_made_for_one_force_press_with_any_other_and_do_not_move_the_object(first_n: float, target_n: float):
+    changes = {"grip.force_n": first_n, "grip.actuator": "ideal", "object.mass_kg": 0.002, "motion.duration_s": 4.0}
+    simulation = SteppedSimulation(sample({**changes, "robot.kind": "cartesian", "object.shape": "cylinder"}))
+    simulation.advance(phase_times(simulation.params)["tilt"][0])
+    before = simulation.senses.opening_m
+    simulation.advance(phase_times(simulation.params)["placement"][0], target_n)
+    part = simulation.trajectory(phase_times(simulation.params)["tilt"][0] + 20_000)
+    np.testing.assert_allclose(part.pad_force_n, target_n, rtol=0.02)
+    truth = measure(evslip.simulate(simulation.params))
+    assert truth.onset_us is None
+    assert simulation.senses.opening_m == pytest.approx(before, abs=2e-5)
+    slide = measure(simulation.trajectory()).slide_mm
+    assert np.ptp(slide[len(slide) // 2 :]) < 0.03
+
+
+def test_an_object_slips_when_the_force_falls_to_the_least():
+    hold = {"robot.kind": "cartesian", "motion.kind": "hold", "motion.duration_s": 4.0, "grip.actuator": "ideal"}
+    simulation = SteppedSimulation(sample({**hold, "grip.force_n": 5.0, "grip.offset": 0.0, "object.mass_kg": 0.08}))
+    start_us, end_us = phase_times(simulation.params)["hold"]
+    simulation.advance(start_us)
+    target = 5.0
+    while simulation.t_us < end_us and simulation.utilisation.mean() < 0.999:
+        target -= 0.003
+        simulation.advance(simulation.t_us + 1000, target)
+    assert simulation.t_us < end_us
+    assert simulation.force_n == pytest.approx(simulation.least_force_n(), rel=0.03)
 
 
 def test_the_least_force_is_that_of_the_onset_mass():

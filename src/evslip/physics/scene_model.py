@@ -54,7 +54,7 @@ def assemble(robot: Any, params: Params) -> mujoco.MjModel:
     _add_pads(robot, params)
     _add_sensors(robot, params)
     model = robot.compile()
-    _set_compliance(model, params)
+    set_compliance(model, params.grip.force_n)
     return model
 
 
@@ -130,13 +130,14 @@ def _face_name(finger: str, pad: Patch) -> str:
     return OBJECT if pad.slab is None else f"{OBJECT}_{finger}"
 
 
-def _set_compliance(model: mujoco.MjModel, params: Params) -> None:
-    """Make every pad contact a spring and damper that carries its share of the grip force at PAD_GIVE_M.
+def set_compliance(model: mujoco.MjModel, force_n: float) -> None:
+    """Make every pad contact a spring and damper that carries its share of the grip force at PAD_GIVE_M, so that a pad
+    gives by that under any force and a change of the force moves no finger.
 
     MuJoCo's contact force f obeys R f = -(a + b v + k r), so its spring is k / R and its damper b / R. R itself follows
     from the impedance d and the inverse masses A by R = A (1 - d) / d.
     """
-    regularisation = PAD_SLACK_M_S2 / params.grip.force_n
+    regularisation = PAD_SLACK_M_S2 / force_n
     stiffness = PAD_SLACK_M_S2 / (PAD_POINTS * PAD_GIVE_M)
     inverse_mass = model.body(OBJECT).invweight0[0] + model.body(FINGERS[0]).invweight0[0]
     impedance = inverse_mass / (inverse_mass + regularisation)

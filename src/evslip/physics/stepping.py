@@ -19,7 +19,6 @@ from evslip.physics.motion.servo_plan import plan
 from evslip.physics.onset import PADS, load_wrench, pad_surface
 from evslip.physics.robot import FINGER_JOINTS, HAND
 from evslip.physics.samples import SampleLog, SensorReader
-from evslip.physics.scene_model import split_sensors
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.stepped import SteppedVibration
 from evslip.utils.errors import ConfigError, GraspFailed
@@ -55,7 +54,7 @@ class SteppedSimulation:
         self.params = params
         self._model = model = scene_model.build(params)
         self.plan = plan(params, model)
-        self._data = data = mujoco.MjData(model)
+        self._data, self._scratch = data, _ = mujoco.MjData(model), mujoco.MjData(model)
         data.qpos[: self.plan.command.shape[1]] = np.r_[self.plan.joints[0], self.plan.command[0, -2:]]
         mujoco.mj_forward(model, data)
         self._hand_body = model.body(HAND).id
@@ -131,8 +130,7 @@ class SteppedSimulation:
         sensors = np.empty((end - first, self._model.nsensordata), np.float32)
         for row, step in enumerate(range(first, end)):
             if self._target_n is not None:
-                force = self._actuator.advance(self._target_n)
-                self._model.actuator_forcerange[self._fingers] = -force, force
+                self._grip(self._actuator.advance(self._target_n))
             self._step(self._data, step)
             # Single precision, 30 nanometres at arm's length, is what a record stores: so what is rendered now can be
             # rendered again from the file.
@@ -166,6 +164,11 @@ class SteppedSimulation:
     def _surface(self) -> LimitSurface:
         return pad_surface(self.params)
 
+    def _grip(self, force_n: float) -> None:
+        if force_n != self._model.actuator_forcerange[self._fingers[0], 1]:
+            self._model.actuator_forcerange[self._fingers] = -force_n, force_n
+            scene_model.set_compliance(self._model, force_n)
+
     def _step(self, data: mujoco.MjData, step: int) -> None:
         self._object.apply(data, self._conditions, step)
         data.ctrl[:] = self.plan.command[step]
@@ -189,11 +192,18 @@ class SteppedSimulation:
         the one behind are certain: no force that is yet to come can change them."""
         steps = len(self._times_us)
         begin, ahead = max(0, min(first - 1, steps - 3)), min(max(end + 1, 3), steps)
-        data = copy(self._data)
-        sensors = np.empty((ahead - end, self._model.nsensordata), np.float32)
-        for row, step in enumerate(range(end, ahead)):
-            self._step(data, step)
-            sensors[row] = data.sensordata
         past = self._log.read(begin, end)
-        poses = np.concatenate([past.gripper_pose, split_sensors(sensors)[0]])
-        return past._replace(t_us=self._times_us[begin:ahead], gripper_pose=poses)
+        data, poses = self._data, list(past.gripper_pose)
+        for step in range(end, ahead):
+            if step > end:
+                data = copy(data)
+                self._step(data, step - 1)
+            poses.append(self._hand_pose(data.qpos))
+        return past._replace(t_us=self._times_us[begin:ahead], gripper_pose=np.array(poses))
+
+    def _hand_pose(self, joints: np.ndarray) -> np.ndarray:
+        """Pose of the hand at these positions of all joints, as in `Trajectory`; of shape (7,)."""
+        self._scratch.qpos = joints
+        mujoco.mj_kinematics(self._model, self._scratch)
+        pose = np.r_[self._scratch.xpos[self._hand_body], self._scratch.xquat[self._hand_body]]
+        return pose.astype(np.float32)

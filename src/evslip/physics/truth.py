@@ -34,7 +34,8 @@ class Truth(NamedTuple):
     held: np.ndarray
     """Whether the object hangs in the closed grip, free of the surface; bool of shape (n,)."""
     span_us: tuple[int, int]
-    """Span from the closed grip to the command to open: the time that is recorded."""
+    """Span from the closed grip to the command to open, or to the end where that is yet to come: the time that is
+    recorded."""
     onset_us: int | None
     """Begin of the first slip: the first 0.1 deg or 0.1 mm of a movement in the grip that reaches 1 deg or 2 mm.
     None, if the object holds."""
@@ -129,7 +130,7 @@ def measure(trajectory: Trajectory) -> Truth:
         rotation=rounded(relative.as_quat(scalar_first=True), ROTATION_BITS),
         position_m=rounded(position, POSITION_BITS),
         held=held,
-        span_us=(int(t_us[closed]), int(t_us[opening])),
+        span_us=(int(t_us[closed]), int(t_us[min(opening, len(t_us) - 1)])),
         onset_us=episodes[0].start_us if episodes else None,
         episodes=episodes,
         phase=phase,

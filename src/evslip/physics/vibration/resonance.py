@@ -1,5 +1,6 @@
 """A mass on a spring and a damper whose base moves."""
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,14 @@ class Resonance(NamedTuple):
     def response(self, acceleration: np.ndarray, step_s: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """x at the times of the acceleration (n, k), and the state (2, k) after them, from that before, which is zero
         at rest; exact where the acceleration is made of straight lines."""
-        w = 2 * np.pi * self.hz
-        continuous = [-1.0], [1.0, 2 * self.damping * w, w * w]
-        discrete: Any = signal.cont2discrete(continuous, step_s, method="foh")
-        return signal.lfilter(np.ravel(discrete[0]), discrete[1], acceleration, axis=0, zi=state)
+        above, below = _filter(self, step_s)
+        return signal.lfilter(above, below, acceleration, axis=0, zi=state)
+
+
+@lru_cache(maxsize=8)
+def _filter(resonance: Resonance, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Numerator and denominator of the response from sample to sample."""
+    w = 2 * np.pi * resonance.hz
+    continuous = [-1.0], [1.0, 2 * resonance.damping * w, w * w]
+    discrete: Any = signal.cont2discrete(continuous, step_s, method="foh")
+    return np.ravel(discrete[0]), discrete[1]
