@@ -5,7 +5,7 @@ import pytest
 
 import evslip
 from evslip.config.sections.grip import ACTUATORS
-from evslip.physics.actuator import RESPONSES, Actuator, Response, response_of
+from evslip.physics.inputs.actuator import RESPONSES, Actuator, Response, response_of
 
 STEP_S = 1e-3
 

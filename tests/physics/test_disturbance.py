@@ -8,9 +8,9 @@ import pytest
 import evslip
 from evslip.config.nuisances.disturbance import DISTURBANCES
 from evslip.config.params import Params
-from evslip.physics.disturbance import undisturbed
 from evslip.physics.grip import grip_point_m
 from evslip.physics.inertia import centre_of_mass_m
+from evslip.physics.inputs.disturbance import undisturbed
 from evslip.physics.motion.pace import Pace, begin_s
 from evslip.physics.motion.phases import phase_times, planned_bounds_s
 from evslip.physics.motion.servo_plan import duration_s, tool_path

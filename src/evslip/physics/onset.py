@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.physics.disturbance import undisturbed
 from evslip.physics.grip import contact_elements, grip_point_m
 from evslip.physics.inertia import centre_of_mass_m, gyration_m2
+from evslip.physics.inputs.disturbance import undisturbed
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.motion.phases import hanging_phases, phase_times
 from evslip.physics.motion.servo_plan import tool_path

@@ -9,11 +9,11 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.physics import scene_model
-from evslip.physics.actuator import Actuator, response_of
-from evslip.physics.carried_object import CarriedObject
-from evslip.physics.disturbance import conditions_of
 from evslip.physics.grip import TCP_M
 from evslip.physics.inertia import gyration_m2
+from evslip.physics.inputs.actuator import Actuator, response_of
+from evslip.physics.inputs.carried_object import CarriedObject
+from evslip.physics.inputs.disturbance import conditions_of
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.motion.servo_plan import plan
 from evslip.physics.onset import PADS, load_wrench, pad_surface

@@ -5,7 +5,7 @@ from typing import Annotated, Generic
 from evslip.config.section import N, OneOf, S, Section, Within, usual
 
 DISTURBANCES = ("none", "mass", "push", "wet", "shake", "faster")
-"""Kinds: the first three after none are `physics.disturbance`'s, shake and faster are part of the planned motion."""
+"""Kinds. `physics.inputs.disturbance` has mass, push and wet; shake and faster are part of the planned motion."""
 
 
 class DisturbanceSpec(Section, Generic[N, S]):

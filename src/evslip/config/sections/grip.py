@@ -8,7 +8,7 @@ from evslip.config.distributions import extremes
 from evslip.config.section import LATER, N, OneOf, S, Section, Within, usual, wrong
 
 ACTUATORS = ("ideal", "panda", "fast")
-"""`physics.actuator.RESPONSES` has the response of each."""
+"""`physics.inputs.actuator.RESPONSES` has the response of each."""
 
 
 class GripSpec(Section, Generic[N, S]):

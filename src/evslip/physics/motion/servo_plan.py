@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from evslip.config.params import Params
 from evslip.config.sections.robot import RobotKind
-from evslip.physics import disturbance
 from evslip.physics.grip import open_travel_m, planned_grasp, tcp_offset_m
+from evslip.physics.inputs import disturbance
 from evslip.physics.motion import clearance
 from evslip.physics.motion.inverse_kinematics import joint_path
 from evslip.physics.motion.pace import pace_of

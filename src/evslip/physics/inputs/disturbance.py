@@ -1,6 +1,6 @@
 """Disturbances of what is held: its mass, the friction of the pads, and pushes at it.
 
-Shaking and a faster pace are in the plan of the motion: `motion.shaking` and `motion.pace`.
+Shaking and a faster pace are in the plan of the motion: `physics.motion.shaking` and `physics.motion.pace`.
 """
 
 from typing import NamedTuple

@@ -2,7 +2,7 @@
 
 import mujoco
 
-from evslip.physics.disturbance import Conditions
+from evslip.physics.inputs.disturbance import Conditions
 from evslip.physics.scene_model import OBJECT
 
 
