@@ -21,10 +21,10 @@ from scipy.ndimage import gaussian_filter
 from torch import nn
 
 import evslip
+from evslip.events.overlay import overlay
 from evslip.generation.sensor import camera_for
 from evslip.learn import Detector, TrainResult, TrainSettings, train
 from evslip.learn.networks.network import Geometry, Network
-from evslip.view.pictures.images import overlay
 from evslip.windows.cutting import windows_of
 from evslip.windows.mixture import mixture
 from evslip.windows.settings import WindowSettings

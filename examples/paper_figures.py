@@ -22,12 +22,12 @@ import evslip
 from evslip.data.record import Record
 from evslip.data.record_file import read_recording
 from evslip.events.frame import OBJECT
+from evslip.events.overlay import OFF_COLOR, ON_COLOR, overlay
 from evslip.physics.motion.phases import phase_times
 from evslip.rendering import render_color
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import matrices
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, overlay
 from evslip.windows.cutting import label_of, movements
 from evslip.windows.label import Label
 from evslip.windows.window_set import WindowSettings

@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import evslip
+from evslip.events.overlay import overlay
 from evslip.generation.sensor import camera_for
 from evslip.physics.motion.phases import phase_times
 from evslip.rendering import render_color
-from evslip.view.pictures.images import overlay
 
 PHASES = ("initial", "lift", "tilt", "back", "placement")
 SHOWN_US = 20_000

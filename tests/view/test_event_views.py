@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from evslip.events import Events
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.events.stream import SHOT, SIGNAL
 from evslip.utils.errors import ConfigError
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 from evslip.view.pictures.preview import Accumulator, check_preview, preview
 from evslip.view.pictures.rates import Rates, check_plot
 

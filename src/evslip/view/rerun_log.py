@@ -11,13 +11,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.data.record import Record
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.geometry.links import link_poses
 from evslip.rendering.poses import ScenePoses
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 
 STEP_US = 20_000
 """Between two poses, frames and sets of events."""

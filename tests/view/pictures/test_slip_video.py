@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from evslip.data.record import Record
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import ConfigError, DataError
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 from evslip.view.pictures.slip_video import CAPTION, STRIP, Film, FilmSettings
 from evslip.view.pictures.video import FPS
 from sample_records import random_events, simulated

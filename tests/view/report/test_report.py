@@ -15,6 +15,7 @@ from evslip.config.loading import dump_config, load_config
 from evslip.data import building
 from evslip.data.dataset import Dataset, open_dataset
 from evslip.data.record_file import encode
+from evslip.events.overlay import OFF_COLOR, ON_COLOR, overlay
 from evslip.events.stream import Events, empty_events
 from evslip.learn.evaluation.cost import Cost
 from evslip.learn.evaluation.evaluation import Curves, Evaluation
@@ -24,7 +25,7 @@ from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth
 from evslip.utils.errors import DataError
 from evslip.view.pictures import figures
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, data_uri, overlay
+from evslip.view.pictures.images import data_uri
 from evslip.view.report.report import write_report
 from evslip.windows.cutting import windows_of
 from evslip.windows.window_set import Windows, WindowSettings

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from evslip.data.record import Record
+from evslip.events.overlay import overlay
 from evslip.events.stream import Events
 from evslip.utils import atomic
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import encoded, jpeg_uri, overlay, white
+from evslip.view.pictures.images import encoded, jpeg_uri, white
 from evslip.view.report import page
 from evslip.windows.alignment import laid_on
 from evslip.windows.label import Label

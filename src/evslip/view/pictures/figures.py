@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from evslip.events.frame import OBJECT
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.events.stream import Events
 from evslip.physics.truth import Truth
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 
 Figure = dict[str, Any]
 SLIP_COLOR, HOLD_COLOR, OTHER_COLOR = "#e07b00", "#0a8f6c", "rgba(140,140,140,0.45)"

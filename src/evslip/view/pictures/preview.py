@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.events.stream import Events
 from evslip.utils.errors import ConfigError
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR
 from evslip.view.pictures.video import check_video, video
 
 _LEAST_WIDTH = 480

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.events.stream import SIGNAL, Events
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, figure_png
+from evslip.view.pictures.images import figure_png
 
 KINDS = ("ON", "OFF", "noise")
 _BINS = 2048

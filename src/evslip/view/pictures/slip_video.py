@@ -8,11 +8,12 @@ from PIL import Image, ImageDraw, ImageFont
 
 from evslip.codecs.clips.pixels import check_sensor
 from evslip.data.record import Record
+from evslip.events.overlay import overlay
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures.film_settings import FilmSettings
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import overlay, white
+from evslip.view.pictures.images import white
 from evslip.view.pictures.video import FPS, check_video, video
 
 CAPTION, STRIP = 26, 96

@@ -8,10 +8,11 @@ import numpy as np
 
 from evslip.data.record import Record
 from evslip.data.samples import Samples
+from evslip.events.overlay import overlay
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import encoded, overlay
+from evslip.view.pictures.images import encoded
 from evslip.view.pictures.slip_video import Film, FilmSettings
 from evslip.windows.label import Label
 from evslip.windows.window_set import Windows

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.events.stream import Events
 from evslip.learn.realism.realism import Pair
-from evslip.view.pictures.images import OFF_COLOR, ON_COLOR, data_uri
+from evslip.view.pictures.images import data_uri
 
 MOMENT_US = 40_000
 MOMENTS, COLUMNS = 6, 3

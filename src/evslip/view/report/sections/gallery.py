@@ -8,9 +8,10 @@ from PIL import Image
 
 from evslip.data.record import Record
 from evslip.data.samples import Samples
+from evslip.events.overlay import overlay
 from evslip.utils.progress import over
 from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import encoded, jpeg_uri, overlay
+from evslip.view.pictures.images import encoded, jpeg_uri
 from evslip.view.report import page
 from evslip.view.report.sections.names import short, swatch
 from evslip.view.report.sections.strips import SHOWN_US, Pictures

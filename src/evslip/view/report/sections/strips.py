@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import numpy as np
 
 from evslip.data.record import Record
+from evslip.events.overlay import overlay
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.trajectory import Trajectory
 from evslip.view.pictures.frame_source import FrameSource, span_of
-from evslip.view.pictures.images import data_uri, overlay
+from evslip.view.pictures.images import data_uri
 from evslip.view.report import page
 from evslip.view.report.sections.names import describe, swatch
 
