@@ -36,7 +36,7 @@ $(VENV)/demo: pyproject.toml constraints.txt
 	touch $@
 
 $(VENV)/ready: $(VENV)/demo
-	$(INSTALL) -e '.[learn,view,dev,docs]'
+	$(INSTALL) -e '.[learn,control,view,dev,docs]'
 	touch $@
 
 clean:

@@ -1,0 +1,28 @@
+"""Events of the hand's camera while a motion goes on."""
+
+from evslip.config.params import Params
+from evslip.events.frame import Frame
+from evslip.events.stream import Events
+from evslip.generation.sensor import camera_for
+from evslip.physics.simulation import simulate
+from evslip.physics.trajectory import Trajectory
+from evslip.rendering.live import LiveView
+
+
+class CameraStream:
+    """The event camera of a sample, which sees a motion as it happens."""
+
+    def __init__(self, params: Params, span_us: tuple[int, int], step_us: int):
+        """span_us: from when to when it sees; step_us: time between two calls of `advance`, the first of which ends a
+        whole number of steps after the begin. Raises ConfigError, PlanRejected, GraspFailed."""
+        # How the arm moves is known beforehand, and with it when frames are due.
+        self._view = LiveView(simulate(params), span_us, every_us=step_us)
+        self._camera = camera_for(params)
+        self.frame: Frame | None = None
+        """Latest frame."""
+
+    def advance(self, trajectory: Trajectory) -> Events:
+        """Events up to the last of the samples since the last call, whose first is the last of the call before."""
+        frames = self._view.advance(trajectory)
+        self.frame = frames[-1] if frames else self.frame
+        return self._camera.run(frames)

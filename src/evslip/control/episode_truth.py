@@ -1,0 +1,14 @@
+"""State of a grip that no sensor measures."""
+
+from typing import NamedTuple
+
+
+class GripTruth(NamedTuple):
+    """State of the grip at one time."""
+
+    is_sliding: bool
+    """Whether the object moves in the hand."""
+    least_n: float
+    """Least force that holds the object at this instant."""
+    hangs: bool
+    """Whether the object hangs free of the surface."""
