@@ -82,6 +82,11 @@ class Detector:
         self._newest = float("nan")
         self._silent = predict(self._network, [self._network.prepare(NO_EVENTS)])
 
+    @property
+    def estimates_speeds(self) -> bool:
+        """Whether its network estimates the speeds of a slip."""
+        return isinstance(self._network, SpeedNetwork)
+
     def push(self, events: Events, until_us: int | None = None) -> float:
         """Take the next events of the stream; the newest slip probability, nan until a first window is complete.
 
@@ -119,7 +124,7 @@ class Detector:
             self._next_us = int(ends[-1]) + self._hop_us
         self._kept = self._kept.between(self._next_us - self._length_us, now + 1)
         answers = Answers.of(columns)
-        speeds = answers[1:] if isinstance(self._network, SpeedNetwork) else (None, None)
+        speeds = answers[1:] if self.estimates_speeds else (None, None)
         return Detection(ends, answers.p_slip, counts, self.description.threshold, 0, *speeds)
 
     def _advance(self, events: Events, until_us: int | None) -> int:

@@ -1,0 +1,75 @@
+"""Controllers of the grip force: from events and senses to newtons.
+
+A new controller is a file with a `Controller` and a line in CONTROLLERS. The same object serves on a real robot: feed
+it the camera's events and the hand's senses, command what it gives.
+"""
+
+from dataclasses import MISSING, asdict, fields
+from importlib import import_module
+from typing import Any
+
+from evslip.control.controllers.controller import Controller
+from evslip.utils.errors import ConfigError
+from evslip.utils.plugins import load
+
+CONTROLLERS = {
+    "constant": "constant:Constant",
+    "strong": "constant:Strong",
+    "oracle": "oracle:Oracle",
+    "event-rate": "event_rate:EventRate",
+    "detector": "detector_steps:DetectorSteps",
+    "detector-pi": "detector_pi:DetectorPI",
+}
+"""Module and class of each controller, whose class has its parameters as `Parameters`."""
+
+
+def make_controller(name: str, **parameters: Any) -> Controller:
+    """A controller by its name, or by module:Class one of another package, with some of its parameters. Raises
+    ConfigError."""
+    if name in CONTROLLERS:
+        module, _, kind = CONTROLLERS[name].partition(":")
+        found = getattr(import_module(f"{__name__}.{module}"), kind)
+    elif ":" in name:
+        found = load(name)
+    else:
+        raise ConfigError(f"controller: {name!r} is unknown; expected one of {', '.join(CONTROLLERS)}, or module:Class")
+    try:
+        has_own = hasattr(found, "Parameters")
+        controller = found(_parameters(name, found.Parameters, parameters)) if has_own else found(**parameters)
+    except TypeError as error:
+        raise ConfigError(f"controller {name}: {error}") from None
+    for method in ("reset", "step"):
+        if not callable(getattr(controller, method, None)):
+            raise ConfigError(f"controller: {name} has no method {method}; expected a subclass of Controller")
+    return controller
+
+
+def _parameters(name: str, kind: type, given: dict[str, Any]) -> Any:
+    own = fields(kind)
+    parts: dict[str, dict[str, Any]] = {}
+    values: dict[str, Any] = {}
+    for key, value in given.items():
+        section, _, rest = key.partition(".")
+        if section not in [field.name for field in own]:
+            raise ConfigError(
+                f"controller {name}: {key!r} is no parameter; expected some of {', '.join(field.name for field in own)}"
+            )
+        if rest:
+            parts.setdefault(section, {})[rest] = value
+        else:
+            values[section] = value
+    for field in own:
+        if field.name in parts and field.default_factory is not MISSING:
+            usual = field.default_factory()
+            values[field.name] = type(usual)(**asdict(usual) | _known(name, usual, parts.pop(field.name)))
+    if parts:
+        raise ConfigError(f"controller {name}: {next(iter(parts))} has no parts; expected a value")
+    return kind(**values)
+
+
+def _known(name: str, usual: Any, given: dict[str, Any]) -> dict[str, Any]:
+    names = [field.name for field in fields(usual)]
+    for key in given:
+        if key not in names:
+            raise ConfigError(f"controller {name}: {key!r} is no parameter; expected some of {', '.join(names)}")
+    return given

@@ -1,0 +1,54 @@
+"""A slip detector, and steps of force while it says slip."""
+
+from dataclasses import dataclass, field
+
+from evslip.control.controllers.controller import Controller, Setup
+from evslip.control.controllers.grip_force import GripForce, Relaxation
+from evslip.control.controllers.slip_signal import SlipSignal
+from evslip.control.senses import Senses
+from evslip.events.stream import Events
+
+
+class DetectorSteps(Controller):
+    """Raises the force by a step when a detector says slip, again while it goes on saying so, and gives it back while
+    it says hold."""
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Parameters of DetectorSteps."""
+
+        model: str = "default"
+        """Folder of the detector, or the one of the package."""
+        threshold: float | None = None
+        """Probability from which on it says slip; None: the detector's own."""
+        answers: int = 1
+        """Answers in a row that are an alarm."""
+        gain: float = 1.6
+        """Multiple of the force that an alarm asks for, ..."""
+        least_step_n: float = 0.5
+        """... or this much more, if that is more."""
+        wait_s: float = 0.1
+        """Time that a raised force is given before it is raised again: a detector looks back a while."""
+        relaxation: Relaxation = field(default_factory=Relaxation)
+
+    def __init__(self, parameters: Parameters | None = None):
+        self.parameters = parameters or self.Parameters()
+        self._signal: SlipSignal | None = None
+
+    def reset(self, setup: Setup) -> None:
+        own = self.parameters
+        self._signal = SlipSignal(own.model, setup, own.threshold, own.answers)
+        self._force, self.alarm, self._raised_us = GripForce(setup, own.relaxation), False, None
+
+    def step(self, events: Events, senses: Senses) -> float:
+        assert self._signal is not None, "reset comes first"
+        own = self.parameters
+        self.alarm = self._signal.push(events, senses.t_us).alarm
+        if not self.alarm:
+            self._force.rest()
+        elif self._raised_us is None or senses.t_us - self._raised_us >= own.wait_s * 1e6:
+            before = self._force.value_n
+            self._force.slipped_at(before)
+            self._force.raise_to(max(own.gain * before, before + own.least_step_n))
+            self._raised_us = senses.t_us
+        return self._force.value_n

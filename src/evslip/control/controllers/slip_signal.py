@@ -1,0 +1,49 @@
+"""A detector's latest answer, step by step."""
+
+from typing import NamedTuple
+
+from evslip.control.controllers.controller import Setup
+from evslip.events.stream import Events
+from evslip.learn.streaming.stream import Detector
+
+
+class SlipAnswer(NamedTuple):
+    """Answer at one time."""
+
+    alarm: bool
+    """Whether the object slips."""
+    p_slip: float
+    """Probability of that; 0 before the first window is complete."""
+    rotation_deg_s: float
+    slide_mm_s: float
+    """Speeds; 0 of a detector that estimates none."""
+
+
+class SlipSignal:
+    """A detector that is asked at every step. Raises DataError for a model that cannot be read or is of another
+    sensor."""
+
+    def __init__(self, model: str, setup: Setup, threshold: float | None, answers: int):
+        """answers: number of them in a row, each above the threshold, that are an alarm."""
+        self._detector = Detector(model, size=setup.size, hop_s=setup.step_us / 1e6)
+        self._threshold = self._detector.description.threshold if threshold is None else threshold
+        self._needed, self._in_a_row = answers, 0
+        self._latest = SlipAnswer(False, 0.0, 0.0, 0.0)
+
+    @property
+    def has_speeds(self) -> bool:
+        """Whether the detector estimates speeds."""
+        return self._detector.estimates_speeds
+
+    def push(self, events: Events, now_us: int) -> SlipAnswer:
+        """Take the events since the last step; the answer now."""
+        found = self._detector.follow(events, now_us)
+        for k in range(len(found.t_us)):
+            p_slip = float(found.p_slip[k])
+            self._in_a_row = self._in_a_row + 1 if p_slip >= self._threshold else 0
+            speeds = [
+                0.0 if estimate is None else float(estimate.median[k])
+                for estimate in (found.rotation_speed, found.slide_speed)
+            ]
+            self._latest = SlipAnswer(self._in_a_row >= self._needed, p_slip, *speeds)
+        return self._latest

@@ -1,0 +1,1 @@
+"""How well controllers hold: episodes played, figures of each, and figures of all with their intervals."""

@@ -1,0 +1,123 @@
+"""Controllers on their own, fed by hand as a robot would."""
+
+import numpy as np
+import pytest
+
+from evslip.control.controllers import CONTROLLERS, make_controller
+from evslip.control.controllers.controller import Controller, Setup
+from evslip.control.controllers.grip_force import GripForce, Relaxation
+from evslip.control.episode_truth import GripTruth
+from evslip.control.senses import Senses
+from evslip.events.stream import Events, empty_events
+from evslip.utils.errors import ConfigError
+
+STEP_US = 10_000
+SETUP = Setup((346, 260), STEP_US, 0, 2.0, 0.5, 10.0)
+
+
+def senses(step, force_n=2.0):
+    return Senses(step * STEP_US, np.full(2, force_n), 0.05, np.zeros(3), 0.0, force_n)
+
+
+def events(step, count, seed=0):
+    """Events anywhere on the sensor within the step that ends now."""
+    rng = np.random.default_rng([seed, step])
+    t_us = np.sort(rng.integers((step - 1) * STEP_US + 1, step * STEP_US + 1, count))
+    x, y = rng.integers(0, 346, count), rng.integers(0, 260, count)
+    return Events(t_us, x.astype(np.uint16), y.astype(np.uint16), rng.random(count) < 0.5)
+
+
+def forces(controller, counts, setup=SETUP):
+    controller.reset(setup)
+    return [controller.step(events(k, n) if n else empty_events(), senses(k)) for k, n in enumerate(counts, 1)]
+
+
+class Mine(Controller):
+    """A user's own."""
+
+    def reset(self, setup):
+        self.start_n = setup.force_n
+
+    def step(self, events, senses):
+        return self.start_n + 1.0
+
+
+class Nothing:
+    """No controller."""
+
+
+def test_constant_and_strong_stay():
+    assert forces(make_controller("constant"), [0, 500, 0]) == [2.0] * 3
+    assert forces(make_controller("constant", force_n=99.0), [0]) == [10.0]
+    assert forces(make_controller("strong"), [0, 0]) == [10.0] * 2
+
+
+def test_an_event_rate_beyond_the_usual_raises_the_force_and_silence_gives_it_back():
+    controller = make_controller("event-rate", **{"relaxation.quiet_s": 0.1, "relaxation.share_s": 0.5})
+    found = np.array(forces(controller, [300] * 50 + [6000] * 5 + [300] * 100))
+    assert (found[:10] == 2.0).all() and (found[:50] <= 2.0).all()
+    assert found[53] > 1.4 * found[49]
+    assert found[-1] < found[60]
+    assert found[-1] >= min(1.15 * found[49], found[60]) - 1e-9
+
+
+def test_a_force_falls_to_a_guard_above_where_the_object_slipped():
+    force = GripForce(SETUP, Relaxation(quiet_s=0.0, share_s=5.0, guard=1.2))
+    force.slipped_at(2.0)
+    force.raise_to(4.0)
+    for _ in range(500):
+        force.rest()
+    assert force.value_n == pytest.approx(2.4)
+    force.raise_to(100.0)
+    assert force.value_n == SETUP.most_n
+
+
+def test_the_oracle_acts_on_the_truth_and_is_refused_without_it():
+    truth = GripTruth(False, 1.5, True)
+    controller = make_controller("oracle")
+    with pytest.raises(ConfigError, match="needs the truth"):
+        controller.reset(SETUP)
+    controller.reset(SETUP._replace(truth=lambda: truth))
+    assert controller.step(empty_events(), senses(1)) == 2.0 and not controller.alarm
+    truth = truth._replace(is_sliding=True)
+    assert controller.step(empty_events(), senses(2)) == 3.0 and controller.alarm
+    truth = truth._replace(is_sliding=False)
+    assert controller.step(empty_events(), senses(3)) == pytest.approx(1.65)
+
+
+@pytest.mark.parametrize("name", ["detector", "detector-pi"])
+def test_a_detector_is_asked_at_every_step(name):
+    """Noise over all of the sensor is no slip; a threshold of 0 makes every answer one."""
+    quiet = forces(make_controller(name, **{"relaxation.share_s": 0.0}), [40] * 30)
+    assert quiet == [2.0] * 30
+    found = np.array(forces(make_controller(name, threshold=0.0), [40] * 40))
+    first = int(np.flatnonzero(found > 2.0)[0])
+    assert 15 <= first <= 17  # the first window of 0.16 s is complete
+    assert found[first] == pytest.approx(3.2)
+    assert len(set(found[first : first + 10])) == 1 and found[-1] > found[first]
+
+
+def test_a_policy_of_ones_own_is_named_by_its_class():
+    assert forces(make_controller("test_controllers:Mine"), [0]) == [3.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "words"),
+    [
+        ("fuzzy", {}, "controller: 'fuzzy' is unknown; expected one of constant"),
+        ("test_controllers:Nobody", {}, "test_controllers:Nobody cannot be loaded"),
+        ("test_controllers:Nothing", {}, "has no method"),
+        ("test_controllers:Mine", {"gain": 2}, "Mine: Mine.. takes no arguments"),
+        ("detector", {"gains": 2}, "'gains' is no parameter; expected some of model, threshold"),
+        ("detector", {"relaxation.slow": 2}, "'slow' is no parameter; expected some of quiet_s"),
+        ("detector", {"gain.high": 2}, "gain has no parts"),
+    ],
+)
+def test_what_is_wrong_is_said(name, parameters, words):
+    with pytest.raises(ConfigError, match=words):
+        make_controller(name, **parameters)
+
+
+def test_the_register_has_what_it_names():
+    for name in CONTROLLERS:
+        assert isinstance(make_controller(name), Controller)
