@@ -58,6 +58,7 @@ EXTRAS = {
     "sweep windows.h5 sweep": "learn",
     "evaluate default data": "learn",
     f"detect --model default {RECORD}": "learn",
+    "control --config cheap.toml --count 1 --out held": "learn",
     "export default out.nir": "learn",
     "view data --no-browser": "view",
     f"label {RECORD} --no-browser": "view",

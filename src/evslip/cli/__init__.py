@@ -39,6 +39,7 @@ VERBS = {
     "info": "recordings",
     "realism": "sensor",
     "detect": "detect",
+    "control": "control",
     "export": "detect",
     "view": "look",
     "video": "look",
