@@ -133,12 +133,16 @@ def play_games(
     for _ in runner("local")(play_game, left, workers, notice) if left else ():
         progress()
     found = [_read(game.path) for game in games]
-    return [outcome for outcome in found if outcome is not None]
+    outcomes = [outcome for outcome in found if isinstance(outcome, Outcome)]
+    if games and not outcomes:
+        raise ConfigError(f"none of {len(games)} games can be played; the first, {games[0]}: {found[0]}")
+    return outcomes
 
 
-def _read(path: Path) -> Outcome | None:
+def _read(path: Path) -> Outcome | str:
+    """An outcome, or why there is none."""
     try:
         row = json.loads(path.read_text())
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be read: {error}; remove it to play the episode again") from None
-    return None if isinstance(row, dict) and "rejected" in row else Outcome.from_row(row, path)
+    return str(row["rejected"]) if isinstance(row, dict) and "rejected" in row else Outcome.from_row(row, path)

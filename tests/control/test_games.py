@@ -98,11 +98,14 @@ def test_games_resume_and_do_not_depend_on_the_processes(tmp_path):
         all_played("one", 1)
 
 
-def test_episodes_that_cannot_be_played_are_left_out(tmp_path):
+def test_it_is_said_why_nothing_can_be_played(tmp_path):
     config = load_config("hold", SHORT | {"robot.kind": "panda", "motion.move_y_m": -0.2, "object.x_m": 0.95})
     games = games_of(tmp_path, config, {"constant": {}}, "train", range(2), 100)
-    assert play_games(games, 1, print, lambda: None) == []
-    assert "rejected" in games[0].path.read_text()
+    for _ in range(2):  # played, and read
+        with pytest.raises(
+            ConfigError, match=r"none of 2 games can be played; the first, constant on train/0: object.x_m"
+        ):
+            play_games(games, 1, print, lambda: None)
 
 
 def test_figures_are_over_the_episodes_that_all_have_played(found):
