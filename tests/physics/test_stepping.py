@@ -160,3 +160,25 @@ def test_its_end_and_wrong_forces():
     simulation.advance(10**12)
     assert simulation.t_us == simulation.end_us
     assert len(simulation.trajectory(simulation.end_us + 1).t_us) == 0
+
+
+def test_it_can_be_disturbed_at_any_time():
+    hold = {"robot.kind": "cartesian", "motion.kind": "hold", "motion.duration_s": 4.0, "grip.offset": 0.0}
+    simulation = SteppedSimulation(sample({**hold, "grip.force_n": 5.0, "object.mass_kg": 0.05}))
+    start_us = phase_times(simulation.params)["hold"][0]
+    simulation.advance(start_us + 500_000)
+    at_rest = simulation.least_force_n()
+    simulation.disturb(push_n=np.array([0.0, 0.0, -0.05 * GRAVITY_M_S2]))
+    simulation.advance(start_us + 700_000)
+    assert simulation.least_force_n() == pytest.approx(2 * at_rest, rel=0.02)
+    assert simulation.utilisation.mean() == pytest.approx(2 * at_rest / 5.0, rel=0.05)
+    simulation.disturb(push_n=np.zeros(3), mass_kg=0.1, friction=simulation.friction / 2)
+    simulation.advance(start_us + 900_000)
+    assert simulation.least_force_n() == pytest.approx(4 * at_rest, rel=0.02)
+    assert simulation.utilisation.mean() == pytest.approx(4 * at_rest / 5.0, rel=0.05)
+
+
+@pytest.mark.parametrize("wrong", [{"mass_kg": 0.0}, {"friction": np.nan}, {"push_n": np.zeros(2)}])
+def test_what_cannot_disturb_is_refused(wrong: dict[str, Any]):
+    with pytest.raises(ConfigError, match=next(iter(wrong))):
+        SteppedSimulation(sample({"robot.kind": "cartesian"})).disturb(**wrong)

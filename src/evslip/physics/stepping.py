@@ -144,6 +144,20 @@ class SteppedSimulation:
         if self._vibration is not None:
             self._log.write(first, self._vibration.add(part, self._around(first, end)))
 
+    def disturb(
+        self, mass_kg: float | None = None, friction: float | None = None, push_n: np.ndarray | None = None
+    ) -> None:
+        """Sets, from the next sample on, the object's mass, the pads' friction, or the force on the object at its
+        centre of mass along the axes of the world, (3,), whatever the section disturbance says. Raises ConfigError."""
+        for name, value in (("mass_kg", mass_kg), ("friction", friction)):
+            if value is not None and not 0 < value < np.inf:
+                raise ConfigError(f"{name}: {value} is out of range, expected more than 0")
+        if push_n is not None and not (np.shape(push_n) == (3,) and np.isfinite(push_n).all()):
+            raise ConfigError(f"push_n: {push_n} is no force, expected three numbers in newtons")
+        for column, value in zip(self._conditions, (mass_kg, friction, push_n), strict=True):
+            if value is not None:
+                column[self._last + 1 :] = value
+
     def trajectory(self, since_us: int = 0) -> Trajectory:
         """Samples from a time on, like those of `simulate`. They never change, whatever comes after them."""
         return self._log.read(min(max(-(-since_us // STEP_US), 0), self._last + 1), self._last + 1)

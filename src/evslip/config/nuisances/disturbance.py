@@ -30,11 +30,11 @@ class DisturbanceSpec(Section, Generic[N, S]):
     """Friction of wet pads over grip.friction; it stays."""
     shake_m: Annotated[N, Within(0.0, 0.1)] = usual(0.005)
     """Largest way to either side of the shaking hand."""
-    shake_hz: Annotated[N, Within(0.1, 20.0)] = usual(4.0)
+    shake_hz: Annotated[N, Within(0.1, 10.0)] = usual(4.0)
     """Oscillations a second of it."""
     shake_s: Annotated[N, Within(0.1, 60.0)] = usual(1.0)
     """Time that it lasts, a period of growing and one of dying away with it."""
     faster_factor: Annotated[N, Within(1.0, 5.0)] = usual(1.5)
     """Speed of the motion over the usual one."""
-    faster_s: Annotated[N, Within(0.05, 60.0)] = usual(1.0)
+    faster_s: Annotated[N, Within(0.2, 60.0)] = usual(1.0)
     """Time that the motion is faster; what follows comes earlier."""

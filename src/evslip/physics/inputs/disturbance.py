@@ -41,7 +41,7 @@ def conditions_of(params: Params, t_s: np.ndarray) -> Conditions:
     if spec.kind == "push":
         size = spec.push_n * np.sin(np.pi * np.clip(since_s / spec.push_s, 0, 1))
     push = size[:, None] * [np.cos(angle), 0, np.sin(angle)]
-    return Conditions(np.broadcast_to(mass_kg, t_s.shape), np.broadcast_to(friction, t_s.shape), push)
+    return Conditions(np.full(t_s.shape, mass_kg), np.full(t_s.shape, friction), push)
 
 
 def check(params: Params) -> None:
