@@ -24,6 +24,7 @@ cases = [
     ("noisy", {"hot_share": 0.2, "dead_share": 0.2}),
     ("davis346", {"photoreceptor_noise": 0.05}),
     ("davis346", {"intensity": "uint8"}),
+    ("davis346-bright", {"shot_rate_hz": 30.0}),
 ]
 for preset, arguments in cases:
     images = (160 * clip).astype(np.uint8) if "intensity" in arguments else clip.astype(np.float32)

@@ -28,6 +28,14 @@ def test_any_interval_solves_the_differential_equation(log_0, change, lag, base,
     assert ours == pytest.approx(by_integration(log_0, change, log_0 + lag, base, gain), abs=1e-6)
 
 
+@settings(max_examples=60)
+@given(logs, st.floats(-0.8, 0.8), st.floats(-2.0, 2.0), st.floats(0.01, 400.0), st.floats(0.001, 2.0))
+def test_a_fast_filter_settles_behind_the_light(log_0, change, lag, base, gain):
+    current = math.exp(log_0)
+    ours = advance_far(log_0, log_0 + change, current, current * math.exp(change), log_0 + lag, base, gain)
+    assert ours == pytest.approx(by_integration(log_0, change, log_0 + lag, base, gain), abs=3e-7)
+
+
 @given(logs, changes, st.lists(st.floats(0.01, 0.99), max_size=30), st.floats(1e-4, 1.0), st.floats(1e-6, 0.02))
 def test_a_ramp_may_be_cut_anywhere(log_0, change, cuts, base, gain):
     log_1 = log_0 + change

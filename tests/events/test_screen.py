@@ -11,7 +11,10 @@ from evslip.events.pixels.lowpass import advance_far
 
 F = np.float32
 logs = st.floats(-2.0, 5.5)
-corners = st.tuples(st.floats(1e-4, 1.0), st.floats(1e-6, 0.02))
+corners = st.tuples(st.floats(1e-4, 1.0), st.floats(1e-6, 0.02)) | st.tuples(
+    st.floats(0.5, 200.0), st.floats(0.01, 1.0)
+)
+"""Of slow pixels, and of fast ones."""
 
 
 def singles(numbers: tuple[float, ...]) -> tuple[np.float32, ...]:
@@ -39,18 +42,19 @@ def test_the_greatest_of_some_numbers():
 def test_a_step_is_that_of_the_low_pass(log, change, lag, corner):
     base, gain = (F(number) for number in corner)
     current_0, current_1 = F(math.exp(log)), F(math.exp(log + change))
-    x, exponent, step = singles(screen.whole_step(current_0, current_1, base, gain, F(lag)))
+    *numbers, wide = screen.whole_step(current_0, current_1, base, gain, F(lag))
+    x, exponent, step = singles(numbers)
     log_0, log_1 = math.log(current_0), math.log(current_1)
     assert abs(float(x) - (log_1 - log_0)) <= 3e-7 * abs(log_1 - log_0) + 1e-12
-    if not screen.is_wide(x, exponent):
+    if not wide:
         exact = advance_far(log_0, log_1, float(current_0), float(current_1), log_0 + float(F(lag)), base, gain)
         moved = abs(float(F(lag))) * -math.expm1(-exponent) + abs(log_1 - log_0)
         assert abs((log_1 + float(F(lag)) + float(step)) - exact) <= 2e-6 * moved + 3e-7
         values, marks = np.ones(screen.VALUES, F), np.empty(screen.TILE, np.uint8)
         values[screen.CURRENT_0], values[screen.CURRENT_1] = current_0, current_1
         values[screen.LAG], values[screen.RESIDUE], values[screen.OFFSET] = lag, 0, 2.0
-        long = exponent > screen.SERIES_LIMIT
-        (screen.advance_lowpass_long if long else screen.advance_lowpass)(values, 16, base, gain, marks)
+        steps = screen.advance_lowpass, screen.advance_lowpass_long, screen.advance_lowpass_steady
+        steps[int(exponent > screen.SERIES_LIMIT) + int(exponent > screen.STEADY_LIMIT)](values, 16, base, gain, marks)
         assert (values[screen.LAG], values[screen.RESIDUE]) == singles(screen.added(F(lag), F(0.0), step))
         assert (values[screen.LAG_0], values[screen.CURRENT_0]) == (F(lag), current_1)
         assert values[screen.OFFSET] == F(2.0) - x
@@ -63,9 +67,9 @@ def test_many_tiny_steps_are_not_rounded_away():
     lag, rest = F(0.0), F(0.0)
     before, after = F(100.0), F(100.0 * math.exp(slope))
     for _ in range(steps):
-        _, _, step = singles(screen.whole_step(before, after, rate, F(0.0), lag))
+        step = F(screen.whole_step(before, after, rate, F(0.0), lag)[2])
         lag, rest = singles(screen.added(lag, rest, step))
-    x, _, _ = screen.whole_step(before, after, rate, F(0.0), F(0.0))
+    x, *_ = screen.whole_step(before, after, rate, F(0.0), F(0.0))
     expected = -float(x) / float(rate) * -math.expm1(-float(rate) * steps)
     assert abs((float(lag) + float(rest)) / expected - 1.0) < 1e-6
 
@@ -75,13 +79,14 @@ def test_many_tiny_steps_are_not_rounded_away():
 def test_an_unmarked_pixel_stays_within_its_bounds(log, change, lag, corner, above, below):
     base, gain = (F(number) for number in corner)
     current_0, current_1 = F(math.exp(log)), F(math.exp(log + change))
-    x, exponent, step = singles(screen.whole_step(current_0, current_1, base, gain, F(lag)))
-    if screen.is_wide(x, exponent):
+    *numbers, wide = screen.whole_step(current_0, current_1, base, gain, F(lag))
+    x, exponent, step = singles(numbers)
+    if wide:
         return
     high, low = log + lag + above, log + lag - below
     bounds = F(high - screen.MARGIN), F(low + screen.MARGIN)
     middle, half = singles(screen.middle_and_half(*bounds, F(0.0), F(0.0)))
-    if screen.marked(x, exponent, F(lag), F(lag) + step, middle - F(log), half):
+    if screen.marked(x, exponent, F(lag), F(lag) + step, middle - F(log), half, False):
         return
     for share in np.linspace(0.0, 1.0, 21)[1:]:
         log_1, rates = log + change * share, (float(base) * share, float(gain) * share)

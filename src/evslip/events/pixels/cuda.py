@@ -11,10 +11,11 @@ from evslip.events.pixel_model import PixelModel
 from evslip.events.pixels import pixel, screen
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.pixels.crossing import CLOSE, MOST_STEPS, bracket, refine, slope, value
-from evslip.events.pixels.lowpass import advance_far
+from evslip.events.pixels.lowpass import advance_far, is_steady
 from evslip.events.pixels.pixel import (
     CANDIDATE_US,
     CANDIDATES,
+    EQUAL_PIECES,
     HOT_SHARE,
     LEAK_SLOPE,
     MEAN_LEAK,
@@ -31,6 +32,7 @@ from evslip.events.pixels.pixel import (
     next_noise,
     pieces,
     septic,
+    settling_share,
     word_of,
 )
 from evslip.events.pixels.state import CURRENT, LAG, RESIDUE
@@ -89,23 +91,34 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
     reference, reset_us = state[0, REFERENCE], state[0, RESET_US]
     leak, candidate_us = state[0, LEAK_SLOPE], state[0, CANDIDATE_US]
     length_us = interval.end_us - interval.start_us
-    number = 1
+    left, settling = 1.0, False
     if params.lowpass:
-        steepest = (params.base + params.gain * max(interval.current_0, interval.current_1)) * length_us
-        number = pieces(interval.change, steepest, interval.lag_0, interval.lag_1, length_us)
-    change, noise_rise = interval.change / number, (interval.noise_1 - interval.noise_0) / number
+        base, gain = params.base * length_us, params.gain * length_us
+        steepest = base + gain * max(interval.current_0, interval.current_1)
+        left = float(pieces(interval.change, steepest, interval.lag_0, interval.lag_1, length_us))
+        steady = is_steady(interval.change, interval.current_0, interval.current_1, base, gain)
+        settling = left > EQUAL_PIECES and steady
+    change, noise_rise = interval.change, interval.noise_1 - interval.noise_0
+    if not settling:
+        change, noise_rise = change / left, noise_rise / left
     log_0, current_0, lag_0, noise_0 = interval.log, interval.current_0, interval.lag_0, interval.noise_0
-    start_us = interval.start_us
-    for left in range(number, 0, -1):
+    start_us, is_last = interval.start_us, False
+    while not is_last:
         end_us, current_1, lag_1 = interval.end_us, interval.current_1, interval.lag_1
-        if left > 1:
-            end_us = start_us + (interval.end_us - start_us) / left
+        rest_us = end_us - start_us
+        if settling:
+            base, gain, light = params.base * rest_us, params.gain * rest_us, interval.current_1
+            share = settling_share(change, current_0, light, lag_0, interval.lag_1, base, gain, rest_us)
+            left, change, noise_rise = 1.0 / share, share * change, share * noise_rise
+        is_last = left == 1.0
+        if not is_last:
+            end_us = start_us + rest_us / left
             current_1 = current_0 * math.exp(change)
         span_us = end_us - start_us
         base, gain = params.base * span_us, params.gain * span_us
         c = (log_0 + noise_0, change + noise_rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         if params.lowpass:
-            if left > 1:
+            if not is_last:
                 log_1 = log_0 + change
                 lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
             s = septic(log_0, change, current_0, current_1, lag_0, lag_1, base, gain)
@@ -161,6 +174,11 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
                 current = current_0 * math.exp(change * place)
                 leak = next_leak(params, state[0, MEAN_LEAK], p, int(state[0, RESETS]), current)
         log_0, current_0, lag_0, noise_0, start_us = log_0 + change, current_1, lag_1, noise_0 + noise_rise, end_us
+        if settling:
+            rest = (interval.end_us - end_us) / span_us
+            change, noise_rise = change * rest, noise_rise * rest
+        else:
+            left -= 1.0
     state[0, REFERENCE], state[0, RESET_US] = reference, reset_us
     state[0, LEAK_SLOPE], state[0, CANDIDATE_US] = leak, candidate_us
     return count
@@ -294,11 +312,11 @@ def _process_pixels(frames, response, pixels, params, counts, events, filling):
             if params.lowpass:
                 base, gain = params.base * length_us, params.gain * length_us
                 lag_0 = float(lag)
-                change, exponent, step = screen.whole_step(seen, seen_1, np.float32(base), np.float32(gain), lag)
+                _, _, step, wide = screen.whole_step(seen, seen_1, np.float32(base), np.float32(gain), lag)
                 sums = screen.added(lag, residue, np.float32(step))
                 lag, residue = np.float32(sums[0]), np.float32(sums[1])
                 lag_1 = float(lag)
-                if screen.is_wide(np.float32(change), np.float32(exponent)):
+                if wide:
                     lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
                     lag = np.float32(lag_1)
                     residue = np.float32(lag_1 - lag)

@@ -8,8 +8,16 @@ import numpy as np
 from evslip.events.pixels import pixel as fields
 from evslip.events.pixels import screen
 from evslip.events.pixels.active_pixels import Scratch
-from evslip.events.pixels.lowpass import advance_far
-from evslip.events.pixels.pixel import Parameters, next_candidate, pieces, septic_error, tolerance
+from evslip.events.pixels.lowpass import advance_far, is_steady
+from evslip.events.pixels.pixel import (
+    EQUAL_PIECES,
+    Parameters,
+    next_candidate,
+    pieces,
+    septic_error,
+    settling_share,
+    tolerance,
+)
 from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import Pixels, Response
 from evslip.events.sensor.exponential import exp, ln
@@ -198,18 +206,32 @@ def _divide(items: np.ndarray, j: int, span: Span, params: Parameters) -> None:
     """Divide an item's interval into as many pieces as it needs, and begin with the first."""
     length_us = span.end_us - span.start_us
     current_0, current_1, lag_1 = items[CURRENT_0 + j], items[CURRENT_1 + j], items[LAG_1 + j]
-    steepest = (params.base + params.gain * max(current_0, current_1)) * length_us
-    number = pieces(items[CHANGE + j], steepest, items[LAG_0 + j], lag_1, length_us) if params.lowpass else 1
-    items[LEFT + j], items[LAST_CURRENT + j], items[LAST_LAG + j] = number, current_1, lag_1
-    items[CHANGE + j], items[NOISE_RISE + j] = items[CHANGE + j] / number, items[NOISE_RISE + j] / number
+    base, gain, change, lag_0 = params.base * length_us, params.gain * length_us, items[CHANGE + j], items[LAG_0 + j]
+    steepest = base + gain * max(current_0, current_1)
+    number = pieces(change, steepest, lag_0, lag_1, length_us) if params.lowpass else 1
+    items[LAST_CURRENT + j], items[LAST_LAG + j] = current_1, lag_1
+    if number > EQUAL_PIECES and is_steady(change, current_0, current_1, base, gain):
+        items[LEFT + j] = np.inf
+    else:
+        items[LEFT + j] = number
+        items[CHANGE + j], items[NOISE_RISE + j] = change / number, items[NOISE_RISE + j] / number
     begin_piece(items, j, span.end_us, params)
 
 
 @compiled(error_model="numpy", _nrt=False)
 def begin_piece(items: np.ndarray, j: int, end_us: float, params: Parameters) -> None:
-    """Find the end of an item's piece, of which the start is set; end_us: of the interval."""
+    """Find the end of an item's piece, of which the start is set; end_us: of the interval. Where the number of pieces
+    left is infinite, changes of light and noise are those up to the end."""
     start_us, left = items[START_US + j], items[LEFT + j]
     items[AT + j] = 0.0
+    if left == np.inf:
+        rest_us, change, last = end_us - start_us, items[CHANGE + j], items[LAST_CURRENT + j]
+        base, gain = params.base * rest_us, params.gain * rest_us
+        lags = items[LAG_0 + j], items[LAST_LAG + j]
+        share = settling_share(change, items[CURRENT_0 + j], last, *lags, base, gain, rest_us)
+        left = 1.0 / share
+        items[CHANGE + j], items[NOISE_RISE + j] = share * change, share * items[NOISE_RISE + j]
+        items[LEFT + j] = 1.0 if share == 1.0 else np.inf
     if left == 1.0:
         items[END_US + j] = end_us
         items[CURRENT_1 + j], items[LAG_1 + j] = items[LAST_CURRENT + j], items[LAST_LAG + j]

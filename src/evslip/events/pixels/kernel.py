@@ -113,7 +113,10 @@ def _process_band(frames, first_pixel, last_pixel, response, epoch_us, pixels, p
                     base = np.float32(params.base * (end_us - start_us))
                     gain = np.float32(params.gain * (end_us - start_us))
                     brightest_1 = screen.greatest(after)
-                    if base + gain * max(brightest, brightest_1) > screen.SERIES_LIMIT:
+                    steepest = base + gain * max(brightest, brightest_1)
+                    if steepest > screen.STEADY_LIMIT:
+                        screen.advance_lowpass_steady(values, full, base, gain, marks)
+                    elif steepest > screen.SERIES_LIMIT:
                         screen.advance_lowpass_long(values, full, base, gain, marks)
                     else:
                         screen.advance_lowpass(values, full, base, gain, marks)

@@ -20,6 +20,14 @@ which leaves less than 2e-7 of error in lp while K |x| <= 0.16 and |x| <= 0.8 (t
 
 Longer intervals are halved until that holds. So the result is that of the differential equation, and does not depend on
 how a ramp is cut into frames.
+
+Where the light changes slowly against the filter, |x| <= STEADY k at both ends, the lag q = lp - L, which obeys
+q' = -k q - x, settles on the series that follows from q = -(x + q') / k put into itself,
+
+    q_s = -x/k (1 + u - v2 + 3 u^2 + v3 - 10 u v2 + 15 u^3),    u = k'/k^2,  v2 = k''/k^3,  v3 = k'''/k^4,
+
+within 1e-7, and what differs from it decays as exp(-K): lp1 = L1 + q_s(1) + exp(-K) (q0 - q_s(0)), however long the
+interval is.
 """
 
 import math
@@ -28,6 +36,10 @@ from evslip.utils.jit import compiled
 
 MAX_CHANGE, MAX_PRODUCT = 0.8, 0.16
 """Limits of |x| and K |x| for one application of `advance`."""
+STEADY = 0.02
+"""Limit of |x| / k for the series of the lag."""
+LEAST_HALVINGS = 3
+"""Intervals that are halved less often are computed so, whatever their change."""
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)
@@ -76,14 +88,36 @@ def halvings(change: float, exponent: float) -> int:
     return count
 
 
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def steady_lag(change: float, current: float, base: float, gain: float) -> float:
+    """q_s at an end of an interval; base and gain already multiplied by its length."""
+    rise = gain * current
+    inverse = 1.0 / (base + rise)
+    x = change * inverse
+    u = x * rise * inverse
+    v2 = u * x
+    return -x * (1.0 + u - v2 + 3.0 * u * u + v2 * x - 10.0 * u * v2 + 15.0 * u * u * u)
+
+
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def is_steady(change: float, current_0: float, current_1: float, base: float, gain: float) -> bool:
+    """Whether `steady_lag` holds in an interval; base and gain already multiplied by its length."""
+    return bool(abs(change) <= min(MAX_CHANGE, STEADY * (base + gain * min(current_0, current_1))))
+
+
 @compiled(error_model="numpy", _nrt=False)
 def advance_far(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, base: float, gain: float
 ) -> float:
-    """lp at the end of an interval of any size, by halving it; base and gain already multiplied by its length."""
-    steepest = base + gain * max(current_0, current_1)
-    count = 1 << halvings(log_1 - log_0, steepest)
-    change = (log_1 - log_0) / count
+    """lp at the end of an interval of any size; base and gain already multiplied by its length."""
+    change, steepest = log_1 - log_0, base + gain * max(current_0, current_1)
+    times = halvings(change, steepest)
+    if times >= LEAST_HALVINGS and is_steady(change, current_0, current_1, base, gain):
+        settled = steady_lag(change, current_0, base, gain)
+        kept = math.exp(-exponent(log_0, log_1, current_0, current_1, base, gain))
+        return log_1 + steady_lag(change, current_1, base, gain) + kept * (filtered - log_0 - settled)
+    count = 1 << times
+    change /= count
     ratio = math.exp(change) if count > 1 else 1.0
     base, gain = base / count, gain / count
     log, current = log_0, current_0

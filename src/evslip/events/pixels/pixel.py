@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.events.pixels.crossing import Septic
+from evslip.events.pixels.lowpass import steady_lag
 from evslip.events.sensor.random_numbers import CANDIDATE, LEAK, PHOTO, normals, uniforms
 from evslip.events.stream import LEAK as LEAK_CAUSE
 from evslip.events.stream import SHOT, SIGNAL
@@ -30,6 +31,12 @@ TOLERANCE, TOLERANCE_US = 2e-7, 0.1
 """Largest distance of the polynomials from lp, in ln units, or largest shift of it in time."""
 _SEPTIC_ERROR = 1.0 / (math.factorial(8) * 2.0**8)
 MOST_PIECES = 1 << 16
+EQUAL_PIECES = 4
+"""An interval that needs more than so many pieces of equal length is divided by `settling_share`, where that holds."""
+LEAST_REACH = 0.25
+"""Least k of a piece, times its length, that `settling_share` gives, ..."""
+STILL_REACH, SETTLED = 3.0, 1e-17
+"""... and, before light that does not change, the most; and the lag that is none then."""
 STATE = 8
 REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, ON, OFF, MEAN_LEAK = range(STATE)
 """State of a pixel since its last event: ref, NaN while held in reset; when ref was taken, or will be while it is NaN;
@@ -159,6 +166,34 @@ def pieces(change: float, steepest: float, lag_0: float, lag_1: float, length_us
     while count < MOST_PIECES and septic_error(change / count, steepest / count, lag_0, lag_1) > most:
         count *= 2
     return count
+
+
+@compiled(error_model="numpy", _nrt=False)
+def settling_share(
+    change: float,
+    current_0: float,
+    current_1: float,
+    lag_0: float,
+    lag_1: float,
+    base: float,
+    gain: float,
+    length_us: float,
+) -> float:
+    """Share of an interval, in which `lowpass.is_steady`, for its next piece; base and gain already multiplied by its
+    length.
+
+    What has not settled yet decays, so each piece may be longer than the one before, and the last one goes to the end:
+    there `septic` follows four basis functions, of values and derivatives which are at most those of an exponential.
+    Before light that does not change, lp never gets where it goes, and shall not seem to.
+    """
+    most = tolerance(change + lag_1 - lag_0, length_us)
+    unsettled = abs(lag_0 - steady_lag(change, current_0, base, gain))
+    steepest = base + gain * max(current_0, current_1)
+    still = change == 0.0
+    if unsettled * (1.0 + 0.125 * steepest) ** 3 <= (SETTLED if still else most):
+        return 1.0
+    reach = math.sqrt(math.sqrt(math.sqrt(most / (unsettled * _SEPTIC_ERROR)))) - abs(change)
+    return min(1.0, min(max(reach, LEAST_REACH), STILL_REACH if still else np.inf) / steepest)
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)

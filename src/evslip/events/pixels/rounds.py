@@ -214,6 +214,7 @@ def settle(
             continue
         rows.keep(items, j, kept)
         if status == _FINISHED:
+            piece_us = end_us - items[rows.START_US + kept]
             items[rows.LEFT + kept] -= 1.0
             items[rows.START_US + kept] = end_us
             items[rows.LOG + kept] += items[rows.CHANGE + kept]
@@ -222,6 +223,10 @@ def settle(
                 items[rows.CURRENT_1 + kept],
                 items[rows.LAG_1 + kept],
             )
+            if items[rows.LEFT + kept] == np.inf:  # all that is left, of which the next piece takes its share
+                rest = (span.end_us - end_us) / piece_us
+                items[rows.CHANGE + kept] *= rest
+                items[rows.NOISE_RISE + kept] *= rest
             rows.begin_piece(items, kept, span.end_us, params)
             if math.isnan(items[rows.REFERENCE + kept]):
                 rows.pass_held_candidates(items, kept, params, noise_process)

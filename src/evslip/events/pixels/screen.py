@@ -30,7 +30,11 @@ VALUES = 12 * _STRIDE
 a loop writes is not what it reads. Frame by frame only the first seven are used: photocurrents and lags at both ends of
 an interval; what the lag was rounded by; middle of the bounds less L, and half their distance, see `centre`."""
 MAX_CHANGE, MAX_PRODUCT = F(0.25), F(0.16)
-"""Largest |x| and K |x| for single precision."""
+"""Largest |x| for single precision, and largest K |x| unless `lowpass.steady_lag` holds."""
+STEADY = F(0.02)
+"""Largest |x| / k for that; K is then at least ..."""
+STEADY_LIMIT = F(2.8)
+"""... this where it is needed."""
 SERIES_LIMIT = F(0.5)
 """Largest K for which the weights are taken from their series."""
 MARGIN = 1.5e-5
@@ -45,6 +49,7 @@ _M2, _M4, _M6 = F(1 / 3), F(4 / 45), F(44 / 945)
 _J1, _J2, _J3, _J4, _J5, _J6 = (F(1 / math.factorial(n)) for n in range(2, 8))
 _C0, _C1, _C2, _C3, _C4, _C5 = (F(1 / n) for n in (6, 12, 40, 180, 1008, 6720))
 _S2, _D2, _G = F(1 / 60), F(1 / 40), F(1 / 120)
+_THREE, _TEN, _FIFTEEN = F(3), F(10), F(15)
 _SHRINK, _MOST = F(1 / 64), F(40)
 _LN_2 = F(math.log(2))
 _ONE_BITS, _ROOT_BITS = np.int32(0x3F800000), np.int32(0x3F3504F3)
@@ -94,17 +99,45 @@ def lag_step(change: F, rise: F, exponent: F, lag: F, lost: F, j0: F, c: F) -> F
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)
-def is_wide(change: F, exponent: F) -> bool:
-    """Whether an interval is too much for single precision."""
-    return bool((abs(change) > MAX_CHANGE) | (abs(change) * exponent > MAX_PRODUCT))
+def steady_lag(change: F, current: F, base: F, gain: F) -> F:
+    """`lowpass.steady_lag` in single precision."""
+    rise = gain * current
+    inverse = _ONE / (base + rise)
+    x = change * inverse
+    u = x * rise * inverse
+    v2 = u * x
+    return -x * fused(u, fused(u, fused(u, _FIFTEEN, _THREE), fused(-v2, _TEN, _ONE)), fused(v2, x, _ONE - v2))
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)
-def whole_step(current_0: F, current_1: F, base: F, gain: F, lag: F) -> tuple[F, F, F]:
-    """x, K and step of the lag for an interval of one pixel; base and gain already multiplied by its length."""
+def steady_step(current_0: F, current_1: F, change: F, base: F, gain: F, lag: F, lost: F) -> F:
+    """Addition of an interval to the lag where `steady_lag` holds."""
+    settled = steady_lag(change, current_0, base, gain)
+    return fused(_ONE - lost, lag - settled, steady_lag(change, current_1, base, gain)) - lag
+
+
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def is_bent(change: F, exponent: F) -> bool:
+    """Whether an interval is too much for `lag_step`."""
+    return bool(abs(change) * exponent > MAX_PRODUCT)
+
+
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def is_wide(change: F, exponent: F, least: F) -> bool:
+    """Whether an interval is too much for single precision; least: smallest k in it."""
+    return bool((abs(change) > MAX_CHANGE) | (is_bent(change, exponent) & (abs(change) > STEADY * least)))
+
+
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def whole_step(current_0: F, current_1: F, base: F, gain: F, lag: F) -> tuple[F, F, F, bool]:
+    """x, K and step of the lag for an interval of one pixel, and whether that is too much for single precision; base
+    and gain already multiplied by its length."""
     change, exponent = change_and_exponent(current_0, current_1, base, gain)
     lost, j0, c = _weights_long(exponent) if exponent > SERIES_LIMIT else _weights_brief(exponent)
-    return change, exponent, lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c)
+    wide = is_wide(change, exponent, fused(gain, min(current_0, current_1), base))
+    if is_bent(change, exponent):
+        return change, exponent, steady_step(current_0, current_1, change, base, gain, lag, lost), wide
+    return change, exponent, lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c), wide
 
 
 @compiled(error_model="numpy", _nrt=False)
@@ -172,30 +205,37 @@ def added(lag: F, residue: F, step: F) -> tuple[F, F]:
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)
-def marked(change: F, exponent: F, lag_0: F, lag_1: F, offset: F, half: F) -> int:
-    """1 for a pixel that may leave its bounds on the way; 2 for one that needs double precision; 3 for both.
+def marked(change: F, exponent: F, lag_0: F, lag_1: F, offset: F, half: F, wide: bool) -> int:
+    """1 for a pixel that may leave its bounds on the way; 2 for one that needs double precision, if `wide`; 3 for both.
 
-    offset: at the start. lp turns only where it meets L, so before that it moves by less than K times its lag.
+    offset: at the start. lp turns only where it meets L, so before that it moves by less than K times its lag, and no
+    farther than L does.
     """
-    reach = exponent * abs(lag_0) if lag_0 * lag_1 < F(0) else F(0)
+    reach = min(exponent * abs(lag_0), abs(lag_0) + abs(change)) if lag_0 * lag_1 < F(0) else F(0)
     stays = (abs(lag_0 - offset) + reach < half) & (abs(lag_1 - (offset - change)) < half)
-    return (0 if stays else 1) + (2 if is_wide(change, exponent) else 0)
+    return (0 if stays else 1) + (2 if wide else 0)
 
 
 @compiled(error_model="numpy", inline="always", _nrt=False)
-def _advance(values: np.ndarray, i: int, change: F, exponent: F, gain: F, lost: F, j0: F, c: F) -> int:
+def _advance(values: np.ndarray, i: int, change: F, exponent: F, step: F, wide: bool) -> int:
     """Move current, offset and lag of a pixel. Returns its mark."""
-    current_0, current_1, lag, offset = (
-        values[CURRENT_0 + i],
-        values[CURRENT_1 + i],
-        values[LAG + i],
-        values[OFFSET + i],
-    )
-    step = lag_step(change, gain * (current_1 - current_0), exponent, lag, lost, j0, c)
+    lag, offset = values[LAG + i], values[OFFSET + i]
     lag_1, residue = added(lag, values[RESIDUE + i], step)
     values[LAG_0 + i], values[LAG + i], values[RESIDUE + i] = lag, lag_1, residue
-    values[OFFSET + i], values[CURRENT_0 + i] = offset - change, current_1
-    return marked(change, exponent, lag, lag_1, offset, values[HALF + i])
+    values[OFFSET + i], values[CURRENT_0 + i] = offset - change, values[CURRENT_1 + i]
+    return marked(change, exponent, lag, lag_1, offset, values[HALF + i], wide)
+
+
+@compiled(error_model="numpy", inline="always", _nrt=False)
+def _any_weights(exponent: F) -> tuple[F, F, F]:
+    """1 - exp(-K), j0 and C for any K: both kinds are computed, which is vector code, and one of them is taken."""
+    brief, long = _weights_brief(exponent), _weights_long(exponent)
+    is_long = exponent > SERIES_LIMIT
+    return (
+        long[0] if is_long else brief[0],
+        long[1] if is_long else brief[1],
+        long[2] if is_long else brief[2],
+    )
 
 
 @compiled(error_model="numpy", _nrt=False)
@@ -205,24 +245,35 @@ def advance_lowpass(values: np.ndarray, count: int, base: F, gain: F, marks: np.
     base and gain: already multiplied by its length.
     """
     for i in range(count):
-        change, k = change_and_exponent(values[CURRENT_0 + i], values[CURRENT_1 + i], base, gain)
+        current_0, current_1, lag = values[CURRENT_0 + i], values[CURRENT_1 + i], values[LAG + i]
+        change, k = change_and_exponent(current_0, current_1, base, gain)
         lost, j0, c = _weights_brief(k)
-        marks[i] = _advance(values, i, change, k, gain, lost, j0, c)
+        step = lag_step(change, gain * (current_1 - current_0), k, lag, lost, j0, c)
+        marks[i] = _advance(values, i, change, k, step, (abs(change) > MAX_CHANGE) | is_bent(change, k))
 
 
 @compiled(error_model="numpy", _nrt=False)
 def advance_lowpass_long(values: np.ndarray, count: int, base: F, gain: F, marks: np.ndarray) -> None:
-    """`advance_lowpass` for any K: both weights are computed, which is vector code, and one of them is taken."""
+    """`advance_lowpass` where no K is more than STEADY_LIMIT."""
     for i in range(count):
-        change, k = change_and_exponent(values[CURRENT_0 + i], values[CURRENT_1 + i], base, gain)
-        brief, long = _weights_brief(k), _weights_long(k)
-        is_long = k > SERIES_LIMIT
-        lost, j0, c = (
-            long[0] if is_long else brief[0],
-            long[1] if is_long else brief[1],
-            long[2] if is_long else brief[2],
-        )
-        marks[i] = _advance(values, i, change, k, gain, lost, j0, c)
+        current_0, current_1, lag = values[CURRENT_0 + i], values[CURRENT_1 + i], values[LAG + i]
+        change, k = change_and_exponent(current_0, current_1, base, gain)
+        lost, j0, c = _any_weights(k)
+        step = lag_step(change, gain * (current_1 - current_0), k, lag, lost, j0, c)
+        marks[i] = _advance(values, i, change, k, step, (abs(change) > MAX_CHANGE) | is_bent(change, k))
+
+
+@compiled(error_model="numpy", _nrt=False)
+def advance_lowpass_steady(values: np.ndarray, count: int, base: F, gain: F, marks: np.ndarray) -> None:
+    """`advance_lowpass` for any K."""
+    for i in range(count):
+        current_0, current_1, lag = values[CURRENT_0 + i], values[CURRENT_1 + i], values[LAG + i]
+        change, k = change_and_exponent(current_0, current_1, base, gain)
+        lost, j0, c = _any_weights(k)
+        bent = lag_step(change, gain * (current_1 - current_0), k, lag, lost, j0, c)
+        steady = steady_step(current_0, current_1, change, base, gain, lag, lost)
+        wide = is_wide(change, k, fused(gain, min(current_0, current_1), base))
+        marks[i] = _advance(values, i, change, k, steady if is_bent(change, k) else bent, wide)
 
 
 @compiled(error_model="numpy", _nrt=False)
