@@ -23,7 +23,7 @@ import evslip
 from evslip.config.params import Params
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.stepping import SteppedSimulation
-from evslip.physics.truth import measure
+from evslip.physics.truth import Truth, measure
 
 FROM_TO_N = ((1.0, 20.0), (0.5, 20.0), (5.0, 20.0), (1.0, 5.0), (5.0, 1.0), (5.0, 0.5), (20.0, 0.5))
 PLACES_MM = ((4, 0), (8, 10), (12, 20))
@@ -31,6 +31,7 @@ PLACES_MM = ((4, 0), (8, 10), (12, 20))
 SHAPES, FRICTIONS = ("cuboid", "cylinder"), (0.3, 1.0)
 LEAST_N, MOST_N = 0.5, 20.0
 CONTROL_US = 10_000
+STOP_N, KINDS, LATE_MS = 8.0, ("panda", "ideal"), (0, 20, 40)
 CHATTER, RIPPLE = 0.03, 0.03
 """Largest deviation of the pads' force from the grip force, and of the utilisation from that of the load, as shares of
 the grip force and of the friction."""
@@ -128,9 +129,39 @@ def chatter(count: int, seed: int, robot: str) -> bool:
     return kept
 
 
+def stop(count: int, seed: int, robot: str) -> bool:
+    """Largest rotation of slipping objects when a command of 8 N comes some time after the onset."""
+    columns = [f"{kind}, {late_ms} ms" for kind in KINDS for late_ms in LATE_MS]
+    print("| draw | constant force | " + " | ".join(columns) + " |")
+    print("|---" * (2 + len(columns)) + "|")
+    kept = True
+    for index in range(count):
+        config = evslip.load_config("complex", {"seed": seed, "robot.kind": robot, "slip.kind": "natural"})
+        params = evslip.draw(config, index, "test")
+        truth = measure(evslip.simulate(params))
+        if truth.onset_us is None:
+            continue
+        turns = [_turned(truth)]
+        for kind in KINDS:
+            grip = params.grip.model_copy(update={"actuator": kind})
+            for late_ms in LATE_MS:
+                simulation = SteppedSimulation(params.model_copy(update={"grip": grip}))
+                simulation.advance(truth.onset_us + 1000 * late_ms)
+                simulation.advance(simulation.end_us, STOP_N)
+                turns.append(_turned(measure(simulation.trajectory())))
+        print(f"| {index} | " + " | ".join(f"{turn:.2f}" for turn in turns) + " |", flush=True)
+        kept &= all(turn < turns[0] for turn in turns[1:])
+    return kept
+
+
+def _turned(truth: Truth) -> float:
+    return float(np.ptp(truth.spin_deg[truth.held]))
+
+
 GRIP_TABLES: dict[str, tuple[Callable[[int, int, str], bool], int]] = {
     "onset of a changed grip": (onset, 3),
     "creep while the grip varies": (creep, 20),
     "chatter while the grip varies": (chatter, 3),
+    "slips that are stopped": (stop, 10),
 }
 """Each table and how much it does without --count."""

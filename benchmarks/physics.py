@@ -7,6 +7,8 @@ creep    --count random draws at 0.1-0.7 times the onset: the largest movement w
 chatter  normal forces while an object slides, with the pads' compliance and without
 cost     processor seconds of draw, plan and simulation, and memory over --count samples
 
+With --grip-varies: onset, creep and chatter under a grip force that changes, and slips that are stopped by it.
+
 Without --count every table has the size that docs/explanation/physics.md quotes. Equal --seed, equal results.
 Exit code 1: a bound is not kept.
 """
@@ -52,7 +54,7 @@ STIFF = {"PAD_GIVE_M": 1e-5, "PAD_SLACK_M_S2": 30.0}
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=TABLES, default=list(TABLES))
-    parser.add_argument("--grip-varies", action="store_true", help="tables of a force that changes, in place of these")
+    parser.add_argument("--grip-varies", action="store_true", help="tables of a force that changes instead")
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--robot", choices=("panda", "cartesian"), default="panda")
