@@ -35,7 +35,7 @@ def test_a_camera_in_a_mujoco_simulation(tmp_path):
 
 def test_a_camera_before_a_gymnasium_environment(tmp_path):
     result = example("gymnasium_frames.py", tmp_path / "e.h5", "--steps", 10)
-    if importlib.util.find_spec("gymnasium") is None:
+    if not all(map(importlib.util.find_spec, ("gymnasium", "pygame"))):
         assert result.returncode == 1
         assert "pip install" in result.stderr.strip().splitlines()[-1]
         assert "Traceback" not in result.stderr

@@ -74,6 +74,7 @@ def test_a_policy_of_ones_own_is_compared_recorded_and_filmed(tmp_path):
         ("--rate-hz 60", "rate_hz: 60 is wrong"),
         ("--count 0", "count: 0 is out of range"),
         ("--controller constant --controller strong --parameter force_n=2", "2 controllers are named"),
+        ("--controller oracle --parameter margin=2", "oracle is what the others are compared with"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(words, said, tmp_path, monkeypatch, capsys):

@@ -37,8 +37,8 @@ def control(
 
     Args:
         out: Folder for control.html, control.json and outcomes.jsonl.
-        controller: constant, strong, oracle, event-rate, detector or detector-pi; may be given several times. Default:
-            detector.
+        controller: constant, strong, oracle, late-oracle, event-rate, detector or detector-pi; may be given several
+            times. Default: detector.
         policy: A controller of your own, module:Class, in the current folder or installed.
         parameter: Parameter of the controller, such as model=my_model or relaxation.share_s=0.2; may be given several
             times.
@@ -66,6 +66,8 @@ def control(
     given: dict[str, Any] = overrides(parameter)
     if given and len(named) > 1:
         raise ConfigError(f"parameter: {len(named)} controllers are named; expected one that the parameters are of")
+    if given and named[0] in (OPEN_LOOP, ORACLE):
+        raise ConfigError(f"parameter: {named[0]} is what the others are compared with, and takes none")
     for name in named:
         make_controller(name, **given)  # what is wrong shows now
     players = {OPEN_LOOP: {}, ORACLE: {}} | dict.fromkeys(named, given)

@@ -16,6 +16,7 @@ CONTROLLERS = {
     "constant": "constant:Constant",
     "strong": "constant:Strong",
     "oracle": "oracle:Oracle",
+    "late-oracle": "oracle:LateOracle",
     "event-rate": "event_rate:EventRate",
     "detector": "detector_steps:DetectorSteps",
     "detector-pi": "detector_pi:DetectorPI",

@@ -23,12 +23,12 @@ class DetectorSteps(Controller):
         """Probability from which on it says slip; None: the detector's own."""
         answers: int = 1
         """Answers in a row that are an alarm."""
-        gain: float = 1.6
+        gain: float = 2.0
         """Multiple of the force that an alarm asks for, ..."""
         least_step_n: float = 0.5
         """... or this much more, if that is more."""
-        wait_s: float = 0.1
-        """Time that a raised force is given before it is raised again: a detector looks back a while."""
+        wait_s: float = 0.17
+        """Time that a raised force is given before it is raised again: as long as a detector looks back."""
         relaxation: Relaxation = field(default_factory=Relaxation)
 
     def __init__(self, parameters: Parameters | None = None):
