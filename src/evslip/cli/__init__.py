@@ -39,7 +39,7 @@ VERBS = {
     "info": "recordings",
     "realism": "sensor",
     "detect": "detect",
-    "control": "control",
+    "control": "detect",
     "export": "detect",
     "view": "look",
     "video": "look",
