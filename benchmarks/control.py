@@ -68,7 +68,9 @@ def leak(episodes: int) -> None:
             print(f"| {episode} | {resident_mb():.1f} |", flush=True)
         env.reset()
         for _ in range(LEAK_STEPS):
-            env.step(env.action_space.sample())
+            *_, terminated, truncated, _ = env.step(env.action_space.sample())
+            if terminated or truncated:
+                break
     env.close()
 
 
