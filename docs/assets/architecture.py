@@ -23,6 +23,7 @@ BOXES = {
     "windows": (3, 1, "0.16 s, labelled"),
     "learn": (2, 1, "networks, scores, streams"),
     "view": (1, 1, "report, explorer"),
+    "control": (2, 2, "grip force by events"),
     "codecs": (4, 2, "files of events, clips"),
     "exchange": (3, 2, "other people's data"),
 }
@@ -38,6 +39,7 @@ ARROWS = (
     ("data", "windows", "Record"),
     ("windows", "learn", "Windows"),
     ("learn", "view", "scores"),
+    ("learn", "control", "Detection"),
     ("codecs", "exchange", "Events"),
     ("exchange", "data", "Record"),
 )
