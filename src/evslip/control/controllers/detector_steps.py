@@ -26,7 +26,10 @@ class DetectorSteps(Controller):
         gain: float = 2.0
         """Multiple of the force that an alarm asks for, ..."""
         least_step_n: float = 0.5
-        """... or this much more, if that is more."""
+        """... or this much more, if that is more; ..."""
+        again: float = 0.5
+        """... of this, the share that the next alarm adds, until there has been none for a while: an object that goes
+        on slipping with twice the force is rarer than a detector that goes on being wrong."""
         wait_s: float = 0.17
         """Time that a raised force is given before it is raised again: as long as a detector looks back."""
         relaxation: Relaxation = field(default_factory=Relaxation)
@@ -39,6 +42,7 @@ class DetectorSteps(Controller):
         own = self.parameters
         self._signal = SlipSignal(own.model, setup, own.threshold, own.answers)
         self._force, self.alarm, self._raised_us = GripForce(setup, own.relaxation), False, None
+        self._step_us, self._quiet_us, self._share = setup.step_us, 0, 1.0
 
     def step(self, events: Events, senses: Senses) -> float:
         assert self._signal is not None, "reset comes first"
@@ -46,9 +50,12 @@ class DetectorSteps(Controller):
         self.alarm = self._signal.push(events, senses.t_us).alarm
         if not self.alarm:
             self._force.rest()
+            self._quiet_us += self._step_us
+            self._share = 1.0 if self._quiet_us > own.relaxation.quiet_s * 1e6 else self._share
         elif self._raised_us is None or senses.t_us - self._raised_us >= own.wait_s * 1e6:
             before = self._force.value_n
             self._force.slipped_at(before)
-            self._force.raise_to(max(own.gain * before, before + own.least_step_n))
-            self._raised_us = senses.t_us
+            self._force.raise_to(before + self._share * max((own.gain - 1) * before, own.least_step_n))
+            self._raised_us, self._quiet_us = senses.t_us, 0
+            self._share *= own.again
         return self._force.value_n
