@@ -40,6 +40,7 @@ VERBS = {
     "realism": "sensor",
     "detect": "detect",
     "control": "detect",
+    "play": "look",
     "export": "detect",
     "view": "look",
     "video": "look",
@@ -50,7 +51,7 @@ VERBS = {
 }
 """File of each verb's function; it is imported when the verb is named, so that --help is quick."""
 
-ENDLESS = ("view", "label")
+ENDLESS = ("view", "label", "play")
 """Verbs that end when a person wants it: their progress is none of ours."""
 
 

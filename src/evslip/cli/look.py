@@ -29,6 +29,29 @@ def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 88
     explore(open_shelf(dataset), model=model, port=port, browser=browser)
 
 
+def play(
+    *,
+    config: str = "play",
+    controller: str = "detector",
+    model: str = "default",
+    port: int = 8898,
+    browser: bool = True,
+) -> None:
+    """Pull at an object in the hand, live in the browser: events, slip probability and grip force. Ctrl-C ends it.
+
+    Args:
+        config: Preset or TOML file that the objects and motions are drawn from.
+        controller: Controller of the grip force at the start: off, constant, strong, oracle, event-rate, detector or
+            detector-pi.
+        model: Folder of a detector, or `default`, the one of the package.
+        port: Port on this machine, which alone can reach it; 0 takes a free one.
+        browser: Open the page.
+    """
+    from evslip.view.play.serve import play as serve_play
+
+    serve_play(config=config, controller=controller, model=model, port=port, browser=browser)
+
+
 def video(
     records: Positional[tuple[Path, ...]],
     *,

@@ -34,7 +34,7 @@ class Episode:
         """step_us: time between two commands; sees: whether frames are drawn and events made; ends: the phase with
         whose begin the episode ends."""
         times = phase_times(params)
-        self.params, self.simulation = params, SteppedSimulation(params)
+        self.params, self.simulation, self._step_us = params, SteppedSimulation(params), step_us
         self.closed_us = self._close(times["lift"][0])
         self.start_us = self.simulation.t_us
         self.end_us = times[ends][0] // SAMPLE_US * SAMPLE_US
@@ -95,6 +95,17 @@ class Episode:
         for empty in np.any(part.pad_force_n[1:] <= 0, axis=1).tolist():
             self._empty = self._empty + 1 if empty or self.is_lost else 0
         self.events = self._see(part)
+
+    def look_anew(self, params: Params) -> None:
+        """Go on with other parameters of light, surroundings or sensor, at the exposure of before: the pixels settle on
+        what is seen now. Raises ConfigError."""
+        if self._stream is None:
+            return
+        exposure = {"exposure": "absolute", "white_cd_m2": self._stream.white_cd_m2}
+        params = params.model_copy(update={"camera": params.camera.model_copy(update=exposure)})
+        span_us = self.t_us, phase_times(self.params)["release"][0]
+        self._stream = CameraStream(params, span_us, self._step_us, self._stream.nominal)
+        self.events = self._see(self.simulation.trajectory(self.t_us - SAMPLE_US))
 
     def finish(self) -> Trajectory:
         """The whole motion, the rest of it with the last command."""

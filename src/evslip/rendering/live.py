@@ -36,7 +36,8 @@ class LiveView:
     ):
         """nominal: the same motion as it was planned, whatever the object does in it. span_us: first and last instant.
         every_us: a frame is drawn at each multiple of it after the first instant, and between as often as the motion
-        asks for. size: (width, height). `times_us`: times of all frames, int64 (m,). Raises ConfigError."""
+        asks for. size: (width, height). `times_us`: times of all frames, int64 (m,); `white_cd_m2`: luminance that is 1
+        in them. Raises ConfigError."""
         params, (start_us, end_us) = nominal.params, span_us
         if params.render.renderer != "raycast":
             raise ConfigError(f"render.renderer: {params.render.renderer} draws nothing live; expected raycast")
@@ -59,6 +60,7 @@ class LiveView:
             scale = exposure_scale(renderer, nominal, camera, start_us)
             self.times_us = self._keys_us
             self._drawn = renderer.draw_sequence(self._poses, scale, live=True)
+        self.white_cd_m2 = 1.0 / scale
         self._flickers = flicker.is_on
 
     def advance(self, trajectory: Trajectory) -> list[Frame]:

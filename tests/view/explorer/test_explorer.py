@@ -13,12 +13,12 @@ from evslip.data.record import Record
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.explorer.app import MOST_EVENTS, STATIC, Explorer, make_app
-from evslip.view.explorer.guard import MOST_BYTES
 from evslip.view.explorer.labels import Labels
 from evslip.view.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
 from evslip.view.explorer.serve import explore
 from evslip.view.explorer.shelf import open_recording, open_shelf
 from evslip.view.report.facts import facts_of
+from evslip.view.web.guard import MOST_BYTES
 from sample_records import CONFIG, random_events, simulated
 
 HOST = "127.0.0.1:8899"

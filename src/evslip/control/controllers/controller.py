@@ -27,6 +27,21 @@ class Setup(NamedTuple):
     """The grip's true state at any time of the episode; None on a robot."""
 
 
+class SlipAnswer(NamedTuple):
+    """Answer of a detector at one time."""
+
+    alarm: bool
+    """Whether the object slips."""
+    p_slip: float
+    """Probability of that; 0 before the first window is complete."""
+    rotation_deg_s: float
+    slide_mm_s: float
+    """Speeds; 0 of a detector that estimates none."""
+
+
+NO_ANSWER = SlipAnswer(False, 0.0, 0.0, 0.0)
+
+
 class Controller(ABC):
     """Commands a grip force, step by step."""
 
@@ -37,6 +52,8 @@ class Controller(ABC):
 
     alarm: bool = False
     """Whether it takes the object to slip, as of the last step."""
+    answer: SlipAnswer | None = None
+    """The answer of its detector in the last step; None for one without."""
 
     @abstractmethod
     def reset(self, setup: Setup) -> None:

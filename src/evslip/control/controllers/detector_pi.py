@@ -54,9 +54,10 @@ class DetectorPI(Controller):
     def step(self, events: Events, senses: Senses) -> float:
         if self._steps is not None:
             force_n = self._steps.step(events, senses)
-            self.alarm = self._steps.alarm
+            self.alarm, self.answer = self._steps.alarm, self._steps.answer
             return force_n
         own, found = self.parameters, self._signal.push(events, senses.t_us)
+        self.answer = found
         if not found.alarm:
             self.alarm = False
             self._force.rest()

@@ -47,7 +47,8 @@ class DetectorSteps(Controller):
     def step(self, events: Events, senses: Senses) -> float:
         assert self._signal is not None, "reset comes first"
         own = self.parameters
-        self.alarm = self._signal.push(events, senses.t_us).alarm
+        self.answer = self._signal.push(events, senses.t_us)
+        self.alarm = self.answer.alarm
         if not self.alarm:
             self._force.rest()
             self._quiet_us += self._step_us

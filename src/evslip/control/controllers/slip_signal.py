@@ -1,22 +1,8 @@
 """A detector's latest answer, step by step."""
 
-from typing import NamedTuple
-
-from evslip.control.controllers.controller import Setup
+from evslip.control.controllers.controller import NO_ANSWER, Setup, SlipAnswer
 from evslip.events.stream import Events
 from evslip.learn.streaming.stream import Detector
-
-
-class SlipAnswer(NamedTuple):
-    """Answer at one time."""
-
-    alarm: bool
-    """Whether the object slips."""
-    p_slip: float
-    """Probability of that; 0 before the first window is complete."""
-    rotation_deg_s: float
-    slide_mm_s: float
-    """Speeds; 0 of a detector that estimates none."""
 
 
 class SlipSignal:
@@ -28,7 +14,7 @@ class SlipSignal:
         self._detector = Detector(model, size=setup.size, hop_s=setup.step_us / 1e6)
         self._threshold = self._detector.description.threshold if threshold is None else threshold
         self._needed, self._in_a_row = answers, 0
-        self._latest = SlipAnswer(False, 0.0, 0.0, 0.0)
+        self._latest = NO_ANSWER
 
     @property
     def has_speeds(self) -> bool:

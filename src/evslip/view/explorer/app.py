@@ -16,10 +16,10 @@ from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
 from evslip.utils.errors import EvslipError
-from evslip.view.explorer.guard import Guard
 from evslip.view.explorer.labels import Labels
 from evslip.view.explorer.sample import Sample
 from evslip.view.explorer.shelf import Shelf
+from evslip.view.web.guard import Guard
 
 OPEN_SAMPLES = 3
 """Kept in memory; one is up to 100 MB."""

@@ -1,0 +1,1 @@
+"""A hand that holds an object, live in the browser. Begin with `world.World`."""

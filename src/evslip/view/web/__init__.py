@@ -1,0 +1,1 @@
+"""Pages that this machine serves to itself. Begin with `serving.serve`."""
