@@ -28,7 +28,7 @@ USERS = {
     "ray": ("generation.runners",),
     "optuna": ("learn.search",),
     "tyro": ("cli",),
-    "starlette": ("view.explorer",),
+    "starlette": ("view.explorer", "view.play", "view.web"),
     "rerun": ("view",),
     "trimesh": ("scene.shapes", "rendering.geometry"),
 }
