@@ -61,6 +61,7 @@ EXTRAS = {
     "control --config cheap.toml --count 1 --out held": "learn",
     "export default out.nir": "learn",
     "view data --no-browser": "view",
+    "play --no-browser": "view",
     f"label {RECORD} --no-browser": "view",
     "rerun data out.rrd": "rerun",
     f"render {RECORD} --out traced --renderer pathtrace": "photo",
@@ -111,6 +112,16 @@ def home(environment, tmp_path_factory) -> Path:
     arrays(home / "a.bag", events, (40, 30), [])
     write_events(home / "a.csv", events, (40, 30))
     return home
+
+
+@pytest.mark.slow
+def test_the_wheel_has_every_file_that_is_no_module(environment):
+    ours = Path(evslip.__file__).parent
+    (theirs,) = (environment.parents[1] / "lib").glob("python*/site-packages/evslip")
+    skipped = {".py", ".nbi", ".nbc", ".pyc", ".lock"}
+    files = [path.relative_to(ours) for path in ours.rglob("*") if path.is_file() and path.suffix not in skipped]
+    assert len(files) > 20
+    assert [str(path) for path in files if not (theirs / path).is_file()] == []
 
 
 def run(python: Path, home: Path, commands: list[str]) -> list[tuple[list[str], int, str]]:
