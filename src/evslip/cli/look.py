@@ -41,8 +41,8 @@ def play(
 
     Args:
         config: Preset or TOML file that the objects and motions are drawn from.
-        controller: Controller of the grip force at the start: off, constant, strong, oracle, event-rate, detector or
-            detector-pi.
+        controller: Controller of the grip force at the start: off, constant, strong, oracle, late-oracle, event-rate,
+            detector or detector-pi.
         model: Folder of a detector, or `default`, the one of the package.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.

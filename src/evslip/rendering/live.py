@@ -24,7 +24,7 @@ AHEAD = LAG + LIGHT_LAG + 1
 
 
 class LiveView:
-    """The hand camera's frames, as `render` draws them, of a trajectory that is told piece by piece.
+    """The hand camera's frames, as `render` draws them, of a trajectory that becomes known piece by piece.
 
     Surface, background and distractors are drawn ahead, as the hand is planned to move; object, gripper and arm when a
     frame is due. What of a slip is known late is its shadow on the surface. Pixels at the object's edge are those of

@@ -59,15 +59,15 @@ def test_a_held_object_stays_until_it_is_pulled_at(world: World):
     assert (events & 0xFFF).max() < 346 and (events >> 12 & 0xFFF).max() < 260 and set(events >> 24) <= {0, 1}
 
 
-def test_settings_take_effect_and_are_told(world: World):
+def test_settings_take_effect_and_are_published(world: World):
     world.command({"set": {"mass_g": 20.0, "friction": 1.2, "force_n": 5.0, "lamp": 2.0, "sensor": "dvxplorer"}})
     rows = played(world, 0.4)
     simulation = world._episode.simulation
     assert (simulation.mass_kg, simulation.friction) == (0.02, 1.2)
     assert rows[-1]["force_n"] == pytest.approx(5.0, abs=0.1)
-    told = read(world.since(0)[1])[0]["settings"]  # pyright: ignore[reportOptionalSubscript]
+    shown = read(world.since(0)[1])[0]["settings"]  # pyright: ignore[reportOptionalSubscript]
     expected = {"mass_g": 20.0, "friction": 1.2, "force_n": 5.0, "lamp": 2.0, "room": 1.0, "sensor": "dvxplorer"}
-    assert told == expected | {"controller": "off"}
+    assert shown == expected | {"controller": "off"}
 
 
 def test_buttons_do_what_they_say(world: World):
@@ -81,6 +81,15 @@ def test_buttons_do_what_they_say(world: World):
     world.command({"press": "next"})
     world.step()
     assert world._episode.params.index > index
+
+
+def test_the_detector_shown_does_not_catch_up_on_time_under_another_controller(world: World):
+    world.command({"set": {"controller": "detector"}})
+    played(world, 1.0)
+    world.command({"set": {"controller": "off"}})
+    rows = played(world, 0.3)
+    # No window of the time before is answered.
+    assert min(row["p_slip"] for row in rows) == 0 < rows[-1]["p_slip"]
 
 
 @pytest.mark.parametrize(
@@ -118,8 +127,8 @@ def test_the_page_is_sent_messages_and_sends_commands(client: TestClient, world:
         answers = [socket.receive() for _ in range(3)]
         assert any(answer.get("text") == "mass_g: -1 is wrong, expected 5 to 400" for answer in answers)
         socket.send_text('{"set": {"mass_g": 33}}')
-        told = [read(socket.receive_bytes())[0]["settings"]["mass_g"] for _ in range(4)]
-        assert told[-1] == 33.0
+        shown = [read(socket.receive_bytes())[0]["settings"]["mass_g"] for _ in range(4)]
+        assert shown[-1] == 33.0
     assert world.viewers == 0
 
 

@@ -14,7 +14,7 @@ class EventRate(Controller):
     """Alarm while the events of the last while are a multiple of what is usual, after Muthusamy et al. 2020.
 
     The usual rate is the median of what has been seen, which a slip hardly moves. What the arm's motion makes is not
-    told apart from a slip: this is the baseline that a detector has to beat.
+    separated from a slip: this is the baseline that a detector has to beat.
     """
 
     @dataclass(frozen=True)

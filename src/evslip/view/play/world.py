@@ -35,7 +35,7 @@ LOST_S = 1.0
 
 
 class World:
-    """Plays episodes one after the other and tells what is seen in them. Commands may come from any thread."""
+    """Plays episodes one after the other and publishes what is seen in them. Commands may come from any thread."""
 
     def __init__(
         self, config: str = "play", controller: str = "detector", model: str = "default", split: str = "train"
@@ -60,7 +60,7 @@ class World:
             return None if self._latest[0] == sequence else self._latest
 
     def run(self, stop: threading.Event) -> None:
-        """Go on in real time until told to stop; wait while nobody looks."""
+        """Go on in real time until `stop` is set; wait while nobody looks."""
         begun_s, begun_us = time.monotonic(), self._episode.t_us
         while not stop.is_set():
             if self.viewers == 0 or self._paused:
@@ -104,7 +104,7 @@ class World:
         self._answer = self._signal.push(episode.events, episode.t_us) if own is None else own
         self._shown.take(episode, self._answer, self._signal.has_speeds)
         if episode.t_us - self._shown.since_us >= SHOWN_US or episode.is_over:
-            self._tell()
+            self._publish()
 
     def _begin(self) -> None:
         """The next object that can be held."""
@@ -112,7 +112,6 @@ class World:
         self._params: Params = episode.params
         self._factors, self._pulled, self._pushed_until = {"lamp": 1.0, "room": 1.0}, np.zeros(2), -1
         self._push, self._force_n = np.zeros(2), episode.target_n
-        self._signal = SlipSignal(self._model, self._setup(), None, 1)
         self._answer = NO_ANSWER
         self._control(self._controller_name)
         self._shown = Message(episode.t_us)
@@ -129,6 +128,8 @@ class World:
             Constant() if name == MANUAL else make_controller(name, **({"model": self._model} if uses_model else {}))
         )
         self._controller.reset(self._setup())
+        # Anew, too: it has not seen the events of the time in which a controller had a detector of its own.
+        self._signal = SlipSignal(self._model, self._setup(), None, 1)
 
     def _obey(self) -> None:
         """Do what was asked for since the last step."""
@@ -196,7 +197,7 @@ class World:
         axes = matrices(hand[3:].astype(float)) @ hand_camera(self._params).rotation
         episode.simulation.disturb(push_n=axes[:, 0] * force[0] - axes[:, 1] * force[1])
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         packed = message(self._shown, self._episode, self._state())
         with self._lock:
             self._sequence += 1
