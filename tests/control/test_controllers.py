@@ -141,3 +141,17 @@ def test_what_is_wrong_is_said(name, parameters, words):
 def test_the_register_has_what_it_names():
     for name in CONTROLLERS:
         assert isinstance(make_controller(name), Controller)
+
+
+def test_the_truth_in_place_of_a_detector_is_acted_on_at_once():
+    slips = [False] * 20 + [True] * 10 + [False] * 20
+    course = iter(slips)
+    setup = SETUP._replace(truth=lambda: GripTruth(next(course), 1.0, True, 30.0, 0.0))
+    for name in ("detector", "detector-pi"):
+        course = iter(slips)
+        controller = make_controller(name, model="truth")
+        assert not controller.sees
+        found = np.array(forces(controller, [0] * 50, setup))
+        assert found[19] <= 2.0 < found[20]
+    with pytest.raises(ConfigError, match="truth"):
+        make_controller("detector", model="truth").reset(SETUP)

@@ -81,7 +81,9 @@ class Episode:
         """The grip's true state now."""
         if self._truth is None:
             hangs = bool(self.simulation.trajectory(self.t_us).floor_force_n[-1] <= 0)
-            self._truth = GripTruth(self.monitor.is_sliding, self.simulation.least_force_n(), hangs)
+            self._truth = GripTruth(
+                self.monitor.is_sliding, self.simulation.least_force_n(), hangs, *self.monitor.speeds()
+            )
         return self._truth
 
     def advance(self, until_us: int, target_n: float) -> None:

@@ -12,3 +12,6 @@ class GripTruth(NamedTuple):
     """Least force that holds the object at this instant."""
     hangs: bool
     """Whether the object hangs free of the surface."""
+    rotation_deg_s: float = 0.0
+    slide_mm_s: float = 0.0
+    """Speeds of the object in the hand, over the last 10 ms."""

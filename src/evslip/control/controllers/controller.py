@@ -47,7 +47,7 @@ class Controller(ABC):
 
     Parameters: ClassVar[Any]
     """Frozen dataclass of what can be chosen."""
-    sees: ClassVar[bool] = True
+    sees: bool = True
     """Whether it needs events."""
 
     alarm: bool = False

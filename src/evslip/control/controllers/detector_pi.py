@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.controllers.detector_steps import DetectorSteps
 from evslip.control.controllers.grip_force import GripForce, Relaxation
-from evslip.control.controllers.slip_signal import SlipSignal
+from evslip.control.controllers.slip_signal import TRUTH, signal_of
 from evslip.control.senses import Senses
 from evslip.events.stream import Events
 
@@ -19,7 +19,7 @@ class DetectorPI(Controller):
         """Parameters of DetectorPI."""
 
         model: str = "default"
-        """Folder of the detector, or the one of the package."""
+        """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
         threshold: float | None = None
         """Probability from which on its speeds count; None: the detector's own."""
         answers: int = 1
@@ -36,11 +36,12 @@ class DetectorPI(Controller):
 
     def __init__(self, parameters: Parameters | None = None):
         self.parameters = parameters or self.Parameters()
+        self.sees = self.parameters.model != TRUTH
         self._steps: DetectorSteps | None = None
 
     def reset(self, setup: Setup) -> None:
         own = self.parameters
-        self._signal = SlipSignal(own.model, setup, own.threshold, own.answers)
+        self._signal = signal_of(own.model, setup, own.threshold, own.answers)
         self._steps = None
         if not self._signal.has_speeds:
             steps = own.steps or DetectorSteps.Parameters(

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.controllers.grip_force import GripForce, Relaxation
-from evslip.control.controllers.slip_signal import SlipSignal
+from evslip.control.controllers.slip_signal import TRUTH, Signal, signal_of
 from evslip.control.senses import Senses
 from evslip.events.stream import Events
 
@@ -18,7 +18,7 @@ class DetectorSteps(Controller):
         """Parameters of DetectorSteps."""
 
         model: str = "default"
-        """Folder of the detector, or the one of the package."""
+        """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
         threshold: float | None = None
         """Probability from which on it says slip; None: the detector's own."""
         answers: int = 1
@@ -36,11 +36,12 @@ class DetectorSteps(Controller):
 
     def __init__(self, parameters: Parameters | None = None):
         self.parameters = parameters or self.Parameters()
-        self._signal: SlipSignal | None = None
+        self.sees = self.parameters.model != TRUTH
+        self._signal: Signal | None = None
 
     def reset(self, setup: Setup) -> None:
         own = self.parameters
-        self._signal = SlipSignal(own.model, setup, own.threshold, own.answers)
+        self._signal = signal_of(own.model, setup, own.threshold, own.answers)
         self._force, self.alarm, self._raised_us = GripForce(setup, own.relaxation), False, None
         self._step_us, self._quiet_us, self._share = setup.step_us, 0, 1.0
 

@@ -1,8 +1,32 @@
-"""A detector's latest answer, step by step."""
+"""A detector's latest answer, step by step, or the truth in place of it."""
+
+from typing import Protocol
 
 from evslip.control.controllers.controller import NO_ANSWER, Setup, SlipAnswer
 from evslip.events.stream import Events
 from evslip.learn.streaming.stream import Detector
+from evslip.utils.errors import ConfigError
+
+TRUTH = "truth"
+"""In place of a model's folder: the truth about the grip, to see what the perception costs."""
+
+
+class Signal(Protocol):
+    """What answers at every step whether the object slips."""
+
+    @property
+    def has_speeds(self) -> bool:
+        """Whether it knows speeds."""
+        ...
+
+    def push(self, events: Events, now_us: int) -> SlipAnswer:
+        """Take the events since the last step; the answer now."""
+        ...
+
+
+def signal_of(model: str, setup: Setup, threshold: float | None, answers: int) -> Signal:
+    """The signal of a model, or the truth. Raises DataError for a model, ConfigError where no truth is known."""
+    return TrueSignal(setup) if model == TRUTH else SlipSignal(model, setup, threshold, answers)
 
 
 class SlipSignal:
@@ -33,3 +57,19 @@ class SlipSignal:
             ]
             self._latest = SlipAnswer(self._in_a_row >= self._needed, p_slip, *speeds)
         return self._latest
+
+
+class TrueSignal:
+    """The truth about the grip. Raises ConfigError where it is not known."""
+
+    has_speeds = True
+
+    def __init__(self, setup: Setup):
+        if setup.truth is None:
+            raise ConfigError(f"model {TRUTH}: needs the truth about the grip, which a robot does not have")
+        self._truth = setup.truth
+
+    def push(self, events: Events, now_us: int) -> SlipAnswer:
+        """The answer now."""
+        truth = self._truth()
+        return SlipAnswer(truth.is_sliding, float(truth.is_sliding), truth.rotation_deg_s, truth.slide_mm_s)
