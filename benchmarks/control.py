@@ -2,6 +2,8 @@
 
 python benchmarks/control.py [--episodes 3]       # real time over processor time, by rate, size and observation
 python benchmarks/control.py --leak 10000         # memory over so many episodes of senses alone, a few steps each
+python benchmarks/control.py --limits FOLDER [--controller detector] [--model default] [--count 200]
+                                                  # what perception, actuator and physics cost a controller
 """
 
 import argparse
@@ -13,6 +15,11 @@ import gymnasium
 import numpy as np
 
 import evslip.control  # noqa: F401 - registers the environments
+from evslip.config.loading import load_config
+from evslip.control.controllers.slip_signal import TRUTH
+from evslip.control.evaluation.games import games_of, play_games
+from evslip.control.evaluation.summary import OPEN_LOOP, ORACLE, summarise
+from evslip.view.control.tables import figure_table
 
 SIZES = ((86, 65), (173, 130), (346, 260))
 RATES_HZ = (20, 100, 1000)
@@ -74,6 +81,24 @@ def leak(episodes: int) -> None:
     env.close()
 
 
+def limits(folder: Path, controller: str, model: str, count: int) -> None:
+    """A table: a controller as it is; with the truth in place of its detector; with an ideal actuator; with both, which
+    leaves what the physics costs."""
+    found = {}
+    for actuator in ("panda", "ideal"):
+        config = load_config("hold", {"grip.actuator": actuator})
+        for own in (model, TRUTH):
+            players = {OPEN_LOOP: {}, ORACLE: {}, controller: {"model": own}}
+            perception = "truth" if own == TRUTH else "detector"
+            games = games_of(folder / f"{actuator}-{perception}", config, players, "test", range(count))
+            outcomes = play_games(games, None, print, lambda: None)
+            found[f"{perception}, {actuator} actuator"] = summarise(outcomes)[controller]
+    head, *lines = figure_table(found)
+    print("| " + " | ".join(head) + " |\n" + "|---" * len(head) + "|")
+    for line in lines:
+        print("| " + " | ".join(line) + " |")
+
+
 def resident_mb() -> float:
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * 4096 / 1e6
@@ -83,8 +108,14 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--episodes", type=int, default=3)
     parser.add_argument("--leak", type=int, default=0)
+    parser.add_argument("--limits", type=Path)
+    parser.add_argument("--controller", default="detector")
+    parser.add_argument("--model", default="default")
+    parser.add_argument("--count", type=int, default=200)
     options = parser.parse_args()
     if options.leak:
         leak(options.leak)
+    elif options.limits:
+        limits(options.limits, options.controller, options.model, options.count)
     else:
         speed(options.episodes)
