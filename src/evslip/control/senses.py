@@ -15,7 +15,7 @@ class Senses(NamedTuple):
     opening_m: float
     """Distance between the pads."""
     acceleration_m_s2: np.ndarray
-    """Acceleration of the hand along its axes, without gravity; float64 of shape (3,)."""
+    """Reading of an accelerometer in the hand along its axes, float64 of shape (3,): at rest 9.81, upward."""
     tilt_rad: float
     """Lateral tilt of the hand, about the closing axis."""
     force_n: float

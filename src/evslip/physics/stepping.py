@@ -28,7 +28,7 @@ DIVERGED = tuple(getattr(mujoco.mjtWarning, f"mjWARN_BADQ{name}") for name in ("
 """Warnings of a state without meaning."""
 
 
-class Senses(NamedTuple):
+class HandReadings(NamedTuple):
     """What the hand itself measures."""
 
     pad_force_n: np.ndarray
@@ -107,12 +107,12 @@ class SteppedSimulation:
         return used[0]
 
     @property
-    def senses(self) -> Senses:
+    def senses(self) -> HandReadings:
         """Latest measurements of the hand."""
         rotation, acceleration, _ = self._hand()
         sample = self._sample()
         opening, tilt = sample.joints[0, -2:].sum(), np.arctan2(-rotation[2, 0], rotation[0, 0])
-        return Senses(sample.pad_force_n[0], float(opening), acceleration[3:], float(tilt))
+        return HandReadings(sample.pad_force_n[0], float(opening), acceleration[3:], float(tilt))
 
     def advance(self, until_us: int, target_n: float | None = None) -> None:
         """Steps to the last sample up to a time, or to the end.
@@ -193,7 +193,8 @@ class SteppedSimulation:
 
     def _hand(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Orientation (3, 3) of the hand in the world at the last sample, and along the hand's axes its angular, then
-        linear acceleration, without gravity's, and such a velocity, each (6,)."""
+        linear acceleration (as an accelerometer
+        reads it), and such a velocity, each (6,)."""
         model, data = self._model, self._data
         acceleration, velocity = np.empty(6), np.empty(6)
         mujoco.mj_rnePostConstraint(model, data)
