@@ -1,6 +1,6 @@
 """The parameters table of the documentation, made from the schema itself."""
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Any
 
 from evslip.config.config import Config
@@ -10,30 +10,39 @@ from evslip.config.sample import SampleSpec
 from evslip.config.section import Section, Within
 from evslip.config.sections.motion import Waypoints
 
+USUAL = "complex"
+"""Preset whose values stand in a column of their own."""
+
 
 def parameters_table() -> str:
-    """Every key with its limits, meaning and value in each preset, as Markdown."""
+    """Every key with its limits, meaning, value in the preset `complex`, and values in the presets that have others, as
+    Markdown."""
     presets = {name: load_config(name) for name in PRESETS}
-    lines = ["| key | limits | meaning |" + "".join(f" {name} |" for name in presets)]
-    lines.append("|---|---|---|" + "---|" * len(presets))
+    lines = [f"| key | limits | meaning | `{USUAL}` | other presets |", "|---|---|---|---|---|"]
     for name, field in Config.model_fields.items():
         if name not in {"share", *SampleSpec.model_fields}:
-            values = (getattr(config, name) for config in presets.values())
+            values = {preset: getattr(config, name) for preset, config in presets.items()}
             lines.append(_row(name, field.metadata, field.description, values))
     for section, field in Config.model_fields.items():
         model = field.annotation
         if not (isinstance(model, type) and issubclass(model, Section)):
             continue
         for name, leaf in model.model_fields.items():
-            values = (getattr(getattr(config, section), name) for config in presets.values())
+            values = {preset: getattr(getattr(config, section), name) for preset, config in presets.items()}
             lines.append(_row(f"{section}.{name}", leaf.metadata, leaf.description, values))
     return "\n".join(lines) + "\n"
 
 
-def _row(key: str, metadata: list[Any], description: str | None, values: Iterable[Any]) -> str:
+def _row(key: str, metadata: list[Any], description: str | None, values: Mapping[str, Any]) -> str:
     limits = next((f"{limit.low:g} to {limit.high:g}" for limit in metadata if isinstance(limit, Within)), "")
     meaning = " ".join((description or "").split()).replace("|", "\\|")
-    return f"| `{key}` | {limits} | {meaning} |" + "".join(f" {_show(value)} |" for value in values)
+    shown = {preset: _show(value) for preset, value in values.items()}
+    usual, others = shown[USUAL], dict[str, list[str]]()
+    for preset, text in shown.items():
+        if text != usual:
+            others.setdefault(text, []).append(preset)
+    rest = "; ".join(f"{', '.join(names)}: {text or 'none'}" for text, names in others.items())
+    return f"| `{key}` | {limits} | {meaning} | {usual} | {rest} |"
 
 
 def _show(value: Distribution | Waypoints | str | tuple[str, ...] | None) -> str:

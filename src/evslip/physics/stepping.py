@@ -192,7 +192,7 @@ class SteppedSimulation:
         return self._log.read(self._last, self._last + 1)
 
     def _hand(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Orientation (3, 3) of the hand in the world at the last sample, and along the hand's axes its angular and linear
+        """Orientation (3, 3) of the hand in the world at the last sample, and along its axes its angular and linear
         acceleration, as an accelerometer reads it, and such a velocity, each (6,)."""
         model, data = self._model, self._data
         acceleration, velocity = np.empty(6), np.empty(6)
