@@ -171,6 +171,13 @@ def test_balance_removes_only_the_commoner_label_and_obeys_the_seed() -> None:
     key = [f"{n} {s}" for n, s in zip(balanced.name, balanced.start_us, strict=True)]
     assert key == [f"{n} {s}" for n, s in zip(again.name, again.start_us, strict=True)]
     assert key != [f"{n} {s}" for n, s in zip(other.name, other.start_us, strict=True)]
+    half_as_many_more = slip_windows(ratio=1.5)
+    assert (half_as_many_more.label == Label.SLIP).sum() == slips
+    assert (half_as_many_more.label == Label.HOLD).sum() == min(
+        round(1.5 * slips), (everything.label == Label.HOLD).sum()
+    )
+    with pytest.raises(ConfigError, match=r"ratio 0\.5: expected 1 to 1000"):
+        slip_windows(ratio=0.5)
 
 
 @given(fraction=st.floats(0.05, 0.6), seed=st.integers(0, 2**31))
@@ -265,7 +272,7 @@ def test_a_file_from_before_the_speeds_opens(saved, windows: Windows) -> None:
 
 def test_a_file_from_before_the_modes_has_the_default_one(saved, windows: Windows) -> None:
     with h5py.File(saved, "r+") as file:
-        del file.attrs["labels"]
+        del file.attrs["labels"], file.attrs["ratio"]
     assert open_windows(saved).settings == windows.settings
 
 

@@ -68,7 +68,7 @@ def windows_of(
     arrays = {name: np.concatenate(columns.pop(name)) for name in list(columns)}
     last = np.cumsum(sizes)
     windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, **arrays)
-    return windows.balanced(settings.seed) if settings.balance else windows
+    return windows.balanced(settings.seed, settings.ratio) if settings.balance else windows
 
 
 def entering(record: Record, settings: WindowSettings) -> "list[tuple[Movement, Label]]":

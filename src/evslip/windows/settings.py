@@ -48,7 +48,9 @@ class WindowSettings:
     sensor_height: int = 260
     """Rows of that sensor."""
     balance: bool = True
-    """Remove windows of the commoner label at random until both are equally many."""
+    """Remove windows of the commoner label at random until there are at most `ratio` for each of the rarer one."""
+    ratio: float = 1.0
+    """1: both are equally many. More holds teach a detector to keep still."""
     seed: int = 0
     """Seed of that removal."""
 
@@ -64,6 +66,8 @@ class WindowSettings:
                 f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}, hold_mm {self.hold_mm:g}, slip_mm "
                 f"{self.slip_mm:g}: expected 0 <= hold <= slip, at most 360 deg and 1e6 mm"
             )
+        if not 1 <= self.ratio <= 1000:
+            raise ConfigError(f"ratio {self.ratio:g}: expected 1 to 1000")
         if not 0 <= self.seed < 2**63:
             raise ConfigError(f"seed {self.seed}: expected 0 or more, and less than 2**63")
         if not (1 <= self.sensor_width <= 65536 and 1 <= self.sensor_height <= 65536):
@@ -100,8 +104,8 @@ class WindowSettings:
 
 
 def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
-    """Settings of windows, or of a detector, that a file holds. Files without the mode of the labels are older than it:
-    theirs is the default. Raises DataError naming the key."""
+    """Settings of windows, or of a detector, that a file holds. Files without the mode of the labels or the ratio are
+    older than these: theirs is the default. Raises DataError naming the key."""
     values = {}
     for field in fields(WindowSettings):
         if field.name in stored:
@@ -111,7 +115,7 @@ def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
                 wanted = _KINDS.get(field.type, "a word")
                 raise DataError(f"{where}: {field.name}: {str(value)[:60]!r} is wrong; expected {wanted}")
             values[field.name] = value
-        elif field.name != "labels":
+        elif field.name not in ("labels", "ratio"):
             raise DataError(f"{where}: {field.name} is missing; expected all settings of `evslip windows`")
     try:
         settings = WindowSettings(**values)

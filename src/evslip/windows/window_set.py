@@ -109,14 +109,15 @@ class Windows:
         """The windows of a slice, an index array or a mask. Their events stay where they are."""
         return replace(self, **{name: getattr(self, name)[which] for name in _PER_WINDOW})
 
-    def balanced(self, seed: int = 0) -> "Windows":
-        """Equally many holds and slips: windows of the commoner label are removed at random; all of one label alone."""
+    def balanced(self, seed: int = 0, ratio: float = 1.0) -> "Windows":
+        """Windows of which the commoner label has at most `ratio` for each of the rarer one, the others removed at
+        random; all of one label alone."""
         indices = [np.flatnonzero(self.label == label) for label in (Label.HOLD, Label.SLIP)]
-        number = min(map(len, indices))
+        number = round(ratio * min(map(len, indices)))
         if not number:
             return self
         rng = np.random.default_rng([seed, 0xBA1A])
-        chosen = np.concatenate([rng.choice(which, number, replace=False) for which in indices])
+        chosen = np.concatenate([rng.choice(which, min(number, len(which)), replace=False) for which in indices])
         return self.take(np.sort(chosen))
 
     def split_by_trajectory(self, fraction: float, seed: int = 0) -> tuple["Windows", "Windows"]:
