@@ -35,7 +35,7 @@ class Source(NamedTuple):
 
 
 def counted(source: Source, path: Path) -> Source:
-    """The same source, whose events are counted while they are read."""
+    """Source whose events are counted while they are read."""
 
     def parts() -> Iterator[Events]:
         with Step(f"{path.name}, events") as read:

@@ -71,7 +71,7 @@ class Episode:
 
     @property
     def senses(self) -> Senses:
-        """What the hand measures now."""
+        """Measurements of the hand now."""
         hand = self.simulation.senses
         forces, acceleration = hand.pad_force_n.astype(np.float64), hand.hand_acceleration_m_s2.astype(np.float64)
         return Senses(self.t_us, forces, hand.opening_m, acceleration, hand.tilt_rad, self.target_n)

@@ -65,8 +65,8 @@ def read_recording(path: str | Path) -> Record:
 
 
 def open_recording(path: str | Path) -> tuple[Record, Iterator[Events]]:
-    """What `read_recording` gives, but for the events and the frames, and the events part by part. A file that does not
-    state the sensor's size is read twice. Raises DataError, also when a part is asked for."""
+    """All that `read_recording` gives, but for the events and the frames, and the events part by part. A file that does
+    not state the sensor's size is read twice. Raises DataError, also when a part is asked for."""
     path = Path(path)
     if is_record(path):
         return read(path, events=False), open_events(path).parts

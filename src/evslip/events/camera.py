@@ -154,7 +154,7 @@ class EventCamera:
 
     @property
     def readout_counts(self) -> "ReadoutCounts | None":
-        """What became of the events so far, since the camera was made or reset; None if the readout is off."""
+        """Counts of what became of the events since the camera was made or reset; None if the readout is off."""
         return None if self._readout is None else self._readout.counts
 
     def waiting(self) -> Events:
@@ -261,7 +261,7 @@ class EventCamera:
         return SensorReadout(self.readout, self.shape, self.seed)
 
     def _read_out(self, events: Events) -> Events:
-        """What comes out of the readout up to the last frame, given the events that fired since the frames before."""
+        """Events that leave the readout up to the last frame, given the events that fired since the frames before."""
         if self._readout is None or self._buffer.last_us is None:
             return events
         return self._readout.read(events, math.floor(self._buffer.last_us))

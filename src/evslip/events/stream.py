@@ -100,7 +100,7 @@ class Events:
         return (self.between(start, start + step) for start in spans)
 
     def replace(self, **changes: np.ndarray | None) -> Self:
-        """The same events with some columns changed."""
+        """Events with some columns changed."""
         return replace(self, **changes)
 
     def to_structured(self, layout: Layout = "tonic") -> np.ndarray:

@@ -43,7 +43,7 @@ class ConvertedFrames:
     brightest: float
     """Largest number in the first frame."""
     readout: ReadoutCounts | None = None
-    """What became of the events in the readout; None if it is off."""
+    """Counts of what became of the events in the readout; None if it is off."""
 
     def summary(self) -> str:
         """One line for a person."""

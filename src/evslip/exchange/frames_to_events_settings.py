@@ -7,7 +7,7 @@ from typing import Any
 
 @dataclass(frozen=True, kw_only=True)
 class FrameConversion:
-    """What is turned into events, and how."""
+    """Settings of frames that are turned into events."""
 
     clip: Path
     """Folder of images, video file, or .npz file with the arrays frames and t_us or t_s."""

@@ -69,7 +69,7 @@ class Job:
     split: str
     index: int
     versions: str
-    """Of the packages that determine the bytes, where the run was started."""
+    """Versions of the packages that determine the bytes, where the run was started."""
 
     def __str__(self) -> str:
         return f"sample {self.split}/{self.index}"

@@ -12,7 +12,7 @@ COMPILING = "compiling, once for this machine"
 
 
 class Made(NamedTuple):
-    """What became of a job."""
+    """Outcome of a job."""
 
     entry: Entry
     """The journal's line."""

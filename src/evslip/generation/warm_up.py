@@ -89,7 +89,7 @@ def _marks(config: Config) -> list[Path]:
 
 
 def _features(value: Any) -> Any:
-    """What of a configuration decides which functions run: of a number whether it is 0, of a list its kinds."""
+    """Facts of a configuration that decide which functions run: of a number whether it is 0, of a list its kinds."""
     match value:
         case bool() | int() | float():
             return bool(value)
@@ -186,4 +186,4 @@ def _fire_events(params: Params) -> None:
 
 
 PARTS: dict[str, Callable[[Config], bool]] = {"frames": _draw_sequence, "events": _fire_and_draw}
-"""What each process does; whether it could do all of it."""
+"""Job of each process; it returns whether it could do all of it."""

@@ -29,7 +29,7 @@ DIVERGED = tuple(getattr(mujoco.mjtWarning, f"mjWARN_BADQ{name}") for name in ("
 
 
 class HandReadings(NamedTuple):
-    """What the hand itself measures."""
+    """Measurements of the hand's own sensors."""
 
     pad_force_n: np.ndarray
     """Normal force on the left and right pad in newtons, of shape (2,)."""

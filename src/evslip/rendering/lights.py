@@ -85,5 +85,5 @@ def _stacked(frames: tuple[tuple[np.ndarray, np.ndarray], ...]) -> Parts:
 
 
 def _without(params: Params, section: str) -> Params:
-    """The same scene with one of its lights off."""
+    """Scene with one of its lights off."""
     return params.model_copy(update={section: getattr(params, section).model_copy(update={"luminance_cd_m2": 0.0})})

@@ -24,8 +24,8 @@ class WindowSettings:
     hop_s: float = 0.16
     """From one window's start to the next one's."""
     labels: LabelMode = "motion"
-    """What counts. motion: how far the object turns or slides in the hand, at most, since the window's start. angular:
-    how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its public
+    """Movement that counts. motion: how far the object turns or slides in the hand, at most, since the window's start.
+    angular: how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its public
     code); a fall counts as no movement, and so does a turn there and back."""
     slip_deg: float = 1.0
     """A window is slip from this rotation on ..."""

@@ -9,7 +9,7 @@ DISTURBANCES = ("none", "mass", "push", "wet", "shake", "faster")
 
 
 class DisturbanceSpec(Section, Generic[N, S]):
-    """What happens to the object or the hand while it carries it."""
+    """Disturbance of the object, or of the hand that carries it."""
 
     kind: Annotated[S, OneOf(DISTURBANCES)] = usual("none")
     """None; mass is added or removed; the object is pushed; the pads become wet; the hand shakes; or the motion goes

@@ -11,7 +11,7 @@ HIGHEST_HZ = 200.0
 
 
 class VibrationSpec(Section, Generic[N, S]):
-    """What trembles: off unless a frequency is given."""
+    """Parts that tremble: off unless a frequency is given."""
 
     mount_hz: Annotated[N | None, Within(1.0, HIGHEST_HZ)] = None
     """Natural frequency of the camera's mount on the hand, along and about each axis. Noise and the hand's acceleration

@@ -40,7 +40,7 @@ class Waypoints(RootModel[tuple[Waypoint, ...]]):
 
 
 class MotionSpec(Section, Generic[N, S]):
-    """What the hand does: approach, grasp, lift, the motion of its kind, place, release."""
+    """Motion of the hand: approach, grasp, lift, the motion of its kind, place, release."""
 
     kind: Annotated[S, OneOf(tuple(KINDS))] = usual("pick_and_place")
     """Between lift and placement: tilt while moving to the goal and back upright, hold still, shake along an axis, turn
@@ -73,8 +73,8 @@ class MotionSpec(Section, Generic[N, S]):
     cycles: Annotated[int, Strict(), Within(1, 1000)] = 3
     """Oscillations of shake and rotate."""
     waypoints: Waypoints | None = None
-    """Of waypoints: a list such as [{ y_m = -0.1, z_m = 0.05, tilt_deg = 20.0, time_s = 1.5 }, { y_m = -0.2 }], counted
-    from where the lift ends; the object is set down below the last."""
+    """Way-points of the kind waypoints: a list such as [{ y_m = -0.1, z_m = 0.05, tilt_deg = 20.0, time_s = 1.5 },
+    { y_m = -0.2 }], counted from where the lift ends; the object is set down below the last."""
 
     @model_validator(mode="after")
     def _check_waypoints(self) -> "MotionSpec[N, S]":

@@ -9,7 +9,7 @@ RobotKind = Literal["panda", "cartesian"]
 
 
 class RobotSpec(Section):
-    """What moves the hand."""
+    """Robot that moves the hand."""
 
     kind: RobotKind = "panda"
     """The Panda's arm, with its reach, limits and inertia, or a cartesian hand: an ideal one that follows the motion

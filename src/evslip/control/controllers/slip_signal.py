@@ -12,7 +12,7 @@ TRUTH = "truth"
 
 
 class Signal(Protocol):
-    """What answers at every step whether the object slips."""
+    """Source of an answer at every step: whether the object slips."""
 
     @property
     def has_speeds(self) -> bool:

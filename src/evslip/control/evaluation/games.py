@@ -35,7 +35,7 @@ class Game:
     index: int
     controller: str
     parameters: str
-    """Of the controller, as JSON."""
+    """Parameters of the controller, as JSON."""
     step_us: int
     records: str | None = None
     """Folder for a record of the episode."""

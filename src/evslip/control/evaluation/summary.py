@@ -10,7 +10,7 @@ from evslip.learn.scores.bootstrap import RESAMPLES, Interval, draws, interval
 
 ORACLE, OPEN_LOOP = "oracle", "constant"
 ORACLE_DEG, STOPPED_DEG, STOPPED_MM = 3.0, 5.0, 2.0
-"""Of the slips that the oracle stops within ORACLE_DEG, those count as stopped that stay within the other two."""
+"""Limits of a slip that counts as stopped, of those that the oracle stops within ORACLE_DEG and STOPPED_MM."""
 
 
 class Figure(NamedTuple):

@@ -68,7 +68,7 @@ class Calibration(NamedTuple):
     misfit: float
     """See `fit.Found`; not a number where nothing moved."""
     unknown: list[str]
-    """What the recordings cannot tell, a line each."""
+    """Facts that the recordings cannot tell, a line each."""
 
 
 def calibrate(scenes: Sequence[Scene], seed: int = 0, each_pixel: bool = False) -> Calibration:
@@ -101,7 +101,7 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0, each_pixel: bool = False) 
 
 
 def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Calibration:
-    """What events alone tell of a sensor: noise where the scene is still, at the light that there was.
+    """Facts that events alone tell of a sensor: noise where the scene is still, at the light that there was.
 
     recordings: events and (width, height). Raises DataError if they tell nothing."""
     facts, unknown = [], ["thresholds, bandwidth, light: the recordings have no frames"]

@@ -20,7 +20,7 @@ MOST_OFFSET = 2.0 / 255
 GAP = 250
 """Frames whose codes come nearer to 255 have no such gap."""
 NEAR = 0.85
-"""Of a column that nearly overflows: how near the highest code there comes to that of the whole frame."""
+"""Nearness of a column to its overflow: how near the highest code there comes to that of the whole frame."""
 MOSTLY = 0.5
 """Share of a stretch of time."""
 FEW = 1e-4

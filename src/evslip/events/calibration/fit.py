@@ -90,7 +90,7 @@ def even(counts: np.ndarray, error: float) -> np.ndarray:
 
 
 class _Problem:
-    """What is to be made small, in the logarithms of the parameters."""
+    """Residuals that are to be made small, in the logarithms of the parameters."""
 
     def __init__(self, free: list[Free], simulate: Count, wanted: np.ndarray):
         self.free, self._simulate, self._wanted = free, simulate, wanted
@@ -101,7 +101,7 @@ class _Problem:
         return self._simulate({one.name: float(v) for one, v in zip(self.free, np.exp(place), strict=True)})
 
     def left(self, place: np.ndarray, counts: np.ndarray, error: float) -> np.ndarray:
-        """What is left between simulation and recording, of variance 1 each, half of it the simulation's own; then the
+        """Residuals between simulation and recording, of variance 1 each, half of it the simulation's own; then the
         distance from the middle of the limits, a weak prior."""
         apart = even(counts, error) - even(self._wanted, error)
         return np.concatenate([apart / math.sqrt(2.0), (place - (self.low + self.high) / 2) / (2.0 * self.prior)])

@@ -1,4 +1,4 @@
-"""What a sensor has seen, as far as the frames of its recording tell."""
+"""Scene that a sensor has seen, as far as the frames of its recording tell."""
 
 from typing import NamedTuple
 

@@ -10,7 +10,7 @@ KINDS = ("offered", "added", "blocked", "overflowed", "dropped", "read")
 
 @dataclass(frozen=True)
 class ReadoutCounts:
-    """What became of the events, OFF and ON: offered + added = read + blocked + overflowed + dropped + waiting."""
+    """Counts of events by their fate, OFF and ON: offered + added = read + blocked + overflowed + dropped + waiting."""
 
     offered: tuple[int, int]
     """Events that the pixels fired."""

@@ -17,7 +17,7 @@ from evslip.events.readout.transit import Transit
 from evslip.utils.jit import compiled
 
 AFTER, FIRED, WORD = range(3)
-"""Of a pixel's event: the pixel whose event came next in the same row, or FREE or LAST; when it fired; its word."""
+"""Columns of a pixel's event: pixel whose event came next in the same row, or FREE or LAST; when it fired; its word."""
 FREE, LAST = -2, -1
 """Instead of the next pixel: of one without an event, and of the last that waits in a row."""
 

@@ -12,7 +12,7 @@ class Stage(Protocol):
     """All that changes from call to call, by name."""
 
     def passed(self, events: Transit, until_us: float) -> Transit:
-        """What comes out, given what came in since the call before.
+        """Events that come out, given those that came in since the call before.
 
         until_us: nothing that comes later is earlier than this. What the stage cannot order yet waits in its state; so
         what comes out over all calls does not depend on where they cut.

@@ -8,7 +8,7 @@ from evslip.utils.errors import ConfigError
 
 @dataclass(frozen=True, kw_only=True)
 class Publication:
-    """What a data set is published as."""
+    """Name, licence and author under which a data set is published."""
 
     name: str | None = None
     """Default: that of its folder."""

@@ -1,4 +1,4 @@
-"""What a runner does when work fails: which failures end a run, which tasks are tried again, which are given up."""
+"""Rules for work that fails: which failures end a run, which tasks are tried again, which are given up."""
 
 import ctypes
 import functools

@@ -87,7 +87,7 @@ class _Worker:
             self.pipe.send(task)
 
     def answer(self) -> tuple[bool, Any] | None:
-        """What `attempt` says of its task; None if it died or is late."""
+        """Answer of `attempt` for its task; None if it died or is late."""
         if not self.pipe.poll():
             self.is_late = True
             return None

@@ -21,7 +21,7 @@ Result = TypeVar("Result")
 CHUNK = 16
 """Most tasks that one task of Ray does, one after another: so many can be lost to a node at most, for each core."""
 OBJECT_STORE_BYTES = 100_000_000
-"""Of a Ray of this machine's own: what goes through it is small."""
+"""Size of the store of a Ray of this machine's own: what goes through it is small."""
 ANSWER_S = 20.0
 """For the head of a cluster to answer."""
 LOST = "its worker or node was lost"
@@ -89,7 +89,7 @@ def run_ray(
 
 
 def _chunk(pickled: bytes, limit_s: float) -> Iterator[tuple[bool, Any]]:
-    """What a worker does with a chunk: `attempt` every task, and die on one that takes too long."""
+    """Work on a chunk: `attempt` every task, and die on one that takes too long."""
     os.environ.update(ONE_THREAD)  # before numba is imported, with what is unpickled
     work, tasks = pickle.loads(pickled)
     with Path(os.devnull).open("w") as nowhere:

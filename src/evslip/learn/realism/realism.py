@@ -62,7 +62,7 @@ class Realism:
     """Numbers of real and of simulated events."""
     on_share: tuple[float, float]
     variance_over_mean: tuple[float, float]
-    """Of the pixels' numbers of events; 1 for events at random of equal pixels."""
+    """Variance over mean of the pixels' numbers of events; 1 for events at random of equal pixels."""
     levels: tuple[LevelRates, LevelRates] | None
     spectrum: tuple[np.ndarray, np.ndarray, np.ndarray]
     """Frequencies in Hz, power densities of the real and of the simulated rate."""
@@ -192,7 +192,7 @@ def _level_rows(levels: tuple[LevelRates, LevelRates]) -> list[dict[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON has: nan is null, numbers are Python's."""
+    """Values as JSON has them: nan is null, numbers are Python's."""
     if isinstance(value, dict):
         return {name: _plain(part) for name, part in value.items()}
     if isinstance(value, list):

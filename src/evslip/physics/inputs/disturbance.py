@@ -56,6 +56,6 @@ def check(params: Params) -> None:
 
 
 def undisturbed(params: Params) -> Params:
-    """The same sample without a disturbance."""
+    """Sample without its disturbance."""
     none: DisturbanceSpec[float, str] = DisturbanceSpec()
     return params if params.disturbance.is_default else params.model_copy(update={"disturbance": none})

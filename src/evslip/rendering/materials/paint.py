@@ -39,7 +39,7 @@ def gloss_of(texture: str, gloss: float) -> float:
 
 
 class Finish(NamedTuple):
-    """What microfacets on a body mirror, whatever its texture."""
+    """Reflectance of the microfacets on a body, whatever its texture."""
 
     reflectance: float
     """Share that the clear layer over the texture mirrors straight from above."""
@@ -55,7 +55,7 @@ FINISHES = {"plastic": Finish(0.04, 0.0, 0.3), "film": Finish(0.04, 0.0, 0.1), "
 
 
 def gloss_of_object(spec: ObjectSpec[float, str]) -> Gloss:
-    """What an object's finish, or its texture, mirrors."""
+    """Reflectance of an object's finish, or of its texture."""
     if spec.finish == "texture":
         return gloss_of(spec.texture, OBJECT_GLOSS)
     finish = FINISHES.get(spec.finish)

@@ -9,7 +9,7 @@ from evslip.rendering.pathtrace.variant import most_threads
 from evslip.utils.errors import MissingExtraError
 
 AOVS = "albedo:albedo,normal:sh_normal"
-"""What else is known of each pixel: the share of light that its surface returns, and its normal."""
+"""Further facts of each pixel: the share of light that its surface returns, and its normal."""
 
 
 def check_denoiser() -> None:

@@ -148,7 +148,7 @@ def _composite_foreground(out, bodies, before, earlier, after, share, bend):
 
 @formula
 def _copy(out, values):
-    """What `out[:] = values` does, which would compile all that it might complain with."""
+    """Copy, as `out[:] = values`, which would compile all that it might complain with."""
     for x in range(out.size):
         out[x] = values[x]
 

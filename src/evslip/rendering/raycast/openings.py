@@ -48,7 +48,7 @@ class Openings:
         return self._once(_resolve, rounded, camera)
 
     def about(self, travel_m: float, camera: Camera) -> Opening:
-        """The same within a fraction of a sample, for a fraction of the price: made of what a camera sees that is
+        """`at` within a fraction of a sample, for a fraction of the price: made of what a camera sees that is
         displaced by whole steps."""
         rounded = float(self.rounded(np.array(travel_m)))
         still = self._once(_displaceable, rounded, self._camera)

@@ -55,7 +55,7 @@ class TableView(NamedTuple):
     camera: np.ndarray
     focal: float
     radius: np.float32
-    """Of the background sphere, in metres."""
+    """Radius of the background sphere in metres."""
     lamp: np.ndarray
     """Its centre in the surface's frame."""
     power: np.float32

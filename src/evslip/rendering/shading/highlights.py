@@ -1,4 +1,4 @@
-"""What a body of plastic, film or metal mirrors of lamp and surroundings.
+"""Reflections of lamp and surroundings in a body of plastic, film or metal.
 
 The lobe is that of `environment_reflection`: microfacets of Trowbridge and Reitz (GGX) with Schlick's reflectance. The
 surroundings are those of the ambient light, blurred as matt paint blurs them: a quadratic form in the direction.
@@ -36,7 +36,7 @@ def finished_light(
 
 @kernel
 def mirror_points(places, normals, lamp, lamp_radius, ambient, roughness):
-    """What points would mirror with a reflectance of 1: float32 (4, n).
+    """Light that points would mirror with a reflectance of 1: float32 (4, n).
 
     Rows: highlight, in units of the lamp's light on white matt paint; Schlick's share of it, 0 straight from above and
     1 at grazing angles; luminance of the surroundings; and Schlick's share of that. Arguments as of

@@ -72,8 +72,8 @@ def one_patch(count: int, step_m: float) -> Patches:
 def light_body(
     scratch: Scratch, light: Illumination, points: BodyPoints, opened: np.ndarray, patches: Patches, gloss: Gloss
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """What points of a body receive and what they mirror, as of `received_light`. opened (n,): share of the light from
-    all around that reaches them."""
+    """Light that points of a body receive, and that they mirror, as of `received_light`. opened (n,): share of the
+    light from all around that reaches them."""
     strength = light.lamp, light.power, light.radius, light.ambient
     around, lit, shine = light_points(points.places, points.normals, *strength)
     own = points.places, points.rooms, points.parts, lit

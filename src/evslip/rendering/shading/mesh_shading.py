@@ -26,7 +26,7 @@ COARSEST = 0.25
 
 class MeshLook(NamedTuple):
     albedo: float
-    """Of a mesh without a texture."""
+    """Albedo of a mesh without a texture."""
     cells: np.ndarray | None
     """Texels of `texels.bake`."""
     levels: np.ndarray | None

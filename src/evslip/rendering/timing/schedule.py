@@ -28,7 +28,7 @@ SOFT = 0.2
 NEAR_SHADOW_M = 0.3
 """Distance from the object at which a passer's shadow counts as near: what the camera sees around it."""
 LEAST_POINTS = 8
-"""Of the gripper in view, for its motion to be followed."""
+"""Least number of points of the gripper in view, for its motion to be followed."""
 TICK_SLACK = 0.25
 """Share by which points may move farther between frames that have to come at given times, so that there are no more of
 them than needed."""

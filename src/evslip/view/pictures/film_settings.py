@@ -15,7 +15,7 @@ class FilmSettings:
     what: What = "both"
     """Events over frames, frames alone, or events alone."""
     speed: float = 0.1
-    """Of playing, against true time."""
+    """Speed of playing, against true time."""
     window_ms: float = 10.0
     """Each picture shows the events of this time before it."""
     start_s: float | None = None

@@ -42,7 +42,7 @@ class PlayPage:
         return Response(resources.files(folder).joinpath("static", name).read_bytes(), media_type=kind)
 
     def about(self, request: Request) -> Response:
-        """What can be set, and the names of the curves."""
+        """Settings, and the names of the curves."""
         return JSONResponse({"settings": {name: asdict(one) for name, one in SETTINGS.items()}, "curves": CURVES})
 
     async def stream(self, socket: WebSocket) -> None:

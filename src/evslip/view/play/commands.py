@@ -34,7 +34,7 @@ def _flag(value: Any) -> bool:
 
 
 _COMMANDS = {"set": _settings, "pull": _way, "press": _button, "pause": _flag}
-"""What checks the values of each command."""
+"""Functions that check the values of each command."""
 
 
 def checked(given: Any) -> dict[str, Any]:

@@ -18,7 +18,7 @@ CURVES = ("t_s", "p_slip", "found_deg_s", "true_deg_s", "found_mm_s", "true_mm_s
 
 
 class Message:
-    """What has happened since the last message."""
+    """Events and curves since the last message."""
 
     def __init__(self, since_us: int):
         self.since_us = since_us

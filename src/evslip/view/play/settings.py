@@ -1,4 +1,4 @@
-"""What can be changed while the hand holds its object."""
+"""Settings that can be changed while the hand holds its object."""
 
 from dataclasses import dataclass
 from typing import Any
