@@ -25,8 +25,8 @@ class WindowSettings:
     """From one window's start to the next one's."""
     labels: LabelMode = "motion"
     """Movement that counts. motion: how far the object turns or slides in the hand, at most, since the window's start.
-    angular: how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its public
-    code); a fall counts as no movement, and so does a turn there and back."""
+    angular: how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its
+    public code); a fall counts as no movement, and so does a turn there and back."""
     slip_deg: float = 1.0
     """A window is slip from this rotation on ..."""
     slip_mm: float = 2.0
