@@ -51,6 +51,7 @@ def convert(
     end_s: float | None = None,
     slice: Annotated[tuple[float, float] | None, arg(metavar="START END")] = None,
     polarity: Annotated[Literal["on", "off"] | None, arg(metavar="on|off")] = None,
+    without: Path | None = None,
     from_zero: bool = False,
     rotate: Rotation = 0,
     flip: Flip | None = None,
@@ -66,11 +67,13 @@ def convert(
         end_s: End so many seconds after the first event; default: with the last one.
         slice: Both at once.
         polarity: Keep the ON or the OFF events alone.
+        without: CSV file of pixels to leave out, lines x,y, as `evslip info --hot` writes it; before the crop.
         from_zero: Shift the times so that the first event is at 0; for formats that hold only short times.
         rotate: Turn the picture clockwise, after the crop.
         flip: Mirror the picture after that: left and right (x), or top and bottom (y).
     """
     from evslip.exchange.format_to_format import convert_format
+    from evslip.exchange.pixel_list import read_pixels
     from evslip.exchange.selection import Selection
 
     whole = (start_s, end_s) == (0.0, None)
@@ -78,37 +81,53 @@ def convert(
         raise ConfigError("slice: expected either --slice, or --start-s and --end-s")
     if not whole:
         slice = (start_s, ENDLESS_S if end_s is None else end_s)
-    selection = Selection(crop, slice, polarity, from_zero, rotate, flip)
+    pixels = () if without is None else read_pixels(without)
+    selection = Selection(crop, slice, polarity, from_zero, rotate, flip, pixels)
     done = convert_format(source, out, selection)
     console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
 
 
-def info(file: Positional[Path], *, gap_ms: float = 10.0, json: bool = False) -> None:
-    """Say what a file of events or a record holds: sensor, duration, rates, polarity, gaps, order errors.
+def info(file: Positional[Path], *, gap_ms: float = 10.0, hot: Path | None = None, json: bool = False) -> None:
+    """Say what a file of events or a record holds, how good the recording is, and what of it hurts a detector.
 
     Args:
         file: File of any format that `evslip convert` reads.
         gap_ms: From this length on a pause of all pixels is counted as a gap, ms.
+        hot: CSV file to write, of the columns and rows of hot pixels, for `evslip convert --without`.
         json: For a machine.
     """
     from json import dumps
 
-    from evslip.codecs.facts import facts_of
+    from evslip.codecs.facts import examine
     from evslip.data.record import about
     from evslip.data.record_file import is_record, read
+    from evslip.events.quality.findings import described, harms
+    from evslip.exchange.pixel_list import write_pixels
 
     if not 0 <= gap_ms < 1e12:
         raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")
     gap_us = round(gap_ms * 1e3)
     known = about(read(file, events=False)) if is_record(file) else {}
+    facts, quality = examine(file, gap_us)
+    if hot is not None:
+        if quality.pixels is None:
+            raise DataError(f"{file}: its sensor is too large to judge its pixels; crop it with `evslip convert`")
+        write_pixels(hot, quality.pixels.hot)
+    hurts = harms(quality)
     if json:
-        print(dumps(facts_of(file, gap_us).as_json() | {"record": known}, indent=2))
+        told = facts.as_json() | {"record": known, "quality": quality.as_json() | {"harms": hurts}}
+        print(dumps(told, indent=2))
         return
-    facts = facts_of(file, gap_us)
-    for line in [*facts.lines(gap_us), *(f"{name:>9}  {text}" for name, text in known.items())]:
+    rows = [*facts.lines(gap_us), *(f"{name:>9}  {text}" for name, text in known.items())]
+    rows += [f"{name:>10}  {text}" for name, text in described(quality).items()]
+    for line in rows:
         console.print(line)
+    for number, line in enumerate(hurts):
+        console.print(f"{'' if number else 'hurts':>10}  {line}")
+    if quality.count and not hurts:
+        console.print(f"{'hurts':>10}  nothing found that hurts a detector")
 
 
 def label(recording: Positional[Path], *, out: Path | None = None, port: int = 8899, browser: bool = True) -> None:

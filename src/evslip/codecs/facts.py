@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs import format_of, raw_source
+from evslip.codecs.source import extent_of
 from evslip.events.frame import BODIES, NO_BODY
+from evslip.events.quality.quality import Quality, QualityMeter
 from evslip.events.stream import CAUSES, Events
 
 MOST_PIXELS = 1 << 24
@@ -98,6 +100,20 @@ def facts_of(path: str | Path, gap_us: int = PEAK_US) -> Facts:
     for events in source.parts:
         counts.add(events)
     return counts.facts(format_of(path).name)
+
+
+def examine(path: str | Path, gap_us: int = PEAK_US) -> tuple[Facts, Quality]:
+    """Facts of a file, and the quality of the recording. A file that does not state the sensor's size is read twice.
+
+    gap_us: from which length on a pause counts. Raises DataError.
+    """
+    source = raw_source(path)
+    counts = _Counts(source.size, gap_us)
+    meter = QualityMeter(source.size or extent_of(raw_source(path).parts))
+    for events in source.parts:
+        counts.add(events)
+        meter.add(events)
+    return counts.facts(format_of(path).name), meter.quality()
 
 
 class _Counts:

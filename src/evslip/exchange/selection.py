@@ -22,6 +22,8 @@ class Selection(NamedTuple):
     """Degrees by which the picture is turned, clockwise, after the crop."""
     flip: Flip | None = None
     """Mirror the picture after that: left and right ("x"), or top and bottom ("y")."""
+    without: tuple[tuple[int, int], ...] = ()
+    """Columns and rows of pixels that are left out, before the crop."""
 
 
 EVERYTHING = Selection()

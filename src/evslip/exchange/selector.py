@@ -27,6 +27,18 @@ class Selector:
             )
         if selection.rotate not in get_args(Rotation):
             raise ConfigError(f"rotate: {selection.rotate} is not one of {', '.join(map(str, get_args(Rotation)))}")
+        beyond = [(column, row) for column, row in selection.without if column >= size[0] or row >= size[1]]
+        if beyond:
+            raise ConfigError(
+                f"without: pixel x {beyond[0][0]} y {beyond[0][1]} is beyond the sensor's {size[0]} x {size[1]}; "
+                "expected a list of this sensor's pixels"
+            )
+        self._left_out: np.ndarray | None = None
+        """Whether a pixel is left out, of shape (height, width)."""
+        if selection.without:
+            self._left_out = np.zeros((size[1], size[0]), bool)
+            columns, rows = np.array(selection.without).T
+            self._left_out[rows, columns] = True
         self._selection = selection
         self._corner, self._kept = (x, y), (width, height)
         self.size = (height, width) if selection.rotate in (90, 270) else (width, height)
@@ -57,6 +69,8 @@ class Selector:
             kept &= (events.t_us >= start) & (events.t_us < end)
         if self._selection.polarity is not None:
             kept &= events.p == (self._selection.polarity == "on")
+        if self._left_out is not None:
+            kept &= ~self._left_out[events.y, events.x]
         (left, top), (width, height) = self._corner, self._kept
         if self._selection.crop is not None:
             kept &= (events.x >= left) & (events.x < left + width) & (events.y >= top) & (events.y < top + height)
