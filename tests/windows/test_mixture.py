@@ -12,7 +12,8 @@ from evslip.data.recordings import open_samples
 from evslip.data.samples import Samples
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.cutting import windows_of
-from evslip.windows.mixture import mixture, plain_name, set_names
+from evslip.windows.mixture import Mixture, plain_name, set_names
+from evslip.windows.settings import WindowSettings
 from evslip.windows.window_set import open_windows
 from slip_records import slip_records
 
@@ -29,8 +30,16 @@ def sets(tmp_path_factory: pytest.TempPathFactory) -> list[Samples]:
     return [open_samples(home / folder) for folder in ("near", "far")]
 
 
+def test_windows_chosen_before_the_events_are_read_are_those_chosen_after(sets: list[Samples]):
+    for records in (sets[0], Mixture(sets)):
+        before, after = windows_of(records), windows_of(iter(records))
+        assert 0 < len(before) < len(windows_of(records, WindowSettings(balance=False)))
+        assert (before.name == after.name).all() and (before.start_us == after.start_us).all()
+        assert (before.checksum == after.checksum).all() and before.dropped == after.dropped
+
+
 def test_trajectories_of_different_sets_stay_apart(sets: list[Samples], tmp_path: Path):
-    alone, both = windows_of(sets[0]), windows_of(mixture(sets))
+    alone, both = windows_of(sets[0]), windows_of(Mixture(sets))
     assert len(np.unique(both.name)) == 2 * len(np.unique(alone.name))
     assert {name.partition(":")[0] for name in both.name} == {"near", "far"}
     assert {plain_name(name) for name in both.name} == set(alone.name)
@@ -42,12 +51,12 @@ def test_trajectories_of_different_sets_stay_apart(sets: list[Samples], tmp_path
 def test_a_copy_of_a_set_is_refused(sets: list[Samples], tmp_path: Path):
     shutil.copytree(sets[0].root, tmp_path / "copy")
     with pytest.raises(DataError, match=r"copy:train/0000000: is near:train/0000000 once more"):
-        windows_of(mixture([sets[0], open_samples(tmp_path / "copy")]))
+        windows_of(Mixture([sets[0], open_samples(tmp_path / "copy")]))
 
 
 def test_one_set_keeps_its_names_and_bytes(sets: list[Samples], tmp_path: Path):
     windows_of(sets[0]).save(tmp_path / "plain.h5")
-    windows_of(mixture(sets[:1])).save(tmp_path / "mixed.h5")
+    windows_of(Mixture(sets[:1])).save(tmp_path / "mixed.h5")
     assert (tmp_path / "plain.h5").read_bytes() == (tmp_path / "mixed.h5").read_bytes()
 
 
@@ -61,7 +70,8 @@ def test_names_of_sets_are_unique(tmp_path: Path):
 def test_sensors_must_agree(sets: list[Samples]):
     class Small(list):
         root = Path("small")
+        without_events = list.__iter__
 
     other = Small(replace(record, size=(320, 240)) for record in sets[0])
     with pytest.raises(DataError, match="320x240"):
-        windows_of(mixture([sets[0], other]))  # pyright: ignore[reportArgumentType]
+        windows_of(Mixture([sets[0], other]))  # pyright: ignore[reportArgumentType]

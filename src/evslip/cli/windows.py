@@ -39,7 +39,7 @@ def windows(
     from evslip.data.recordings import open_samples
     from evslip.exchange.vt_snn import export_windows
     from evslip.windows.cutting import windows_of
-    from evslip.windows.mixture import mixture
+    from evslip.windows.mixture import Mixture
 
     settings = WindowSettings(**given(settings))
     if len(datasets_and_out) < 2:
@@ -54,7 +54,7 @@ def windows(
         from evslip.view.pictures.window_pictures import check_folder
 
         check_folder(visualize)
-    cut = windows_of(mixture(sets), settings, whole_sensor)
+    cut = windows_of(Mixture(sets), settings, whole_sensor)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")
     if vt_snn is not None:

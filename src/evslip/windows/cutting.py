@@ -3,8 +3,8 @@
 import math
 import zlib
 from collections import defaultdict
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,7 +20,7 @@ from evslip.windows.alignment import laid_on
 from evslip.windows.distinct import Distinct
 from evslip.windows.label import Label
 from evslip.windows.window_events import WindowEvents, pack, pixel_dtype
-from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, map_shape
+from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, balanced_choice, map_shape
 
 SPEED_S = 0.02
 """Time before a window's end over which its speeds are means. At 5 deg/s the object turns by the limit of a hold in it,
@@ -41,7 +41,8 @@ def windows_of(
     """
     settings = settings or WindowSettings()
     columns: dict[str, list[np.ndarray]] = defaultdict(list)
-    dropped, first, seen = 0, "", Distinct()
+    dropped, first, seen, found = 0, "", Distinct(), 0
+    kept = _kept(records, settings)
     for record in over("records", records):
         if not first:
             settings, first = laid_on(settings, record.size), record.name
@@ -60,15 +61,32 @@ def windows_of(
         for movement, label in cut:
             if label == Label.UNCERTAIN:
                 dropped += 1
-            else:
+                continue
+            if kept is None or kept[found]:
                 _append(columns, record, settings, movement, label)
+            found += 1
     if not columns:
         raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
     sizes = np.array([len(part) for part in columns["packed"]])
     arrays = {name: np.concatenate(columns.pop(name)) for name in list(columns)}
     last = np.cumsum(sizes)
     windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, **arrays)
-    return windows.balanced(settings.seed, settings.ratio) if settings.balance else windows
+    return windows.balanced(settings.seed, settings.ratio) if settings.balance and kept is None else windows
+
+
+def _kept(records: Iterable[Record], settings: WindowSettings) -> np.ndarray | None:
+    """Which windows that hold or slip stay in the balance, bool (n,), where that is known before any events are read:
+    most of them are thinned out, and would be cut, and kept in memory, for nothing. None where it is not."""
+    if not settings.balance or not isinstance(records, Rereadable):
+        return None
+    found: list[Label] = []
+    for record in over("labels", records.without_events()):
+        if record.intervals:  # these may end with the last event
+            return None
+        found += [label for _, label in labelled(record, settings) if label != Label.UNCERTAIN]
+    kept = np.zeros(len(found), bool)
+    kept[balanced_choice(np.array(found), settings.seed, settings.ratio)] = True
+    return kept
 
 
 def entering(record: Record, settings: WindowSettings) -> "list[tuple[Movement, Label]]":
@@ -91,6 +109,15 @@ def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, 
         ]
     moved = [] if record.truth is None else movements(record.truth, settings)
     return [(movement, label_of(movement, settings)) for movement in moved]
+
+
+@runtime_checkable
+class Rereadable(Protocol):
+    """Records that can be read more than once, and quickly without their events."""
+
+    def without_events(self) -> Iterator[Record]:
+        """All of them, their streams empty."""
+        ...
 
 
 class Movement(NamedTuple):

@@ -112,13 +112,8 @@ class Windows:
     def balanced(self, seed: int = 0, ratio: float = 1.0) -> "Windows":
         """Windows of which the commoner label has at most `ratio` for each of the rarer one, the others removed at
         random; all of one label alone."""
-        indices = [np.flatnonzero(self.label == label) for label in (Label.HOLD, Label.SLIP)]
-        number = round(ratio * min(map(len, indices)))
-        if not number:
-            return self
-        rng = np.random.default_rng([seed, 0xBA1A])
-        chosen = np.concatenate([rng.choice(which, min(number, len(which)), replace=False) for which in indices])
-        return self.take(np.sort(chosen))
+        chosen = balanced_choice(self.label, seed, ratio)
+        return self if len(chosen) == len(self) else self.take(chosen)
 
     def split_by_trajectory(self, fraction: float, seed: int = 0) -> tuple["Windows", "Windows"]:
         """Two sets that share no trajectory; the second has about `fraction` of them, at least one of each kind.
@@ -279,3 +274,14 @@ def _check_movement(windows: Windows, path: str | Path) -> None:
 def map_shape(settings: WindowSettings) -> tuple[int, int]:
     """Rows and columns of an object map."""
     return -(-settings.height // MAP_PX), -(-settings.width // MAP_PX)
+
+
+def balanced_choice(label: np.ndarray, seed: int, ratio: float) -> np.ndarray:
+    """Positions, in order, of the labels (n,) that stay: at most `ratio` of the commoner for each of the rarer. Where
+    there is but one label, all."""
+    indices = [np.flatnonzero(label == one) for one in (Label.HOLD, Label.SLIP)]
+    number = round(ratio * min(map(len, indices)))
+    if not number:
+        return np.arange(len(label))
+    rng = np.random.default_rng([seed, 0xBA1A])
+    return np.sort(np.concatenate([rng.choice(which, min(number, len(which)), replace=False) for which in indices]))
