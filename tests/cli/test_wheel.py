@@ -51,6 +51,7 @@ WITHOUT_EXTRAS = [
     "calibrate converted.raw noise.npz",
     "realism converted.raw converted.raw --no-classifier",
     "label-agreement labels.csv labels.csv",
+    f"stream {RECORD} udp://127.0.0.1:7777 --speed 0",
 ]
 EXTRAS = {
     "demo": "learn",
@@ -60,6 +61,7 @@ EXTRAS = {
     f"detect --model default {RECORD}": "learn",
     "control --config cheap.toml --count 1 --out held": "learn",
     "export default out.nir": "learn",
+    f"live {RECORD}": "learn",
     "view data --no-browser": "view",
     "play --no-browser": "view",
     f"label {RECORD} --no-browser": "view",

@@ -39,6 +39,8 @@ VERBS = {
     "info": "recordings",
     "realism": "sensor",
     "detect": "detect",
+    "live": "live",
+    "stream": "live",
     "control": "detect",
     "play": "look",
     "export": "detect",
@@ -51,7 +53,7 @@ VERBS = {
 }
 """File of each verb's function; it is imported when the verb is named, so that --help is quick."""
 
-ENDLESS = ("view", "label", "play")
+ENDLESS = ("view", "label", "play", "live", "stream")
 """Verbs that end when a person wants it: their progress is none of ours."""
 
 

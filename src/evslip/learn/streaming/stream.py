@@ -80,6 +80,8 @@ class Detector:
         self._last_us: int | None = None
         self._next_us = 0
         self._newest = float("nan")
+        self.skipped = 0
+        """Hops that were left out so far, see `follow`."""
         self._silent = predict(self._network, [self._network.prepare(NO_EVENTS)])
 
     @property
@@ -97,11 +99,17 @@ class Detector:
             self._newest = float(found.p_slip[-1])
         return self._newest
 
-    def follow(self, events: Events, until_us: int | None = None) -> Detection:
+    def restart(self) -> None:
+        """Forget the stream: the next events may be of any time."""
+        self._kept, self._last_us, self._next_us = crop(empty_events(), self._crop), None, 0
+        self._newest = float("nan")
+
+    def follow(self, events: Events, until_us: int | None = None, *, newest: int | None = None) -> Detection:
         """Take the next events of the stream and answer for every hop that they complete.
 
-        `until_us` says that the stream is known up to that time, where it is silent after the last event. Raises
-        DataError for events that lie before those pushed earlier or more than an hour after them.
+        `until_us` says that the stream is known up to that time, where it is silent after the last event. `newest`: of
+        more hops, answer only so many, the newest. Raises DataError for events that lie before those pushed earlier or
+        more than an hour after them.
         """
         now = self._advance(events, until_us)
         if self._last_us is not None and now - self._next_us > MOST_ANSWERS * self._hop_us:
@@ -111,6 +119,9 @@ class Detector:
             )
         self._kept = concatenate([self._kept, crop(Events(*events.columns), self._crop)])
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
+        if newest is not None and len(ends) > newest:
+            self.skipped += len(ends) - newest
+            ends = ends[-newest:]
         bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
         counts = bounds[1] - bounds[0]
         columns = self._silent.repeat(len(ends), 0)
