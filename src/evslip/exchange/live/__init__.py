@@ -14,12 +14,17 @@ from evslip.utils.errors import ConfigError
 from evslip.utils.plugins import load
 
 SOURCES = {
-    "file": "evslip.exchange.live.file:FileSource",
-    "udp": "evslip.exchange.live.udp:UdpSource",
+    "file": "evslip.exchange.live.transports.file:FileSource",
+    "dv": "evslip.exchange.live.transports.dv:DvSource",
+    "udp": "evslip.exchange.live.transports.udp:UdpSource",
+    "zenoh": "evslip.exchange.live.transports.zenoh:ZenohSource",
+    "usb": "evslip.exchange.live.transports.usb:UsbSource",
 }
 """Class of the source of each scheme."""
 TARGETS = {
-    "udp": "evslip.exchange.live.udp:UdpTarget",
+    "dv": "evslip.exchange.live.transports.dv:DvTarget",
+    "udp": "evslip.exchange.live.transports.udp:UdpTarget",
+    "zenoh": "evslip.exchange.live.transports.zenoh:ZenohTarget",
 }
 """Class of the target of each scheme."""
 

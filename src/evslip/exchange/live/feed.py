@@ -48,6 +48,7 @@ class Feed:
         self._failure: BaseException | None = None
         self._last_us: int | None = None
         self._came_s = 0.0
+        self._was_gone = False
         self._thread = threading.Thread(target=self._run, name="live source", daemon=True)
 
     @property
@@ -120,7 +121,7 @@ class Feed:
         except Unreachable:
             self._ends.wait(AGAIN_S)
             return False
-        self.counters.connected = True
+        self.counters.connected = self._was_gone = True
         if self._last_us is not None or self.counters.received:
             self._back()
         else:
@@ -190,7 +191,9 @@ class Feed:
             return
         first = int(events.t_us[0]) if events.count else int(until_us or 0)
         before = self._last_us
-        restart = before is None or piece.restart or not -BACK_US <= first - before <= JUMP_US
+        back_us = 0 if self._was_gone else BACK_US
+        restart = before is None or piece.restart or not -back_us <= first - before <= JUMP_US
+        self._was_gone = False
         if restart and before is not None:
             self.counters.restarts += 1
             self.note(f"{self.source.name}: time goes on at {first / 1e6:.3f} s after {before / 1e6:.3f} s; begun anew")

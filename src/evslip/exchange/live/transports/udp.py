@@ -10,9 +10,10 @@ import time
 
 from evslip.events.stream import Events, concatenate
 from evslip.exchange.live.address import Address
-from evslip.exchange.live.packet import Datagram, Packer, pack_faery, unpack, unpack_faery
 from evslip.exchange.live.source import LiveSource, Piece
 from evslip.exchange.live.target import EventTarget
+from evslip.exchange.live.transports.datagrams import Receiver
+from evslip.exchange.live.transports.packet import Packer, pack_faery, unpack_faery
 from evslip.utils.errors import ConfigError, DataError
 
 FORMATS = ("evslip", "faery")
@@ -52,14 +53,12 @@ class UdpSource(LiveSource):
         self.tells_loss = not self._is_faery
         self._family, self._place = resolved(address)
         self._socket: socket.socket | None = None
-        self._size: tuple[int, int] | None = None
-        self._stream: int | None = None
-        self._number = self._overflow = 0
+        self._receiver, self._overflow = Receiver(), 0
         self._buffer = memoryview(bytearray(MOST_BYTES))
 
     @property
     def size(self) -> tuple[int, int] | None:
-        return self._size
+        return self._receiver.size
 
     def open(self) -> None:
         self.close()
@@ -93,7 +92,9 @@ class UdpSource(LiveSource):
         datagrams, overflow = self._take(self._socket)
         thrown, self._overflow = (overflow - self._overflow) & 0xFFFFFFFF, overflow
         arrived_s = time.monotonic()
-        return self._faery(datagrams, arrived_s, thrown) if self._is_faery else self._own(datagrams, arrived_s)
+        return (
+            self._faery(datagrams, arrived_s, thrown) if self._is_faery else self._receiver.piece(datagrams, arrived_s)
+        )
 
     def _take(self, opened: socket.socket) -> tuple[list[bytes], int]:
         found, overflow = [], self._overflow
@@ -111,31 +112,6 @@ class UdpSource(LiveSource):
         parts = [unpack_faery(data) for data in datagrams]
         whole = [part for part in parts if part is not None and part.count]
         return Piece(concatenate(whole), arrived_s, lost_packets=thrown, damaged=sum(part is None for part in parts))
-
-    def _own(self, datagrams: list[bytes], arrived_s: float) -> Piece:
-        found = [datagram for datagram in map(unpack, datagrams) if datagram is not None]
-        damaged = len(datagrams) - len(found)
-        if not found:
-            return Piece(concatenate([]), arrived_s, damaged=damaged)
-        newest = found[-1].stream
-        others = [one for one in found if one.stream != newest]
-        # An older sender's last datagrams beside a new one's first: their events are given up, and counted.
-        of_newest = sorted((one for one in found if one.stream == newest), key=lambda one: one.number)
-        restart = newest != self._stream
-        lost = sum(one.events.count for one in others)
-        if restart:
-            self._stream, self._number = newest, of_newest[0].number
-        return self._merged(of_newest, arrived_s, lost, damaged, restart)
-
-    def _merged(self, found: list[Datagram], arrived_s: float, lost: int, damaged: int, restart: bool) -> Piece:
-        for one in found:
-            # A datagram that comes late has been counted as lost; its events count as late from now on.
-            lost += one.number - self._number if one.number >= self._number else -one.events.count
-            self._number = max(self._number, one.number + one.events.count)
-        self._size = found[-1].size
-        until_us = max(one.until_us for one in found)
-        events = concatenate([one.events for one in found if one.events.count])
-        return Piece(events, arrived_s, until_us, lost, 0, damaged, restart)
 
 
 class UdpTarget(EventTarget):

@@ -13,9 +13,9 @@ from evslip.events.stream import Events, concatenate
 from evslip.exchange.live import make_source, make_target
 from evslip.exchange.live.backlog import Backlog
 from evslip.exchange.live.feed import Feed
-from evslip.exchange.live.packet import Packer, pack_faery, unpack, unpack_faery
 from evslip.exchange.live.sender import send_file
 from evslip.exchange.live.source import Piece
+from evslip.exchange.live.transports.packet import Packer, pack_faery, unpack, unpack_faery
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import random_events
 
@@ -182,7 +182,9 @@ def test_labels_and_long_pauses_survive_packing():
 @pytest.mark.parametrize(
     ("address", "said"),
     [
-        ("http://a:1", "expected a file of events, udp://"),
+        ("dv://127.0.0.1:7?a=b", "a is unknown"),
+        ("zenoh://a?b=c", "expected connect or listen"),
+        ("http://a:1", "expected a file of events, dv://, udp://"),
         ("udp://127.0.0.1", "expected udp://HOST:PORT"),
         ("udp://127.0.0.1:99999", "1 to 65535"),
         ("udp://127.0.0.1:7?format=xml", "expected evslip or faery"),

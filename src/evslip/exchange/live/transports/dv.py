@@ -1,0 +1,139 @@
+"""Events by the network stream of DV and dv-processing: TCP, a server that sends, clients that read."""
+
+import contextlib
+import importlib
+import socket
+import time
+from typing import Any
+
+import numpy as np
+
+from evslip.events.stream import Events
+from evslip.exchange.live.address import Address
+from evslip.exchange.live.source import LiveSource, Piece, Unreachable
+from evslip.exchange.live.target import EventTarget
+from evslip.utils.errors import ConfigError, DataError, MissingExtraError
+
+LOOK_S = 0.0005
+"""Time between two looks for a new batch."""
+REACH_S = 0.5
+"""Longest time to reach a server."""
+MOST_CLIENTS = 10
+MOST_BATCHES = 200
+"""Batches that are taken together."""
+
+
+def dv_processing() -> Any:
+    """The package dv_processing. Raises MissingExtraError."""
+    try:
+        return importlib.import_module("dv_processing")
+    except ImportError as error:
+        raise MissingExtraError(f"dv:// needs dv-processing ({error}): pip install 'evslip[live]'") from None
+
+
+class DvSource(LiveSource):
+    """Client of a server of dv-processing, such as a camera opened in DV, or `evslip stream FILE dv://...`."""
+
+    def __init__(self, address: Address):
+        self.name = address.text
+        address.option({})
+        self._host, self._port = address.host_and_port()
+        self._package, self._reader = dv_processing(), None
+        self._size: tuple[int, int] | None = None
+
+    @property
+    def size(self) -> tuple[int, int] | None:
+        return self._size
+
+    def open(self) -> None:
+        self.close()
+        try:
+            # The package waits for ever, with the interpreter's lock, for a server that is none: so this asks before.
+            with socket.create_connection((self._host, self._port), REACH_S) as tried:
+                if not tried.recv(1):
+                    raise OSError("it closes the connection")
+            reader = self._package.io.NetworkReader(socket.gethostbyname(self._host), self._port)
+        except (OSError, UnicodeError, RuntimeError) as error:
+            reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:120]
+            raise Unreachable(f"{self.name}: nobody answers ({reason})") from None
+        resolution = reader.getEventResolution() if reader.isEventStreamAvailable() else None
+        if resolution is None:
+            raise DataError(f"{self.name}: sends no events, expected a stream of events with its resolution")
+        self._reader, self._size = reader, (int(resolution[0]), int(resolution[1]))
+
+    def close(self) -> None:
+        self._reader = None
+
+    def read(self, timeout_s: float) -> Piece | None:
+        end_s, found = time.monotonic() + timeout_s, []
+        while len(found) < MOST_BATCHES:
+            batch = self._batch()
+            if batch is not None:
+                found.append(batch)
+            elif found or time.monotonic() >= end_s:
+                break
+            else:
+                time.sleep(LOOK_S)
+        if not found:
+            return None
+        rows = np.concatenate(found)
+        columns = rows["timestamp"], rows["x"].astype(np.uint16), rows["y"].astype(np.uint16), rows["polarity"] == 1
+        return Piece(Events(*columns), time.monotonic())
+
+    def _batch(self) -> np.ndarray | None:
+        reader: Any = self._reader
+        try:
+            batch = reader.getNextEventBatch()
+            is_over = batch is None and not reader.isRunning()
+        except RuntimeError as error:
+            raise Unreachable(f"{self.name}: broke off ({' '.join(str(error).split())[:120]})") from None
+        if is_over:
+            raise Unreachable(f"{self.name}: has gone")
+        return None if batch is None or batch.isEmpty() else batch.numpy()
+
+
+class DvTarget(EventTarget):
+    """Server of dv-processing's network stream, which sends to all who are connected."""
+
+    def __init__(self, address: Address, size: tuple[int, int]):
+        self.name = address.text
+        address.option({})
+        host, port = address.host_and_port()
+        self._package = dv_processing()
+        if max(size) > 32_767:
+            raise DataError(f"{self.name}: a sensor of {size[0]}x{size[1]} pixels, expected at most 32767 in a row")
+        stream = self._package.io.Stream.EventStream(0, "events", "evslip", size)
+        try:
+            with contextlib.closing(socket.socket()) as tried:
+                tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                tried.bind((socket.gethostbyname(host), port))
+            # Its default handler writes to the terminal when a client leaves, which clients may do.
+            self._writer = self._package.io.NetworkWriter(
+                socket.gethostbyname(host), port, stream, MOST_CLIENTS, lambda *_: None
+            )
+        except (OSError, UnicodeError, RuntimeError) as error:
+            reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:120]
+            raise ConfigError(
+                f"{self.name}: no server can be there ({reason}); expected an address of this machine and a free port"
+            ) from None
+
+    @property
+    def clients(self) -> int:
+        """Number of those who read."""
+        return self._writer.getClientCount()
+
+    def send(self, events: Events, until_us: int) -> None:
+        if not events.count:
+            return
+        store = self._package.EventStore()
+        add = store.push_back
+        for t_us, x, y, p in zip(*(column.tolist() for column in events.columns), strict=True):
+            add(t_us, x, y, p)
+        self._writer.writeEvents(store)
+
+    def close(self) -> None:
+        end_s = time.monotonic() + 2.0
+        while self.clients and self._writer.getQueuedPacketCount() and time.monotonic() < end_s:
+            time.sleep(LOOK_S)
+        if self.clients:
+            time.sleep(0.05)  # the last packet has left the queue, and is on its way
