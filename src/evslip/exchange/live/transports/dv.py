@@ -1,7 +1,6 @@
 """Events by the network stream of DV and dv-processing: TCP, a server that sends, clients that read."""
 
 import contextlib
-import importlib
 import socket
 import time
 from typing import Any
@@ -26,9 +25,10 @@ MOST_BATCHES = 200
 def dv_processing() -> Any:
     """The package dv_processing. Raises MissingExtraError."""
     try:
-        return importlib.import_module("dv_processing")
+        import dv_processing as package
     except ImportError as error:
         raise MissingExtraError(f"dv:// needs dv-processing ({error}): pip install 'evslip[live]'") from None
+    return package
 
 
 class DvSource(LiveSource):

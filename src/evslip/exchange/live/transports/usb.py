@@ -1,6 +1,5 @@
 """A camera on this machine's USB, by neuromorphic-drivers: DAVIS346, DVXplorer, EVK3 HD, EVK4 and others."""
 
-import importlib
 import time
 from typing import Any
 
@@ -21,11 +20,12 @@ class UsbSource(LiveSource):
         self.name = address.text
         address.option({})
         try:
-            self._package: Any = importlib.import_module("neuromorphic_drivers")
+            import neuromorphic_drivers
         except ImportError as error:
             raise MissingExtraError(
                 f"usb:// needs neuromorphic-drivers ({error}): pip install 'evslip[live]'"
             ) from None
+        self._package: Any = neuromorphic_drivers
         self._serial = address.place or None
         self._device: Any = None
         self._size: tuple[int, int] | None = None

@@ -1,7 +1,6 @@
 """Events over zenoh, the transport that ROS 2 may run on: evslip's datagrams under a key."""
 
 import contextlib
-import importlib
 import queue
 import secrets
 import time
@@ -25,7 +24,7 @@ def open_session(address: Address) -> Any:
     """A session of zenoh. `connect` among the options is the place of a router or peer, `listen` one to be found at;
     default: what zenoh finds on the network. Raises ConfigError, Unreachable, MissingExtraError."""
     try:
-        zenoh = importlib.import_module("zenoh")
+        import zenoh
     except ImportError as error:
         raise MissingExtraError(f"zenoh:// needs eclipse-zenoh ({error}): pip install 'evslip[live]'") from None
     check_options(address)
