@@ -94,3 +94,25 @@ def test_the_tour_shows_what_it_says(own):
 
 def _kinds(output: dict) -> set[str]:
     return set(output.get("data", {output["output_type"]: ""}))
+
+
+def test_the_ros2_node_answers_packets_of_a_bag(tmp_path):
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    import evslip
+
+    spec = importlib.util.spec_from_file_location("slip_node", EXAMPLES / "ros2_node" / "slip_node.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    events = random_events(np.random.default_rng(0), 4000, (346, 260), labelled=False)
+    events = events.replace(t_us=events.t_us * 5)
+    write_events(tmp_path / "a.mcap", events, (346, 260))
+    answers: list[float] = []
+    feed = module.SlipFeed("default", answers.append)
+    with highlevel.AnyReader([tmp_path / "a.mcap"]) as reader:
+        for connection, _, data in reader.messages():
+            feed.take(reader.deserialize(data, connection.msgtype))
+    expected = evslip.Detector("default", size=(346, 260), align="centre").push(events)
+    assert answers[-1] == pytest.approx(expected, abs=1e-6)
+    assert feed.refused == 0
+    assert len((EXAMPLES / "ros2_node" / "slip_node.py").read_text().splitlines()) <= 70

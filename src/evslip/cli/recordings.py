@@ -55,13 +55,16 @@ def convert(
     from_zero: bool = False,
     rotate: Rotation = 0,
     flip: Flip | None = None,
+    frames_hz: float = 30.0,
 ) -> None:
     """Write the events of a file in another format, or a part of them.
 
     Args:
         source: File of events: HDF5, AEDAT4, AEDAT2, Prophesee RAW or DAT, Event Stream (.es), ROS bags, .npz, .csv,
             v2e's .txt, VT-SNN's .mat.
-        out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw.
+        out: File to write; its suffix says the format. RAW is EVT 3.0, or EVT 2.0 if the name ends in .evt2.raw. Bags
+            have EventPacket in mono, or in evt3 if the name ends in .evt3.bag, or EventArray if in .dvs.bag (.db3,
+            .mcap alike); of a whole record they have poses, frames and truth, too.
         crop: Pixels to keep; the corner X Y becomes 0 0.
         start_s: Begin so many seconds after the first event.
         end_s: End so many seconds after the first event; default: with the last one.
@@ -71,6 +74,7 @@ def convert(
         from_zero: Shift the times so that the first event is at 0; for formats that hold only short times.
         rotate: Turn the picture clockwise, after the crop.
         flip: Mirror the picture after that: left and right (x), or top and bottom (y).
+        frames_hz: Frames a second in a bag of a whole simulated record; 0: none.
     """
     from evslip.exchange.format_to_format import convert_format
     from evslip.exchange.pixel_list import read_pixels
@@ -83,7 +87,7 @@ def convert(
         slice = (start_s, ENDLESS_S if end_s is None else end_s)
     pixels = () if without is None else read_pixels(without)
     selection = Selection(crop, slice, polarity, from_zero, rotate, flip, pixels)
-    done = convert_format(source, out, selection)
+    done = convert_format(source, out, selection, frames_hz)
     console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")

@@ -34,7 +34,7 @@ class Format:
 
 HDF5 = Format("hdf5", "evslip.codecs.arrays.hdf5", (".h5", ".hdf5"), keeps_labels=True, keeps_settings=True)
 """The format of records, too."""
-ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"), writes=False)
+ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"))
 """Its folders, too."""
 FORMATS = (
     HDF5,
@@ -47,7 +47,7 @@ FORMATS = (
     Format("txt", "evslip.codecs.text.txt", (".txt",), keeps_size=False),
     Format("mat", "evslip.codecs.arrays.mat", (".mat",), keeps_size=False),
     Format("aedat2", "evslip.codecs.inivation.aedat2", (".aedat",), writes=False),
-    Format("rosbag", "evslip.codecs.ros.bag", (".bag",), writes=False),
+    Format("rosbag", "evslip.codecs.ros.bag", (".bag",)),
     ROSBAG2,
 )
 """Formats that evslip brings along."""

@@ -1,4 +1,4 @@
-"""Events of ROS 1 bags (read); `messages` says of which messages."""
+"""Events of ROS 1 bags (read, and written by `sink`); `messages` says of which messages."""
 
 import bz2
 from collections.abc import Callable, Iterator
@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs.ros.library import choose, reading
-from evslip.codecs.ros.topics import events_source, frames_of
+from evslip.codecs.ros.sink import Sink
+from evslip.codecs.ros.topics import events_source, flags_of, frames_of, poses_of
 from evslip.codecs.source import Source
 from evslip.utils.files import require_file
 
+__all__ = ["Sink", "flags", "frames", "poses", "stream"]
 LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk; ROS makes them of 768 kB, or of one message."""
 
@@ -28,14 +30,25 @@ def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
     return frames_of(partial(_messages, path), path, cdr=False)
 
 
-def _messages(path: Path, kinds: tuple[str, ...]) -> Iterator[tuple[str, bytes]]:
+def poses(path: Path, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
+    """Times in microseconds and poses, position in metres and quaternion wxyz, of a topic; none where it is not
+    there."""
+    return poses_of(partial(_messages, path), path, cdr=False, topic=topic)
+
+
+def flags(path: Path, topic: str) -> Iterator[bool]:
+    """Flags of a topic; none where it is not there."""
+    return flags_of(partial(_messages, path), path, cdr=False, topic=topic)
+
+
+def _messages(path: Path, kinds: tuple[str, ...], topic: str = "") -> Iterator[tuple[str, bytes]]:
     with reading(path):
         from rosbags.rosbag1 import Reader
 
         with Reader(path) as reader:
             for place, chunk in reader.chunks.items():
                 reader.chunks[place] = chunk._replace(decompressor=bounded(chunk.decompressor))
-            wanted = choose(reader.connections, kinds, path)
+            wanted = choose(reader.connections, kinds, path, topic)
             for connection, _, data in reader.messages(wanted) if wanted else ():
                 yield connection.msgtype, data
 

@@ -1,4 +1,5 @@
-"""Events of ROS 2 bags (read): a folder with metadata.yaml, or one of its files, .db3 of SQLite or .mcap.
+"""Events of ROS 2 bags (read, and written by `sink`): a folder with metadata.yaml, or one of its files, .db3 of SQLite
+or .mcap.
 
 `messages` says of which messages.
 """
@@ -12,11 +13,13 @@ import numpy as np
 
 from evslip.codecs.formats import is_bag_folder
 from evslip.codecs.ros.library import choose, reading
-from evslip.codecs.ros.topics import events_source, frames_of
+from evslip.codecs.ros.sink import Sink
+from evslip.codecs.ros.topics import events_source, flags_of, frames_of, poses_of
 from evslip.codecs.source import Source
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
+__all__ = ["Sink", "flags", "frames", "poses", "stream"]
 LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk of an .mcap file; ROS makes them of 768 kB, or of one message."""
 
@@ -34,9 +37,21 @@ def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
     return frames_of(partial(_messages, path), path, cdr=True)
 
 
-def _messages(path: Path, kinds: tuple[str, ...]) -> Iterator[tuple[str, bytes]]:
+def poses(path: Path, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
+    """Times in microseconds and poses, position in metres and quaternion wxyz, of a topic; none where it is not
+    there."""
+    return poses_of(partial(_messages, path), path, cdr=True, topic=topic)
+
+
+def flags(path: Path, topic: str) -> Iterator[bool]:
+    """Flags of a topic; none where it is not there."""
+    return flags_of(partial(_messages, path), path, cdr=True, topic=topic)
+
+
+def _messages(path: Path, kinds: tuple[str, ...], topic: str = "") -> Iterator[tuple[str, bytes]]:
     if path.is_dir() and any(path.glob("*.zstd")):
         raise _packed(path)
+    _check_length(path)
     with reading(path):
         from rosbags.rosbag2 import Reader
 
@@ -44,9 +59,22 @@ def _messages(path: Path, kinds: tuple[str, ...]) -> Iterator[tuple[str, bytes]]
         with Reader(path) as reader:
             if reader.compression_mode == "message":
                 raise _packed(path)
-            wanted = choose(reader.connections, kinds, path)
+            wanted = choose(reader.connections, kinds, path, topic)
             for connection, _, data in reader.messages(wanted) if wanted else ():
                 yield connection.msgtype, data
+
+
+def _check_length(path: Path) -> None:
+    """Raise DataError for an .db3 file that is shorter than it says: SQLite may take it for an empty one."""
+    if path.suffix.lower() != ".db3":
+        return
+    with path.open("rb") as file:
+        head = file.read(100)
+    page = int.from_bytes(head[16:18], "big")
+    expected = (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
+    size = path.stat().st_size
+    if len(head) < 100 or (head[24:28] == head[92:96] and size < expected):
+        raise DataError(f"{path}: truncated: {size} bytes, expected {max(expected, 100)}")
 
 
 def _packed(path: Path) -> DataError:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from evslip.codecs.ros.messages import IMAGE
+from evslip.codecs.ros.messages import FLAG, IMAGE, POSE
 from evslip.utils.errors import DataError, MissingExtraError
 
 
@@ -23,10 +23,11 @@ def reading(path: Path) -> Iterator[None]:
         raise DataError(f"{path}: damaged bag: {reason}") from None
 
 
-def choose(connections: Sequence[Any], kinds: tuple[str, ...], path: Path) -> list[Any]:
-    """The connections of the first topic of some types. Raises DataError where there is none, but for images."""
-    topics = [c for c in connections if c.msgtype in kinds]
-    if not topics and kinds != (IMAGE,):
+def choose(connections: Sequence[Any], kinds: tuple[str, ...], path: Path, topic: str = "") -> list[Any]:
+    """The connections of the first topic of some types, or of the one that is named. Raises DataError where there is
+    none, but for images, poses and flags."""
+    topics = [c for c in connections if c.msgtype in kinds and topic in ("", c.topic)]
+    if not topics and kinds not in ((IMAGE,), (POSE,), (FLAG,)):
         found = ", ".join(sorted({c.msgtype for c in connections})) or "none"
         raise DataError(f"{path}: holds no events; its messages are {found[:160]}")
     return [c for c in topics if (c.topic, c.msgtype) == (topics[0].topic, topics[0].msgtype)]

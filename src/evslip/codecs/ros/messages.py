@@ -21,10 +21,12 @@ from evslip.events.stream import Events
 ARRAYS = ("dvs_msgs/msg/EventArray", "prophesee_event_msgs/msg/EventArray")
 PACKET = "event_camera_msgs/msg/EventPacket"
 IMAGE = "sensor_msgs/msg/Image"
+POSE = "geometry_msgs/msg/PoseStamped"
+FLAG = "std_msgs/msg/Bool"
 _COLOURS = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3}
-_EVENT = np.dtype([("x", "<u2"), ("y", "<u2"), ("s", "<u4"), ("ns", "<u4"), ("p", "u1")])
-_COLUMNS = ("x", "y", "s", "ns", "p")
-_CDR_EVENT = np.dtype(
+EVENT = np.dtype([("x", "<u2"), ("y", "<u2"), ("s", "<u4"), ("ns", "<u4"), ("p", "u1")])
+COLUMNS = ("x", "y", "s", "ns", "p")
+CDR_EVENT = np.dtype(
     [("gap", "V1"), ("x", "<u2"), ("y", "<u2"), ("gap_s", "V2"), ("s", "<u4"), ("ns", "<u4"), ("p", "u1")]
 )
 """An event but the first, with the gaps that align it and its seconds. The first, after the count, has none."""
@@ -81,11 +83,11 @@ class _Fields:
         """The rows of an array of events."""
         count = self.number("I")
         if not self._cdr or count == 0:
-            return np.frombuffer(self.raw(_EVENT.itemsize * count), _EVENT)
-        rows = np.empty(count, _EVENT)
-        rows[:1] = np.frombuffer(self.raw(_EVENT.itemsize), _EVENT)
-        others = np.frombuffer(self.raw(_CDR_EVENT.itemsize * (count - 1)), _CDR_EVENT)
-        for name in _COLUMNS:
+            return np.frombuffer(self.raw(EVENT.itemsize * count), EVENT)
+        rows = np.empty(count, EVENT)
+        rows[:1] = np.frombuffer(self.raw(EVENT.itemsize), EVENT)
+        others = np.frombuffer(self.raw(CDR_EVENT.itemsize * (count - 1)), CDR_EVENT)
+        for name in COLUMNS:
             rows[name][1:] = others[name]
         return rows
 
@@ -130,3 +132,16 @@ def image(data: bytes, cdr: bool) -> tuple[int, np.ndarray]:
     pixels = rows[:, : width * channels].reshape(height, width, channels)
     pixels = pixels[..., 0] if channels == 1 else pixels[..., :: -1 if encoding == "bgr8" else 1]
     return t_us, pixels.copy()
+
+
+def pose(data: bytes, cdr: bool) -> tuple[int, tuple[float, ...]]:
+    """Time in microseconds, and position in metres, then quaternion wxyz, of a PoseStamped."""
+    fields = _Fields(data, cdr)
+    t_us = fields.header()
+    x, y, z, qx, qy, qz, qw = (float(fields.number("d")) for _ in range(7))
+    return t_us, (x, y, z, qw, qx, qy, qz)
+
+
+def flag(data: bytes, cdr: bool) -> bool:
+    """A Bool."""
+    return bool(_Fields(data, cdr).number("B"))

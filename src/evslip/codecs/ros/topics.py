@@ -6,7 +6,19 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs.ros.messages import ARRAYS, IMAGE, PACKET, array_events, image, packet, size_of
+from evslip.codecs.ros.messages import (
+    ARRAYS,
+    FLAG,
+    IMAGE,
+    PACKET,
+    POSE,
+    array_events,
+    flag,
+    image,
+    packet,
+    pose,
+    size_of,
+)
 from evslip.codecs.ros.packets import PacketDecoder
 from evslip.codecs.source import Source
 from evslip.events.checks import check_size
@@ -16,8 +28,10 @@ from evslip.utils.errors import DataError
 KINDS = (*ARRAYS, PACKET)
 """Types of messages of events."""
 _DAMAGE = (struct.error, ValueError, LookupError)
-Messages = Callable[[tuple[str, ...]], Iterator[tuple[str, bytes]]]
-"""Types and bytes of the messages of the first topic of some types, in the order of their writing."""
+Messages = Callable[..., Iterator[tuple[str, bytes]]]
+"""Types and bytes of the messages of the first topic of some types, or of a named one, in the order of their time."""
+GRIPPER, OBJECT, HELD = "/gripper/pose", "/object/pose", "/object/held"
+"""Topics of the poses of a sample, and of whether the object hangs in the grip."""
 
 
 def events_source(messages: Messages, path: Path, cdr: bool) -> Source:
@@ -39,6 +53,25 @@ def frames_of(messages: Messages, path: Path, cdr: bool) -> Iterator[tuple[int, 
             yield image(data, cdr)
         except _DAMAGE as error:
             raise DataError(f"{path}: damaged image: {error}") from None
+
+
+def poses_of(messages: Messages, path: Path, cdr: bool, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
+    """Times in microseconds and poses, position in metres and quaternion wxyz, of a topic; none where it is not
+    there."""
+    for _, data in messages((POSE,), topic):
+        try:
+            yield pose(data, cdr)
+        except _DAMAGE as error:
+            raise DataError(f"{path}: damaged pose: {error}") from None
+
+
+def flags_of(messages: Messages, path: Path, cdr: bool, topic: str) -> Iterator[bool]:
+    """Flags of a topic; none where it is not there."""
+    for _, data in messages((FLAG,), topic):
+        try:
+            yield flag(data, cdr)
+        except _DAMAGE as error:
+            raise DataError(f"{path}: damaged flag: {error}") from None
 
 
 def _parts(messages: Messages, path: Path, cdr: bool) -> Iterator[Events]:

@@ -8,9 +8,11 @@ import numpy as np
 
 from evslip.codecs import open_events
 from evslip.codecs.formats import format_of
+from evslip.codecs.ros.topics import GRIPPER, HELD, OBJECT
 from evslip.data.footage import footage_of
-from evslip.data.record import Record
+from evslip.data.record import Poses, Record
 from evslip.data.record_file import is_record, read_recording
+from evslip.exchange.importing.pose_files import even, truth_of
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selection import Selection
 from evslip.exchange.selector import Selector
@@ -29,7 +31,9 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
         return known
     known = replace(known, size=_size_of(source, known, how.size))
     selector = Selector(how.selection, known.size)
-    zero_us = int(known.events.t_us[0]) if known.events.count and from_zero else 0
+    poses = known.poses or poses_of(source)
+    starts = [int(part.t_us[0]) for part in (known.events, poses) if part is not None and len(part.t_us)]
+    zero_us = min(starts, default=0) if from_zero else 0
     events = selector.events(known.events, zero_us)
     footage = known.footage
     if footage is None and how.frames:
@@ -37,12 +41,23 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
     if footage is not None and footage.images.shape[1:3] != known.size[::-1]:
         height, width = footage.images.shape[1:3]
         raise DataError(f"{source}: frames of {width}x{height} pixels, events of {known.size[0]}x{known.size[1]}")
+    truth = known.truth
+    if poses is not None and known.poses is None:
+        given = poses._replace(t_us=poses.t_us - zero_us)
+        poses = even(given)
+        held = np.array(list(format_of(source).codec.flags(source, HELD)), bool)
+        # Without a word on when the object hangs in the grip, what moves before and after would count as slip.
+        if len(held) == len(given.t_us) and held.any():
+            last = np.searchsorted(given.t_us, poses.t_us, "right") - 1
+            truth = truth_of(poses, held[last], how.centre_m)
     notes = {"file": source.name, "first_event_us": str(zero_us), "sensor": how.sensor, "mount": how.mount}
     return replace(
         known,
         size=selector.size,
         events=events.replace(t_us=events.t_us - zero_us),
         footage=selector.footage(footage, zero_us) if how.frames else None,
+        poses=poses,
+        truth=truth,
         notes=known.notes | {name: text for name, text in notes.items() if text and name not in known.notes},
     )
 
@@ -63,3 +78,20 @@ def _size_of(source: Path, known: Record, size: tuple[int, int] | None) -> tuple
 def _frames(source: Path) -> Iterator[tuple[int, np.ndarray]]:
     frames = getattr(format_of(source).codec, "frames", None)
     return iter(()) if frames is None else frames(source)
+
+
+def poses_of(source: Path) -> Poses | None:
+    """Poses of gripper and object in a bag, at the gripper's times; None where it does not have both. Raises
+    DataError."""
+    read = getattr(format_of(source).codec, "poses", None)
+    tables = [] if read is None else [list(read(source, topic)) for topic in (GRIPPER, OBJECT)]
+    if not all(tables) or not tables:
+        return None
+    (times, gripper), (others, thing) = (zip(*table, strict=True) for table in tables)
+    t_us = np.array(times, np.int64)
+    if not np.array_equal(t_us, np.array(others, np.int64)) or (np.diff(t_us) <= 0).any():
+        raise DataError(
+            f"{source}: the poses of {GRIPPER} and {OBJECT} are not of the same, growing times; expected one of each "
+            "at a time"
+        )
+    return Poses(t_us, np.array(gripper, np.float32), np.array(thing, np.float32))

@@ -1,0 +1,73 @@
+"""Bytes of messages, of ROS 1 or in CDR, the encoding of ROS 2; `messages` reads them."""
+
+import struct
+from typing import Any
+
+import numpy as np
+
+from evslip.codecs.ros.definitions import types
+from evslip.codecs.ros.messages import CDR_EVENT, COLUMNS, EVENT, IMAGE, PACKET, POSE, Size
+from evslip.events.stream import Events
+
+TEXT, NUMBER = "std_msgs/msg/String", "std_msgs/msg/Float32"
+_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+
+
+class Composer:
+    """Messages of one kind of bag; cdr: of ROS 2."""
+
+    def __init__(self, cdr: bool):
+        self._cdr, self._store = cdr, types(cdr)
+
+    def packet(self, t_us: int, size: Size, seq: int, time_base_ns: int, encoding: str, content: bytes) -> bytes:
+        """An EventPacket."""
+        events = np.frombuffer(content, np.uint8)
+        fields = (self._header(t_us, "camera"), size[1], size[0], seq, time_base_ns, encoding, False, events)
+        return self._packed(PACKET, *fields)
+
+    def array(self, events: Events, size: Size, seq: int) -> bytes:
+        """An EventArray, made here: the library would make an object of each event."""
+        t_us = int(events.t_us[0]) if events.count else 0
+        head = struct.pack("<II", t_us // 10**6, t_us % 10**6 * 1000)
+        rows = np.zeros(events.count, CDR_EVENT if self._cdr else EVENT)
+        values = events.x, events.y, events.t_us // 10**6, events.t_us % 10**6 * 1000, events.p
+        for name, column in zip(COLUMNS, values, strict=True):
+            rows[name] = column
+        if not self._cdr:
+            head = struct.pack("<I", seq) + head + struct.pack("<I", 6) + b"camera"
+            return head + struct.pack("<III", size[1], size[0], events.count) + rows.tobytes()
+        # "camera" with its zero takes 7 bytes and one that aligns what follows; the first event has no gap before it.
+        head = _LITTLE_ENDIAN + head + struct.pack("<I", 7) + b"camera\0\0"
+        first = np.zeros(min(1, events.count), EVENT)
+        for name in COLUMNS:
+            first[name] = rows[name][:1]
+        return head + struct.pack("<III", size[1], size[0], events.count) + first.tobytes() + rows[1:].tobytes()
+
+    def image(self, t_us: int, pixels: np.ndarray) -> bytes:
+        """An Image, mono8 or rgb8, of uint8 of shape (h, w) or (h, w, 3)."""
+        height, width = pixels.shape[:2]
+        encoding, step = ("mono8", width) if pixels.ndim == 2 else ("rgb8", 3 * width)
+        fields = (self._header(t_us, "camera"), height, width, encoding, 0, step, pixels.reshape(-1))
+        return self._packed(IMAGE, *fields)
+
+    def pose(self, t_us: int, pose: np.ndarray) -> bytes:
+        """A PoseStamped in the frame "world"; pose: position in metres, then quaternion wxyz, of shape (7,)."""
+        x, y, z, qw, qx, qy, qz = (float(value) for value in pose)
+        point = self._made("geometry_msgs/msg/Point", x, y, z)
+        turn = self._made("geometry_msgs/msg/Quaternion", qx, qy, qz, qw)
+        return self._packed(POSE, self._header(t_us, "world"), self._made("geometry_msgs/msg/Pose", point, turn))
+
+    def value(self, kind: str, value: Any) -> bytes:
+        """A message with one field: TEXT, NUMBER or FLAG."""
+        return self._packed(kind, value)
+
+    def _header(self, t_us: int, frame: str) -> Any:
+        stamp = self._made("builtin_interfaces/msg/Time", t_us // 10**6, t_us % 10**6 * 1000)
+        return self._made("std_msgs/msg/Header", *((stamp, frame) if self._cdr else (0, stamp, frame)))
+
+    def _made(self, kind: str, *fields: Any) -> Any:
+        return self._store.types[kind](*fields)
+
+    def _packed(self, kind: str, *fields: Any) -> bytes:
+        pack = self._store.serialize_cdr if self._cdr else self._store.serialize_ros1
+        return bytes(pack(self._made(kind, *fields), kind))

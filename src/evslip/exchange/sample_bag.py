@@ -1,0 +1,123 @@
+"""A whole sample in one bag: events, poses, frames, forces and the truth about slip, each on a topic of its own."""
+
+from collections.abc import Iterable, Iterator
+from heapq import merge
+from pathlib import Path
+
+import numpy as np
+
+from evslip.codecs.formats import FORMATS, format_of
+from evslip.codecs.ros.bag_writer import BagWriter
+from evslip.codecs.ros.composer import NUMBER, TEXT, Composer
+from evslip.codecs.ros.messages import FLAG, IMAGE, POSE
+from evslip.codecs.ros.packing import EventPacker, Message
+from evslip.codecs.ros.topics import GRIPPER, HELD, OBJECT
+from evslip.data.record import Record
+from evslip.events.stream import Events
+from evslip.utils import atomic
+from evslip.utils.errors import ConfigError
+
+IMAGES = "/event_camera/image_raw"
+PARAMETERS, LABEL = "/sample/parameters", "/slip/label"
+GRIP_FORCE, SLIPPING = "/gripper/grip_force_n", "/slip/slipping"
+ROTATION, SLIDE = "/slip/rotation_deg", "/slip/slide_mm"
+FRAMES_HZ = 30.0
+"""Frames a second of a simulated sample, which keeps none: they are drawn again from its poses."""
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a file that is written to this name is a bag. Raises DataError."""
+    return format_of(path, writing=True) in [form for form in FORMATS if form.name in ("rosbag", "rosbag2")]
+
+
+def write_sample(path: Path, record: Record, parts: Iterable[Events], frames_hz: float = FRAMES_HZ) -> int:
+    """Write a record, its events given part by part, as a bag, whole or not at all. Returns the number of messages.
+
+    frames_hz: frames a second of a simulated sample, 0 for none; those of a recording are taken as they are.
+    Raises ConfigError, DataError, StorageError, MissingExtraError.
+    """
+    if not 0 <= frames_hz <= 1000:
+        raise ConfigError(f"frames-hz: {frames_hz:g} is out of range, expected 0 to 1000")
+    count = 0
+    with atomic.staged(path) as file:
+        bag = BagWriter(path)
+        try:
+            composer = Composer(bag.cdr)
+            streams = [
+                _events(EventPacker(path, record.size, bag.cdr), parts),
+                _about(composer, record),
+                _poses(composer, record),
+                _truth(composer, record),
+                _images(composer, record, frames_hz),
+            ]
+            for message in merge(*streams, key=lambda message: message[2]):
+                bag.put(*message)
+                count += 1
+            bag.finish(file)
+        except BaseException:
+            bag.abandon()
+            raise
+    return count
+
+
+def _events(packer: EventPacker, parts: Iterable[Events]) -> Iterator[Message]:
+    for events in parts:
+        yield from packer.push(events)
+    yield from packer.rest()
+
+
+def _about(composer: Composer, record: Record) -> Iterator[Message]:
+    yield LABEL, TEXT, 0, composer.value(TEXT, record.label)
+    if record.params is not None:
+        yield PARAMETERS, TEXT, 0, composer.value(TEXT, record.params.model_dump_json())
+
+
+def _poses(composer: Composer, record: Record) -> Iterator[Message]:
+    known = record.trajectory or record.poses
+    if known is None:
+        return
+    for t_us, gripper, thing in zip(known.t_us.tolist(), known.gripper_pose, known.object_pose, strict=True):
+        if t_us >= 0:
+            yield GRIPPER, POSE, t_us, composer.pose(t_us, gripper)
+            yield OBJECT, POSE, t_us, composer.pose(t_us, thing)
+
+
+def _truth(composer: Composer, record: Record) -> Iterator[Message]:
+    truth = record.truth
+    if truth is None:
+        return
+    slipping = np.zeros(len(truth.t_us), bool)
+    for episode in truth.episodes:
+        slipping |= (truth.t_us >= episode.start_us) & (truth.t_us < episode.end_us)
+    spin_deg = truth.spin_deg
+    slide_mm = np.linalg.norm(truth.slide_m, axis=1) * 1e3
+    force = None if record.trajectory is None else record.trajectory.pad_force_n.mean(1)
+    for k, t_us in enumerate(truth.t_us.tolist()):
+        yield HELD, FLAG, t_us, composer.value(FLAG, bool(truth.held[k]))
+        yield SLIPPING, FLAG, t_us, composer.value(FLAG, bool(slipping[k]))
+        yield ROTATION, NUMBER, t_us, composer.value(NUMBER, float(spin_deg[k]))
+        yield SLIDE, NUMBER, t_us, composer.value(NUMBER, float(slide_mm[k]))
+        if force is not None:
+            yield GRIP_FORCE, NUMBER, t_us, composer.value(NUMBER, float(force[k]))
+
+
+def _images(composer: Composer, record: Record, frames_hz: float) -> Iterator[Message]:
+    for t_us, image in frames_of(record, frames_hz):
+        if t_us >= 0:
+            yield IMAGES, IMAGE, t_us, composer.image(t_us, image)
+
+
+def frames_of(record: Record, frames_hz: float) -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and frames, uint8 of shape (h, w) or (h, w, 3): those of a recording, or those that are
+    drawn of a sample's poses, from the closed grip on."""
+    if record.footage is not None:
+        yield from zip(record.footage.t_us.tolist(), record.footage.images, strict=True)
+    elif record.trajectory is not None and record.truth is not None and frames_hz:
+        from evslip.rendering.still_frames import StillFrames
+        from evslip.scene.textures.library import linear_to_srgb
+
+        pictures = StillFrames(record.trajectory)
+        start, end = record.truth.span_us
+        for t_us in np.arange(start, end, 1e6 / frames_hz).astype(np.int64).tolist():
+            light = np.clip(pictures.at(t_us).luminance, 0.0, 1.0)
+            yield t_us, np.round(linear_to_srgb(light) * 255).astype(np.uint8)
