@@ -31,7 +31,7 @@ USERS = {
     "ray": ("generation.runners",),
     "optuna": ("learn.search",),
     "tyro": ("cli",),
-    "starlette": ("view.explorer", "view.play", "view.web"),
+    "starlette": ("view.explorer", "view.live", "view.play", "view.web"),
     "rerun": ("view",),
     "trimesh": ("scene.shapes", "rendering.geometry"),
 }

@@ -1,4 +1,4 @@
-"""Verbs that turn frames into events, with options for every parameter of the event pixels; and those of live streams."""
+"""Verbs that turn frames into events, with options for every parameter of the event pixels; verbs of live streams."""
 
 import sys
 import time
@@ -146,6 +146,8 @@ def live(
     json: bool = False,
     once: bool = False,
     duration_s: float | None = None,
+    to: str | None = None,
+    page: Annotated[int | None, arg(metavar="PORT")] = None,
 ) -> None:
     """Run a detector on a live stream of events: a camera, the network, or a file at its own pace.
 
@@ -166,13 +168,18 @@ def live(
         json: Print each answer, note and state of the counters as a line of JSON.
         once: End when the source ends or vanishes; do not wait for one that is not there.
         duration_s: End after so many seconds.
+        to: Send each answer as JSON to a controller: udp://HOST:PORT, a datagram each, or ws://HOST:PORT/PATH, a
+            message each.
+        page: Draw events, probability, alarms and counters on a page at this port; 0 takes a free one.
     """
     from evslip.exchange.live import make_source
     from evslip.exchange.live.feed import Feed
+    from evslip.exchange.live.outlet import Outlet
     from evslip.learn import Detector
     from evslip.learn.networks import register
     from evslip.learn.streaming.live import LiveDetector
-    from evslip.view.live.terminal import Lines, show_json
+    from evslip.view.live.serve import check_page, serve_live
+    from evslip.view.live.terminal import Lines, follow, send_answers, show_json
 
     if duration_s is not None and not 0 < duration_s <= LONGEST_S:
         raise ConfigError(f"duration_s: {duration_s:g} is out of range, expected above 0 to {LONGEST_S:g}")
@@ -182,6 +189,9 @@ def live(
         register(network)
     Detector(model, size=size, align=align, hop_s=hop_s)  # what is wrong shows now
     feed = Feed(make_source(source), once=once, size=size)
+    outlet = None if to is None else Outlet(to)
+    if page is not None:
+        check_page(page)
     end_s = float("inf") if duration_s is None else time.monotonic() + duration_s
     detector = LiveDetector(
         feed,
@@ -191,9 +201,17 @@ def live(
     # A thread that waits for the interpreter gets it sooner: datagrams wait in a buffer that is not large.
     sys.setswitchinterval(0.0005)
     feed.start()
-    show = show_json if json else Lines(source).show
-    for report in detector.reports():
-        show(report)
+    shows = [show_json if json else Lines(source).show]
+    if outlet is not None:
+        shows.append(partial(send_answers, outlet))
+    try:
+        if page is None:
+            follow(detector, shows)
+        else:
+            serve_live(detector, shows, source, feed, page)
+    finally:
+        if outlet is not None:
+            outlet.close()
 
 
 def stream(

@@ -1,9 +1,25 @@
 """Answers to a live stream on the terminal."""
 
 import json
+from collections.abc import Callable, Sequence
 
-from evslip.learn.streaming.live import Answered, Note, Report
+from evslip.exchange.live.outlet import Outlet
+from evslip.learn.streaming.live import Answered, LiveDetector, Note, Report
 from evslip.utils.console import console
+
+
+def follow(detector: LiveDetector, shows: Sequence[Callable[[Report], None]]) -> None:
+    """Hand every report to all who show it, until the stream is over."""
+    for report in detector.reports():
+        for show in shows:
+            show(report)
+
+
+def send_answers(outlet: Outlet, report: Report) -> None:
+    """Send the answers of a report to a controller, a line of JSON each."""
+    if isinstance(report, Answered):
+        for row in report.rows():
+            outlet.send(json.dumps(row))
 
 
 def show_json(report: Report) -> None:

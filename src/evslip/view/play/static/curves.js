@@ -9,8 +9,8 @@ const STRIPS = [
 const HEIGHT = 74, GAP = 18, LEFT = 130, RIGHT = 10, SECONDS = 10;
 
 export class Curves {
-  constructor(canvas, names) {
-    Object.assign(this, {canvas, names, rows: []});
+  constructor(canvas, names, strips = STRIPS) {
+    Object.assign(this, {canvas, names, strips, rows: []});
     this.context = canvas.getContext("2d");
     this.column = Object.fromEntries(names.map((name, k) => [name, k]));
     new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
@@ -28,7 +28,7 @@ export class Curves {
   draw() {
     const ratio = devicePixelRatio, width = this.canvas.clientWidth, {context} = this;
     if (!width) return;
-    const height = STRIPS.length * (HEIGHT + GAP) + GAP;
+    const height = this.strips.length * (HEIGHT + GAP) + GAP;
     this.canvas.style.height = `${height}px`;
     const size = [Math.round(width * ratio), Math.round(height * ratio)];
     if (this.canvas.width !== size[0] || this.canvas.height !== size[1]) [this.canvas.width, this.canvas.height] = size;
@@ -39,7 +39,7 @@ export class Curves {
     this.color = (name) => style.getPropertyValue(name).trim();
     const end = Math.max(this.rows.at(-1)?.[0] ?? 0, SECONDS);
     const x = (t) => LEFT + (t - end + SECONDS) / SECONDS * (width - LEFT - RIGHT);
-    STRIPS.forEach((strip, k) => this.strip(strip, GAP + k * (HEIGHT + GAP), x, width));
+    this.strips.forEach((strip, k) => this.strip(strip, GAP + k * (HEIGHT + GAP), x, width));
   }
 
   strip({name, unit, least, most, lines}, top, x, width) {
