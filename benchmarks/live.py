@@ -1,9 +1,9 @@
-"""Rate, loss and delay of alarms of `evslip live`, with a sender in a process of its own.
+"""Rate, loss and delay of the answers of `evslip live`, with a sender in a process of its own.
 
 python benchmarks/live.py [--rate 5e6] [--seconds 30] [--hop-s 0.001]
 
-Sends noise at a rate all over the sensor for some seconds by UDP to this machine, as evslip's datagrams. Prints what was
-reached: events a second, what was lost and said to be, answers a second, skipped answers, and the delay of answers.
+Sends noise at a rate all over the sensor for some seconds by UDP to this machine, as evslip's datagrams. Prints what
+was reached: events a second, what was lost and said to be, answers a second, skipped answers, and the delay of answers.
 """
 
 import argparse
