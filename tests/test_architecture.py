@@ -33,6 +33,7 @@ USERS = {
     "tyro": ("cli",),
     "starlette": ("view.explorer", "view.live", "view.play", "view.web"),
     "rerun": ("view",),
+    "pyarrow": ("exchange.publishing.lerobot",),
     "trimesh": ("scene.shapes", "rendering.geometry"),
 }
 ROOMS, FILES = 16, 14

@@ -110,7 +110,7 @@ def publish(dataset: Positional[Path], out: Positional[Path], *, settings: Publi
 
     with Step("publish") as advance:
         count = run(dataset, out, settings, advance)
-    console.print(f"{out}: {count} samples, README.md and croissant.json")
+    console.print(f"{out}: {count} samples, README.md and {'meta/' if settings.lerobot else 'croissant.json'}")
 
 
 def verify(dataset: Positional[Path]) -> None:

@@ -18,6 +18,10 @@ class Publication:
     """Records in tar shards instead of single files."""
     huggingface: bool = False
     """Let `datasets.load_dataset(FOLDER)` of Hugging Face find the splits."""
+    lerobot: bool = False
+    """Episodes in LeRobot's format v3.0 instead: Parquet, MP4, meta; of simulated samples."""
+    fps: int = 30
+    """Frames a second of these episodes."""
     shard_mb: float = 500.0
     """A shard is closed once it holds this much, in MB."""
     date_published: str | None = None
@@ -28,6 +32,10 @@ class Publication:
     def __post_init__(self) -> None:
         if not 0.001 <= self.shard_mb <= 1e6:
             raise ConfigError(f"shard_mb: {self.shard_mb:g} is out of range, expected 0.001 to 1000000")
+        if not 1 <= self.fps <= 1000:
+            raise ConfigError(f"fps: {self.fps} is out of range, expected 1 to 1000")
+        if self.lerobot and (self.webdataset or self.huggingface):
+            raise ConfigError("lerobot: has a layout of its own; expected neither webdataset nor huggingface")
         if self.date_published is not None and not _is_day(self.date_published):
             raise ConfigError(f"date_published: {self.date_published!r} is no day, expected YYYY-MM-DD")
 

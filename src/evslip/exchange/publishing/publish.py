@@ -32,6 +32,10 @@ def publish(
     changed since it was written, ConfigError, StorageError.
     """
     how, out = how or Publication(), Path(out)
+    if how.lerobot:
+        from evslip.exchange.publishing.lerobot import publish_lerobot
+
+        return publish_lerobot(source, out, how, progress)
     samples = open_samples(source)
     if not samples.listing:
         raise DataError(f"{source}: holds no finished sample")

@@ -1,0 +1,69 @@
+"""A record as an episode of LeRobot: a row for each frame."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evslip.data.record import Record
+from evslip.exchange.sample_bag import frames_of
+from evslip.utils.errors import DataError
+
+BLOCK = 4
+"""Side of a block of pixels whose events are counted together."""
+STATE = [f"joint_{k}" for k in range(1, 8)] + ["finger_left_m", "finger_right_m"]
+SLIP = ["slipping", "rotation_deg", "slide_mm"]
+
+
+class Episode(NamedTuple):
+    """Columns of an episode of n frames."""
+
+    t_us: np.ndarray
+    """Times of the frames in the record, int64 of shape (n,)."""
+    state: np.ndarray
+    """STATE, float32 of shape (n, 9)."""
+    action: np.ndarray
+    """The state of the next frame; the last one's is its own."""
+    grip_force: np.ndarray
+    """Mean of both pads in newtons, float32 of shape (n,)."""
+    slip: np.ndarray
+    """SLIP, float32 of shape (n, 3)."""
+    events: np.ndarray
+    """OFF and ON events of each block since the frame before, at most 255; uint8 of shape (n, 2, rows, columns)."""
+    images: list[np.ndarray]
+    """Frames, uint8 of shape (h, w) or (h, w, 3)."""
+
+
+def episode_of(record: Record, fps: int) -> Episode:
+    """The rows of a simulated record. Raises DataError for one without trajectory and truth."""
+    known, truth = record.trajectory, record.truth
+    if known is None or truth is None:
+        raise DataError(f"{record.name}: has no trajectory; LeRobot's episodes need simulated samples")
+    times, images = zip(*frames_of(record, fps), strict=True)
+    t_us = np.array(times, np.int64)
+    at = np.searchsorted(known.t_us, t_us).clip(0, len(known.t_us) - 1)
+    slipping = np.zeros(len(truth.t_us), bool)
+    for one in truth.episodes:
+        slipping |= (truth.t_us >= one.start_us) & (truth.t_us < one.end_us)
+    slip = np.stack([slipping, truth.spin_deg, np.linalg.norm(truth.slide_m, axis=1) * 1e3], 1)
+    state = known.joints[at].astype(np.float32)
+    return Episode(
+        t_us,
+        state,
+        np.concatenate([state[1:], state[-1:]]),
+        known.pad_force_n.mean(1)[at].astype(np.float32),
+        slip[at].astype(np.float32),
+        _counts(record, t_us, round(1e6 / fps)),
+        list(images),
+    )
+
+
+def _counts(record: Record, t_us: np.ndarray, step_us: int) -> np.ndarray:
+    width, height = record.size
+    shape = (2, -(-height // BLOCK), -(-width // BLOCK))
+    counts = np.zeros((len(t_us), *shape), np.uint8)
+    for k, time in enumerate(t_us.tolist()):
+        events = record.events.between(time - step_us, time)
+        place = (events.p.astype(np.int64), events.y // BLOCK, events.x // BLOCK)
+        found = np.bincount(np.ravel_multi_index(place, shape), minlength=counts[k].size)
+        counts[k] = np.minimum(found, 255).reshape(shape)
+    return counts

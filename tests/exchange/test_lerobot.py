@@ -1,0 +1,115 @@
+"""LeRobot's format v3.0: what is in the files, by its specification, and by other libraries."""
+
+import json
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from evslip.config.loading import dump_config, load_config
+from evslip.data import building, requested
+from evslip.data.dataset import open_dataset
+from evslip.exchange.publishing import lerobot
+from evslip.exchange.publishing.publication import Publication
+from evslip.exchange.publishing.publish import publish
+from evslip.generation.generate import generate
+from evslip.utils.errors import ConfigError, DataError
+from sample_records import CONFIG
+
+parquet = pytest.importorskip("pyarrow.parquet")
+FPS = 10
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("lerobot") / "made"
+    generate(load_config("demo", {"camera.width": 40, "camera.height": 31}), root, 2, workers=1)
+    return root
+
+
+@pytest.fixture(scope="module")
+def out(made: Path) -> Path:
+    assert publish(made, made.parent / "out", Publication(name="Slips", lerobot=True, fps=FPS)) == 2
+    return made.parent / "out"
+
+
+def test_the_description_agrees_with_the_files(out: Path):
+    info = json.loads((out / "meta" / "info.json").read_text())
+    assert info["codebase_version"] == "v3.0" and info["fps"] == FPS and info["total_episodes"] == 2
+    first = 0
+    episodes = parquet.read_table(out / "meta" / "episodes" / "chunk-000" / "file-000.parquet").to_pylist()
+    for number, episode in enumerate(episodes):
+        rows = parquet.read_table(
+            out
+            / info["data_path"].format(chunk_index=episode["data/chunk_index"], file_index=episode["data/file_index"])
+        )
+        assert set(rows.column_names) == {name for name, f in info["features"].items() if f["dtype"] != "video"}
+        assert (episode["dataset_from_index"], episode["dataset_to_index"]) == (first, first + rows.num_rows)
+        assert rows["index"].to_pylist() == list(range(first, first + rows.num_rows))
+        assert rows["frame_index"].to_pylist() == list(range(rows.num_rows))
+        assert set(rows["episode_index"].to_pylist()) == {number}
+        for name, feature in info["features"].items():
+            if feature["dtype"] != "video":
+                values = np.array(rows[name].to_pylist())
+                assert values.shape[1:] == (tuple(feature["shape"]) if feature["shape"] != [1] else ())
+        video = info["video_path"].format(
+            video_key=lerobot.CAMERA, chunk_index=0, file_index=episode[f"videos/{lerobot.CAMERA}/file_index"]
+        )
+        with av.open(str(out / video)) as container:
+            pictures = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+        assert len(pictures) == rows.num_rows == episode["length"]
+        assert list(pictures[0].shape) == info["features"][lerobot.CAMERA]["shape"] == [32, 40, 3]
+        first += rows.num_rows
+    assert info["total_frames"] == first
+
+
+def test_rows_are_those_of_the_record(made: Path, out: Path):
+    record = open_dataset(made)[1]
+    assert record.trajectory is not None and record.truth is not None
+    rows = parquet.read_table(out / "data" / "chunk-000" / "file-001.parquet")
+    t_us = record.truth.span_us[0] + np.round(np.arange(rows.num_rows) * 1e6 / FPS).astype(int)
+    at = np.searchsorted(record.trajectory.t_us, t_us)
+    np.testing.assert_array_equal(np.array(rows["observation.state"].to_pylist()), record.trajectory.joints[at])
+    force = record.trajectory.pad_force_n.mean(1)[at]
+    np.testing.assert_allclose(rows["observation.grip_force"].to_numpy(), force, rtol=1e-6)
+    counts = np.array(rows[lerobot.EVENTS].to_pylist())
+    k = rows.num_rows // 2
+    part = record.events.between(int(t_us[k]) - 100_000, int(t_us[k]))
+    for polarity in (False, True):
+        here = part.select((part.p == polarity) & (part.x // 4 == 5) & (part.y // 4 == 3))
+        assert counts[k, int(polarity), 3, 5] == min(255, here.count)
+
+
+def test_sums_over_all_rows_are_told(out: Path):
+    stats = json.loads((out / "meta" / "stats.json").read_text())
+    tables = [parquet.read_table(path) for path in sorted((out / "data").rglob("*.parquet"))]
+    force = np.concatenate([table["observation.grip_force"].to_numpy() for table in tables])
+    told = stats["observation.grip_force"]
+    assert told["count"] == [len(force)]
+    for name, value in {"min": force.min(), "max": force.max(), "mean": force.mean(), "std": force.std()}.items():
+        assert told[name][0] == pytest.approx(value, rel=1e-3)
+    assert np.array(stats[lerobot.CAMERA]["mean"]).shape == (3, 1, 1)
+    assert np.array(stats[lerobot.EVENTS]["max"]).shape == (2, 8, 10)
+
+
+def test_tasks_are_the_index_of_a_table_of_pandas(out: Path):
+    table = parquet.read_table(out / "meta" / "tasks.parquet")
+    assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == ["__index_level_0__"]
+    assert table["__index_level_0__"].to_pylist() == [lerobot.TASK]
+    assert "LeRobot" in (out / "README.md").read_text()
+
+
+def test_what_cannot_be_is_said(made: Path, out: Path, tmp_path: Path):
+    with pytest.raises(DataError, match="a new folder"):
+        publish(made, out, Publication(lerobot=True))
+    with pytest.raises(ConfigError, match="fps"):
+        Publication(lerobot=True, fps=0)
+    with pytest.raises(ConfigError, match="neither webdataset"):
+        Publication(lerobot=True, webdataset=True)
+    recorded = tmp_path / "made"
+    building.create(recorded, dump_config(CONFIG))
+    requested.request(recorded, "train", 1)
+    with pytest.raises(DataError, match=r"no finished sample"):
+        publish(recorded, tmp_path / "out", Publication(lerobot=True))
+    assert not (tmp_path / "out").exists()
