@@ -19,7 +19,8 @@ def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 88
 
     Args:
         dataset: Folder of a data set, or a file of events of any known format.
-        model: Folder of a detector, or `default`, the one of the package, whose slip probability is drawn over time.
+        model: Folder of a detector, or `default` or `default-wild`, of the package, whose slip probability is drawn
+            over time.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """
@@ -43,7 +44,7 @@ def play(
         config: Preset or TOML file that the objects and motions are drawn from.
         controller: Controller of the grip force at the start: off, constant, strong, oracle, late-oracle, event-rate,
             detector or detector-pi.
-        model: Folder of a detector, or `default`, the one of the package.
+        model: Folder of a detector, or `default` or `default-wild`, of the package.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """
