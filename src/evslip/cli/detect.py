@@ -32,8 +32,8 @@ def evaluate(
     printed, and written as JSON, as a page and as pictures, those of the worst windows too.
 
     Args:
-        models_and_data: Folders of models, or `default` or `default-wild`, of the package; then what to examine them on:
-            a data set, a record, a folder of records, or a file of `evslip windows` (scores alone: alarms and
+        models_and_data: Folders of models, or `default` or `default-wild`, of the package; then what to examine them
+            on: a data set, a record, a folder of records, or a file of `evslip windows` (scores alone: alarms and
             circumstances need records).
         out: Folder for the files; default: the model's folder; of several models, or of `default`, `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
