@@ -25,6 +25,8 @@ _MOST_COLUMNS = 1 << 15
 """Coordinates are int16."""
 _PACKET = 10_000
 """Events of a packet."""
+_PACKET_HEADER = struct.Struct("<iI")
+"""The number of the stream, the bytes of the data."""
 _PLACES = ["vtable", "stream", "bytes", "begin", "count", "first_us", "last_us"]
 _PLACE = np.dtype({"names": _PLACES, "formats": ["<i4"] * 3 + ["<i8"] * 4}, align=True)
 _PLACE_VTABLE = struct.pack("<7H", 14, _PLACE.itemsize, 16, 4, 24, 32, 40)
@@ -70,9 +72,10 @@ class Sink(sink.Sink):
             rows[name] = column
         data = lz4.frame.compress(buffer(b"EVTS", Vector(events.count, rows.tobytes())))
         span = int(events.t_us[0]), int(events.t_us[-1])
+        self._begin += _PACKET_HEADER.size  # the table has the places of the data, not of their headers
         self._places.append((0, 0, len(data), self._begin, events.count, *span))
-        self.put(struct.pack("<iI", 0, len(data)) + data)
-        self._begin += 8 + len(data)
+        self.put(_PACKET_HEADER.pack(0, len(data)) + data)
+        self._begin += len(data)
 
     def _header(self, table: int) -> bytes:
         text = _XML.format(*self._size).encode()
