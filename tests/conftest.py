@@ -1,6 +1,7 @@
 """Settings of all tests."""
 
 import os
+import signal
 
 import pytest
 from hypothesis import settings
@@ -11,6 +12,10 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 # Commands that a busy machine makes slow shall write what they write elsewhere: no lines about their progress.
 os.environ.setdefault("EVSLIP_PROGRESS_S", "3600")
+
+# A shell's background job ignores SIGINT, and so would the commands that tests interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # No example fails for its time, which says how busy the machine is. On a developer's machine every run explores others;
 # in CI a red run shall mean that the change broke it.
