@@ -26,7 +26,7 @@ from evslip.generation.sensor import camera_for
 from evslip.learn import Detector, TrainResult, TrainSettings, train
 from evslip.learn.networks.network import Geometry, Network
 from evslip.windows.cutting import windows_of
-from evslip.windows.mixture import mixture
+from evslip.windows.mixture import Mixture
 from evslip.windows.settings import WindowSettings
 from evslip.windows.window_events import WindowEvents
 from evslip.windows.window_set import Windows
@@ -110,7 +110,7 @@ def mixed_windows(configs: dict[str, Path], folder: Path) -> Windows:
     for name, config in configs.items():
         evslip.generate(config, folder / name, count=SAMPLES)
     sets = [evslip.open_dataset(folder / name).split("train") for name in configs]
-    windows = windows_of(mixture(sets), WindowSettings(hop_s=0.04), whole_sensor=True)
+    windows = windows_of(Mixture(sets), WindowSettings(hop_s=0.04), whole_sensor=True)
     windows.save(folder / "windows.h5")
     return evslip.open_windows(folder / "windows.h5")
 

@@ -51,7 +51,7 @@ def test_every_long_verb_says_where_it_is(tmp_path):
     made: list[str] = []
     for verb, steps, arguments in (
         ("convert", ("0.csv, events",), (tmp_path / "0.csv", tmp_path / "0.raw")),
-        ("windows", ("records",), (records, windows)),
+        ("windows", ("labels", "records"), (records, windows)),
         ("train", ("mlp",), (windows, model, "--network", "mlp", "--epochs", 2)),
         ("evaluate", ("evaluate model", "intervals"), (model, records)),
         ("detect", ("0.h5, events",), (model, records / "0.h5")),

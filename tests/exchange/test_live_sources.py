@@ -2,7 +2,8 @@
 
 import dataclasses
 import socket
-import threading
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -80,14 +81,14 @@ def test_a_loop_goes_on_in_time(recording):
     address = f"udp://127.0.0.1:{free_port()}"
     feed = Feed(make_source(address), size=SIZE)
     feed.start()
-    threading.Thread(
-        target=send_file,
-        args=(recording, lambda size: make_target(address, size)),
-        kwargs={"speed": 4.0, "loop": True},
-        daemon=True,
-    ).start()
-    events = collected(feed, 50_000)
-    feed.stop()
+    command = ["stream", recording, address, "--loop", "--speed", "4"]
+    sender = subprocess.Popen([sys.executable, "-m", "evslip", *map(str, command)], stdout=subprocess.DEVNULL)
+    try:
+        events = collected(feed, 50_000)
+    finally:
+        sender.kill()
+        sender.wait()
+        feed.stop()
     assert events.count >= 50_000 and feed.counters.restarts == feed.counters.late == 0
     assert (np.diff(events.t_us) >= 0).all()
 
