@@ -98,6 +98,9 @@ NUISANCES = {
         {"passers.count": 1.0}, {"passers.crosses": "light"},
     ),
     "turn": Nuisance("surroundings turning", "deg/s", (2, 5, 10, 20), 10, {"background.turn_deg_s": 1.0}),
+    "mounts": Nuisance(
+        "mount of the camera", "", ("side", "front", "finger", "finger-right"), "finger", {"camera.mount": 1.0}
+    ),
     "clutter": Nuisance("clutter on the table", "objects", (1, 2, 3, 5), 3, {"clutter.count": 1.0}),
 }  # fmt: skip
 

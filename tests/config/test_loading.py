@@ -46,7 +46,7 @@ def test_a_range_of_a_preset_is_replaced_whole(tmp_path):
         ("object", 3, ["object:", "section"]),
         ("object.mass_kg.x", 3, ["object.mass_kg.x:", "unknown key"]),
         ("object.texture", 3, ["object.texture:", "name"]),
-        ("camera.mount", "top", ["camera.mount:", "'top'", "side, front, custom"]),
+        ("camera.mount", "top", ["camera.mount:", "'top'", "side, front, custom, finger, finger-right"]),
         ("camera.width", 1.5, ["camera.width:", "integer"]),
         ("render.max_motion_px", True, ["render.max_motion_px:", "number"]),
         ("sensor.theta", [0.1, 9], ["sensor.theta:", "9", "0.01 to 5"]),

@@ -28,7 +28,7 @@ def test_every_name_has_what_it_stands_for():
     ("key", "good"),
     [
         ("motion.kind", "pick_and_place, hold, shake, rotate, waypoints"),
-        ("camera.mount", "side, front, custom"),
+        ("camera.mount", "side, front, custom, finger, finger-right"),
         (
             "sensor.preset",
             "davis346, davis346-bright, davis346-dim, dvxplorer, dvxplorer-lite, prophesee-like, clean, noisy",

@@ -53,6 +53,23 @@ def test_a_custom_camera_in_the_grasp_is_refused():
         custom(x_m=0.02, y_m=0.01, z_m=0.1)
 
 
+@pytest.mark.parametrize(("mount", "side"), [("finger", 1), ("finger-right", -1)])
+@pytest.mark.parametrize("depth_m", [0.03, 0.07])
+def test_a_camera_in_a_finger_looks_at_its_pad_from_the_same_distance_whatever_is_held(mount, side, depth_m):
+    camera = hand_camera(draw(load_config("simple", {"camera.mount": mount, "object.depth_m": depth_m}), 0))
+    pad = np.array([0.0, side * depth_m / 2, 0.1034])
+    image = camera.project((pad - camera.position) @ camera.rotation)
+    assert image == pytest.approx([camera.width / 2, camera.height / 2, 0.05])
+    above = camera.project((pad - [0, 0, 0.01] - camera.position) @ camera.rotation)
+    assert above[1] < image[1]
+
+
+def test_a_camera_on_the_pad_is_refused():
+    config = load_config("simple", {"camera.mount": "finger-right", "camera.y_m": 0.04})
+    with pytest.raises(ConfigError, match=r"camera\.y_m 0\.04: a finger-right camera must be at least 0\.02 m behind"):
+        hand_camera(draw(config, 0))
+
+
 @pytest.mark.parametrize(
     ("turn", "moves"),
     [({"yaw_deg": 2.0}, (-1, 0)), ({"pitch_deg": 2.0}, (0, 1))],

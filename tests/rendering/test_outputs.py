@@ -57,7 +57,7 @@ def traced(params, traj, at_us):
     reached[reached] = np.linalg.norm(origin + floor[reached, None] * d[reached], axis=1) < params.background.radius_m
     nearer = reached & (floor < t)
     t[nearer], normal[nearer] = floor[nearer], turn.T @ [0.0, 0.0, 1.0]
-    mesh, _ = assemble(float(poses.travel_m[0]))
+    mesh, _ = assemble(float(poses.travel_m[0]), camera.fingers)
     corners = (mesh.corners - camera.position) @ camera.rotation
     found, face, weight = brute_force._nearest(corners, np.zeros_like(rays), rays)
     nearer = found < t
@@ -68,7 +68,7 @@ def traced(params, traj, at_us):
     return t.reshape(shape), normal.reshape(*shape, 3)
 
 
-@pytest.mark.parametrize("scene", [{}, CYLINDER, BARREL, {"camera.mount": "front"}], ids=str)
+@pytest.mark.parametrize("scene", [{}, CYLINDER, BARREL, {"camera.mount": "front"}, {"camera.mount": "finger"}], ids=str)
 def test_depth_and_normals_are_those_of_brute_force(scene):
     params = sample(**scene)
     traj = turning(params)

@@ -50,7 +50,7 @@ def tremble(traj: Trajectory, hz: float, mm: float) -> Trajectory:
     return displaced(traj, wave[:, None] * [1.0, 0.0, 0.5])
 
 
-@pytest.mark.parametrize("mount", ["side", "front"])
+@pytest.mark.parametrize("mount", ["side", "front", "finger"])
 def test_a_displaced_camera_sees_what_one_in_that_place_does(mount: str):
     shift, roll_deg = np.array([0.003, -0.002, 0.001]), 1.5
     elsewhere = sample(

@@ -7,6 +7,7 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.physics.contact import PAD_HALF_M, Patch, flat_patch, pressed_patch
+from evslip.scene.mounts import MOUNTS, place_on_hand
 from evslip.scene.shapes import shape_of, shape_of_spec
 from evslip.utils.errors import PlanRejected
 
@@ -65,6 +66,13 @@ def grasp(params: Params) -> Grasp:
     x, z = grip_point_m(params)
     spec: Any = params.object
     return _grasp(spec, (float(x), float(z)), params.grip.force_n, params.grip.friction)
+
+
+def camera_place_m(params: Params) -> np.ndarray:
+    """Place of the camera in the hand's frame, (3,); of one in a finger while the object is held. That may raise
+    PlanRejected."""
+    in_finger = MOUNTS[params.camera.mount].finger != 0
+    return place_on_hand(params.camera, grasp(params).gap_m / 2 if in_finger else 0.0)
 
 
 def contact_elements(params: Params) -> tuple[np.ndarray, np.ndarray]:

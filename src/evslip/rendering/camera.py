@@ -7,13 +7,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
-from evslip.physics.grip import TCP_M
+from evslip.physics.grip import TCP_M, camera_place_m
 from evslip.rendering.distortion import NO_DISTORTION, Distortion
-from evslip.scene.mounts import MOUNTS, place_on_hand
+from evslip.rendering.geometry.hand import FINGERS, LEFT, RIGHT
+from evslip.scene.mounts import MOUNTS
 from evslip.utils.errors import ConfigError
 
 NEAREST_M = 0.05
 """A custom camera closer to the hand's axis has no view of the grasp."""
+NEAREST_PAD_M = 0.02
+"""Triangles nearer than half of this are not drawn."""
 
 EDGE = 65
 """Places along each side of the image at which the distortion is looked at."""
@@ -33,6 +36,8 @@ class Camera(NamedTuple):
     distortion: Distortion = NO_DISTORTION
     is_mounted: bool = True
     """Whether it is fixed to the hand. If not, it stands in the world, and position and rotation are in that frame."""
+    fingers: tuple[int, ...] = FINGERS
+    """Fingers, LEFT and RIGHT of `geometry.hand`, that are not clear: the others are not seen and throw no shadow."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Image positions (x right, y down, in pixels) and depths in metres of points (..., 3) given in camera axes.
@@ -89,23 +94,36 @@ class Camera(NamedTuple):
 def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     """The sample's camera; `size` is (width, height) in pixels, with the horizontal field of view unchanged.
 
-    Raises ConfigError for a camera that sits in the grasp and for a lens that folds the image.
+    Raises ConfigError for a camera that sits in the grasp and for a lens that folds the image; for one in a finger also
+    PlanRejected, where the object cannot be gripped.
     """
     settings = params.camera
     width, height = size or (settings.width, settings.height)
-    mount, position = MOUNTS[settings.mount], place_on_hand(settings)
+    mount, position = MOUNTS[settings.mount], camera_place_m(params)
     if mount.looks_at_tool and np.hypot(*position[:2]) < NEAREST_M:
         raise ConfigError(
             f"camera.x_m {settings.x_m:g}, camera.y_m {settings.y_m:g}: a {settings.mount} camera must be at least "
             f"{NEAREST_M:g} m away from the hand's axis"
         )
+    if mount.finger and mount.finger * (mount.position_m[1] + settings.y_m) < NEAREST_PAD_M:
+        raise ConfigError(
+            f"camera.y_m {settings.y_m:g}: a {settings.mount} camera must be at least {NEAREST_PAD_M:g} m behind its "
+            f"pad; it is {mount.finger * mount.position_m[1]:g} m behind it where camera.y_m is 0"
+        )
     backward = position - TCP_M if mount.looks_at_tool else np.array([*mount.position_m[:2], 0.0])
     turn = Rotation.from_euler("YXZ", [-settings.yaw_deg, settings.pitch_deg, -settings.roll_deg], degrees=True)
     focal_px = 0.5 * width / math.tan(math.radians(settings.fov_deg) / 2)
     distortion = Distortion(settings.k1, settings.k2, settings.p1, settings.p2)
-    camera = Camera(position, _look_at(backward) @ turn.as_matrix(), width, height, focal_px, distortion)
+    axes = _look_at(backward) @ turn.as_matrix()
+    camera = Camera(position, axes, width, height, focal_px, distortion, fingers=opaque_fingers(params))
     camera.pinhole()  # a lens that folds the image is refused here
     return camera
+
+
+def opaque_fingers(params: Params) -> tuple[int, ...]:
+    """Fingers that no camera looks through; the others are clear."""
+    side = MOUNTS[params.camera.mount].finger
+    return tuple(finger for finger, sign in ((LEFT, 1), (RIGHT, -1)) if sign != side)
 
 
 SCENE_EYE, SCENE_AIM = (1.45, -1.25, 0.85), (0.25, -0.02, 0.3)

@@ -133,7 +133,7 @@ class PixelRays:
         if travel_m != self._travel_m or poses.mounts is not None:
             shape = self._rays.shape[:2]
             self._seen = np.full(shape, np.inf), np.zeros((*shape, 3)), np.full(shape, SKY, np.uint8)
-            mesh, parts = assemble(travel_m)
+            mesh, parts = assemble(travel_m, camera.fingers)
             corners = (mesh.corners - camera.position) @ camera.rotation
             self._meet(corners, mesh.normals @ camera.rotation, parts.astype(np.int64), *self._seen)
             self._travel_m = travel_m if poses.mounts is None else None

@@ -76,6 +76,35 @@ def test_shadow_boxes_lie_within_the_meshes_bounds(travel_m):
             assert np.all(boxes.places[k] - reach > low - 0.0015) and np.all(boxes.places[k] + reach < high + 0.0015)
 
 
+@pytest.mark.parametrize("fingers", [(LEFT, RIGHT), (RIGHT,)])
+def test_every_box_of_the_gripper_has_its_part(fingers):
+    mesh, parts = assemble(0.02, fingers)
+    assert set(parts) == {0, *fingers}
+    for boxes, owners in (
+        (shadow_boxes(0.02, fingers), box_parts(fingers)),
+        (blocking_boxes(0.02, fingers), block_parts(fingers)),
+    ):
+        assert len(boxes.places) == len(owners)
+        for part, place in zip(owners, boxes.places, strict=True):
+            corners = mesh.corners[parts == part]
+            assert part == 0 or np.all((corners.min((0, 1)) < place) & (place < corners.max((0, 1))))
+
+
+def test_a_camera_beside_the_palm_sees_what_rays_through_its_pixels_meet():
+    """Triangles of the palm reach from before this camera to behind it."""
+    params = draw(load_config("simple", {"camera.mount": "finger", "camera.width": 173, "camera.height": 130}), 0)
+    traj, camera = still(params), hand_camera(params)
+    found = resolve(camera, float(traj.joints[0, 7:9].mean()))
+    share = np.zeros(camera.width * camera.height)
+    np.add.at(share, np.repeat(found.pixels, np.diff(found.starts)), found.fragments[SHARE])
+    poses = ScenePoses(traj, camera, traj.t_us[:1])
+    _, _, part = PixelRays(params, camera)._gripper(poses, 0)
+    seen = part.ravel() <= RIGHT
+    assert set(np.unique(part[part <= RIGHT])) == {0, RIGHT} == set(np.unique(found.fragments[BODY]))
+    sure = (share < 0.05) | (share > 0.95)
+    assert sure.mean() > 0.95 and np.mean((share > 0.5)[sure] == seen[sure]) > 0.999
+
+
 def test_an_opening_depends_on_its_rounded_travel_alone(camera):
     openings = Openings(camera, 0.025)
     held = openings.at(0.025)

@@ -9,13 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from evslip.config.nuisances.vibration import VibrationSpec
 from evslip.config.params import Params
-from evslip.physics.grip import TCP_M
+from evslip.physics.grip import TCP_M, camera_place_m
 from evslip.physics.held import held_span, recorded
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.noise import shaped_noise
 from evslip.physics.vibration.resonance import Resonance
 from evslip.scene.motions.steps import step
-from evslip.scene.mounts import place_on_hand
 from evslip.utils.errors import GraspFailed
 from evslip.utils.seeds import generator
 
@@ -63,7 +62,7 @@ def camera_displacement(trajectory: Trajectory) -> np.ndarray:
     """Displacement of the camera on its mount, as in `Trajectory`: a damped resonance along and about each axis that
     noise and the hand's acceleration drive all the time."""
     steps, step_s = _sampling(trajectory)
-    acceleration = hand_acceleration(trajectory, place_on_hand(trajectory.params.camera))
+    acceleration = hand_acceleration(trajectory, camera_place_m(trajectory.params))
     return as_poses(Tremble(trajectory.params, CAMERA, steps, step_s).advance(acceleration))
 
 

@@ -7,7 +7,7 @@ motion, and it fades out after a touch or a loss, not before.
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.physics.grip import TCP_M
+from evslip.physics.grip import TCP_M, camera_place_m
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.displacement import (
@@ -21,7 +21,6 @@ from evslip.physics.vibration.displacement import (
     with_object_moved,
 )
 from evslip.scene.motions.steps import step
-from evslip.scene.mounts import place_on_hand
 
 
 class SteppedVibration:
@@ -32,7 +31,7 @@ class SteppedVibration:
         self._step_s = step_s
         self._camera = Tremble(params, CAMERA, steps, step_s) if spec.mount_hz is not None else None
         self._object = Tremble(params, OBJECT, steps, step_s) if spec.object_hz is not None else None
-        self._place = place_on_hand(params.camera)
+        self._place = camera_place_m(params)
         times = phase_times(params)
         self._carried_us = times["lift"][0], times["release"][0]
         self._shown = 0.0

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from evslip.utils.errors import MissingExtraError
 WHITEST = 0.85
 """The meshes' white plastic is not a perfect mirror of light."""
 HAND, LEFT, RIGHT = range(3)
+FINGERS = (LEFT, RIGHT)
 
 
 class Mesh(NamedTuple):
@@ -70,11 +72,12 @@ def finger_place(part: int, travel_m: float) -> np.ndarray:
     return np.array([0.0, -travel_m if part == RIGHT else travel_m, FINGER_Z_M])
 
 
-def assemble(travel_m: float) -> tuple[Mesh, np.ndarray]:
-    """Hand and fingers in the hand frame, and for each triangle its part (HAND, LEFT, RIGHT)."""
+def assemble(travel_m: float, fingers: Sequence[int] = FINGERS) -> tuple[Mesh, np.ndarray]:
+    """Hand and fingers in the hand frame, and for each triangle its part (HAND, LEFT, RIGHT). fingers: those that are
+    not clear."""
     hand, finger = load_mesh("hand"), load_mesh("finger")
     meshes, parts = [hand], [np.zeros(len(hand.corners), np.uint8)]
-    for part in (LEFT, RIGHT):
+    for part in fingers:
         turn, place = finger_turn(part), finger_place(part, travel_m)
         meshes.append(Mesh(finger.corners @ turn.T + place, finger.normals @ turn.T, finger.albedo))
         parts.append(np.full(len(finger.corners), part, np.uint8))
@@ -90,26 +93,34 @@ _FINGER = (
     (np.eye(3), (0.0, 0.0072, 0.045), (0.009, 0.0072, 0.009)),
 )
 _WHOLE_FINGER = (np.eye(3), (0.0, 0.0115, 0.027), (0.0098, 0.0115, 0.027))
-BLOCK_PARTS = np.array([HAND, LEFT, RIGHT])
-"""The part of each box in `blocking_boxes`."""
-BOX_PARTS = np.array([HAND, HAND] + [LEFT] * len(_FINGER) + [RIGHT] * len(_FINGER))
-"""The part of each box in `shadow_boxes`."""
 
 
-def shadow_boxes(travel_m: float) -> Boxes:
-    """The palm, the flange above it, and three boxes a finger: fitted to slices of the meshes."""
+def block_parts(fingers: Sequence[int]) -> np.ndarray:
+    """Part of each box in `blocking_boxes`."""
+    return np.array([HAND, *fingers])
+
+
+def box_parts(fingers: Sequence[int]) -> np.ndarray:
+    """Part of each box in `shadow_boxes`."""
+    return np.array([HAND, HAND, *np.repeat(fingers, len(_FINGER))])
+
+
+def shadow_boxes(travel_m: float, fingers: Sequence[int] = FINGERS) -> Boxes:
+    """The palm, the flange above it, and three boxes a finger: fitted to slices of the meshes. fingers: those that are
+    not clear."""
     boxes = [_PALM, _FLANGE]
-    for part in (LEFT, RIGHT):
+    for part in fingers:
         turn, place = finger_turn(part), finger_place(part, travel_m)
         boxes += [(turn @ axes, tuple(turn @ np.array(middle) + place), half) for axes, middle, half in _FINGER]
     turns, places, halves = zip(*boxes, strict=True)
     return Boxes(np.array(turns), np.array(places), np.array(halves))
 
 
-def blocking_boxes(travel_m: float) -> Boxes:
-    """A box for the palm and one for each finger: coarse, for light from all around."""
+def blocking_boxes(travel_m: float, fingers: Sequence[int] = FINGERS) -> Boxes:
+    """A box for the palm and one for each finger: coarse, for light from all around. fingers: those that are not
+    clear."""
     boxes = [_PALM]
-    for part in (LEFT, RIGHT):
+    for part in fingers:
         turn, place = finger_turn(part), finger_place(part, travel_m)
         axes, middle, half = _WHOLE_FINGER
         boxes.append((turn @ axes, tuple(turn @ np.array(middle) + place), half))

@@ -9,7 +9,7 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.distractors.distractor import Distractor
-from evslip.rendering.geometry.hand import LEFT, RIGHT, finger_place, finger_turn
+from evslip.rendering.geometry.hand import finger_place, finger_turn
 from evslip.rendering.pathtrace.denoising import AOVS, Denoiser
 from evslip.rendering.pathtrace.materials import bsdf, lamp, sky
 from evslip.rendering.pathtrace.parts import FINGERS, HAND, LINKS, OBJECT, Part, names_of, parts_of
@@ -40,7 +40,8 @@ class MitsubaScene:
         those that move with these (see `parts.Part`); distractors: those of the poses that are shown. Raises
         ConfigError, MissingExtraError."""
         self._mi = mi = mitsuba()
-        parts = [part for part in parts_of(params, arm, distractors) if frames is None or part.frame in frames]
+        parts = parts_of(params, arm, distractors, camera.fingers)
+        parts = [part for part in parts if frames is None or part.frame in frames]
         self._parts = {f"{part.frame}_{k}": part for k, part in enumerate(parts)}
         background = library.load(params.background.texture, is_background=True)
         meshes = {name: _mesh(mi, name, part) for name, part in self._parts.items()}
@@ -149,7 +150,7 @@ def frames_of(poses: ScenePoses, index: int) -> dict[str, tuple[np.ndarray, np.n
     """Axes as columns and origin of every frame that moves, by the names that parts have."""
     hand, place = poses.hand_rotation[index], poses.hand_position[index]
     frames = {HAND: (hand, place), OBJECT: (poses.object_rotation[index], poses.object_position[index])}
-    for name, part in zip(FINGERS, (LEFT, RIGHT), strict=True):
+    for part, name in FINGERS.items():
         own = finger_place(part, float(poses.travel_m[index]))
         frames[name] = hand @ finger_turn(part), place + hand @ own
     # Without an arm that carries the hand, its links are put away under the table.

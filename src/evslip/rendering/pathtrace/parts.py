@@ -8,7 +8,7 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.rendering.distractors.distractor import Distractor
-from evslip.rendering.geometry import links
+from evslip.rendering.geometry import hand, links
 from evslip.rendering.geometry.facets import prepare_facets
 from evslip.rendering.geometry.hand import Mesh, load_mesh
 from evslip.rendering.materials.paint import GRIPPER_GLOSS, OBJECT_GLOSS, SURFACE_GLOSS
@@ -17,7 +17,7 @@ from evslip.scene.shapes import surface_of
 from evslip.scene.shapes.surface import Surface
 
 OBJECT, TABLE, HAND = "object", "table", "hand"
-FINGERS = ("left", "right")
+FINGERS = {hand.LEFT: "left", hand.RIGHT: "right"}
 LINKS = tuple(f"link{k}" for k in range(links.LINKS))
 """From the arm's base to the link that carries the hand."""
 LEAST_AREA_M2 = 1e-14
@@ -40,8 +40,10 @@ class Part(NamedTuple):
     paint: Paint
 
 
-def parts_of(params: Params, arm: bool, distractors: Sequence[Distractor] = ()) -> list[Part]:
-    """Everything that light falls on; the arm's links, if there is an arm, on request.
+def parts_of(
+    params: Params, arm: bool, distractors: Sequence[Distractor] = (), fingers: Sequence[int] = hand.FINGERS
+) -> list[Part]:
+    """Everything that light falls on; the arm's links, if there is an arm, on request. fingers: as of `Camera`.
 
     Raises ConfigError, MissingExtraError.
     """
@@ -50,7 +52,7 @@ def parts_of(params: Params, arm: bool, distractors: Sequence[Distractor] = ()) 
         _textured(OBJECT, surface_of(params), partial(painted_object, params.object)),
         *_painted(HAND, load_mesh("hand")),
     ]
-    parts += [part for finger in FINGERS for part in _painted(finger, load_mesh("finger"))]
+    parts += [part for finger in fingers for part in _painted(FINGERS[finger], load_mesh("finger"))]
     if arm and params.robot.kind == "panda":
         parts += [part for link in LINKS for part in _painted(link, load_mesh(link))]
     others = zip(names_of(distractors), distractors, strict=True)

@@ -10,9 +10,20 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.camera import Camera
+from evslip.rendering.geometry.clipping import clip_near
 from evslip.rendering.geometry.displacement import MARGIN, Displaceable, displace, prepare_displacement
 from evslip.rendering.geometry.hand import assemble
-from evslip.rendering.geometry.supersampling import BLUE, GRID, LUMA, RED, SHARE, Triangles, rasterise, turned_here
+from evslip.rendering.geometry.supersampling import (
+    BLUE,
+    GRID,
+    LUMA,
+    NEAR_M,
+    RED,
+    SHARE,
+    Triangles,
+    rasterise,
+    turned_here,
+)
 from evslip.rendering.scratch import BLOCK, kernel
 
 LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -58,7 +69,7 @@ def displaced(seen: Displaceable, camera: Camera) -> Layers:
 
 def _supersampled(camera: Camera, travel_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """As `supersampling.rasterise`, with LUMA."""
-    mesh, parts = assemble(travel_m)
+    mesh, parts = clip_near(*assemble(travel_m, camera.fingers), camera, NEAR_M)
     size = camera.width, camera.height, camera.focal_px
     seen = turned_here(mesh.corners, camera.position, camera.rotation, size)
     image = camera.project((mesh.corners[seen] - camera.position) @ camera.rotation)

@@ -8,7 +8,7 @@ import numpy as np
 
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.displacement import Displaceable, nearest_step
-from evslip.rendering.geometry.hand import BLOCK_PARTS, Boxes, blocking_boxes, shadow_boxes
+from evslip.rendering.geometry.hand import Boxes, block_parts, blocking_boxes, shadow_boxes
 from evslip.rendering.geometry.supersampling import OPEN
 from evslip.rendering.raycast.gripper import fragment_points
 from evslip.rendering.raycast.layers import Layers, displaceable, displaced, resolve
@@ -77,13 +77,14 @@ class Openings:
 def _resolve(camera: Camera, travel_m: float) -> Opening:
     boxes, blockers = _boxes(camera, travel_m)
     layers = resolve(camera, travel_m)
-    layers.fragments[OPEN] = _open_share(layers.fragments, blockers)
+    layers.fragments[OPEN] = _open_share(camera, layers.fragments, blockers)
     return Opening(layers, boxes, blockers)
 
 
 def _displaceable(camera: Camera, travel_m: float) -> Displaceable:
     still = displaceable(camera, travel_m)
-    still.fragments[:, OPEN] = _open_share(np.ascontiguousarray(still.fragments.T), _boxes(camera, travel_m)[1])
+    fragments = np.ascontiguousarray(still.fragments.T)
+    still.fragments[:, OPEN] = _open_share(camera, fragments, _boxes(camera, travel_m)[1])
     return still
 
 
@@ -91,16 +92,17 @@ def _displaced(still: Displaceable, camera: Camera, travel_m: float) -> Opening:
     return Opening(displaced(still, camera), *_boxes(camera, travel_m))
 
 
-def _open_share(fragments: np.ndarray, blockers: Boxes) -> np.ndarray:
+def _open_share(camera: Camera, fragments: np.ndarray, blockers: Boxes) -> np.ndarray:
     """`OPEN` of fragments (ROWS, n)."""
     points = fragment_points(fragments)
-    rows, parts = describe_boxes(blockers, np.zeros(3)), BLOCK_PARTS.astype(np.float32)
+    rows, parts = describe_boxes(blockers, np.zeros(3)), block_parts(camera.fingers).astype(np.float32)
     own = points.places, points.normals, points.parts
     return openness(make_scratch(), *own, rows, parts, False)
 
 
 def _boxes(camera: Camera, travel_m: float) -> tuple[Boxes, Boxes]:
-    return _turned(camera, shadow_boxes(travel_m)), _turned(camera, blocking_boxes(travel_m))
+    gripper = travel_m, camera.fingers
+    return _turned(camera, shadow_boxes(*gripper)), _turned(camera, blocking_boxes(*gripper))
 
 
 def _turned(camera: Camera, boxes: Boxes) -> Boxes:

@@ -9,7 +9,7 @@ from evslip.events.frame import ARM
 from evslip.rendering.camera import Camera
 from evslip.rendering.distractors.bodies import DistractorBodies
 from evslip.rendering.distractors.distractor import Distractor
-from evslip.rendering.geometry.hand import BLOCK_PARTS, BOX_PARTS, Boxes
+from evslip.rendering.geometry.hand import Boxes, block_parts, box_parts
 from evslip.rendering.geometry.links import CASTERS, hulls, solids
 from evslip.rendering.geometry.supersampling import RED
 from evslip.rendering.lens import SPREAD, Lens
@@ -48,11 +48,6 @@ from evslip.rendering.timing.update_schedule import (
 from evslip.rendering.viewpoint import View
 from evslip.utils.errors import ConfigError
 
-PARTS = np.array([OBJECT_PART, *BOX_PARTS, *[ARM_PART] * CASTERS])
-"""Body of each caster."""
-BLOCKERS = np.array([OBJECT_PART, *BLOCK_PARTS])
-"""Body of each box that keeps light from all around away."""
-
 
 def _joined(*boxes: Boxes) -> Boxes:
     """Several sets of boxes as one."""
@@ -84,6 +79,9 @@ class Raycaster:
         self._scratch = make_scratch()
         self.params = params
         self.albedo_row, self._is_glossy = RED + channel, self.setting.table.reflectance > 0
+        # Body of each caster, and of each box that keeps light from all around away.
+        self._casting = np.array([OBJECT_PART, *box_parts(camera.fingers), *[ARM_PART] * CASTERS])
+        self._blocking = np.array([OBJECT_PART, *block_parts(camera.fingers)])
         self._body = make_body(params, camera, channel)
         self._arm = Arm(camera, GRIPPER_GLOSS)
         self._distractor_bodies, self._distractors = DistractorBodies(distractors, camera, channel), distractors
@@ -278,7 +276,7 @@ class Raycaster:
             origins = (poses.places[index, :CASTERS] - view.camera) @ turn.T
             meshes = [*meshes, *solids()]
             turns, places = np.concatenate([turns, links.turns[:CASTERS]]), np.concatenate([places, origins])
-        parts, others = PARTS[: len(numbers)], self._distractor_bodies.boxes(self._at_us, view)
+        parts, others = self._casting[: len(numbers)], self._distractor_bodies.boxes(self._at_us, view)
         if len(self._distractor_bodies):
             round_ones = np.array([one is not None for one in self._distractor_bodies.solids])
             boxes, parts = _joined(boxes, others), np.concatenate([parts, self._distractor_bodies.parts])
@@ -290,5 +288,5 @@ class Raycaster:
         casters = cast(lamp, self.setting.lamp.radius_m, boxes, parts, numbers, outlines)
         standing = Boxes(*(part[self._distractor_bodies.on_table] for part in others))
         return illuminate(
-            view, self._sky_view.turn, self.setting, casters, _joined(own, opening.blockers), BLOCKERS, standing
+            view, self._sky_view.turn, self.setting, casters, _joined(own, opening.blockers), self._blocking, standing
         )
