@@ -105,7 +105,7 @@ STRIPS: dict[str, list[Picture]] = {
     "light_radius": of("light.radius_m", 0.2, 1.0, 5.0, t_s=1.1),
     "light_distance": of("light.distance_m", 20.0, 30.0, 40.0, t_s=1.1),
     "mount": [
-        *of("camera.mount", "side", "front"),
+        *of("camera.mount", "side", "front", "finger"),
         Picture(
             "custom, at (0.18, 0.2, 0.04)",
             {"camera.mount": "custom", "camera.x_m": 0.18, "camera.y_m": 0.2, "camera.z_m": 0.04},

@@ -68,7 +68,9 @@ def traced(params, traj, at_us):
     return t.reshape(shape), normal.reshape(*shape, 3)
 
 
-@pytest.mark.parametrize("scene", [{}, CYLINDER, BARREL, {"camera.mount": "front"}, {"camera.mount": "finger"}], ids=str)
+@pytest.mark.parametrize(
+    "scene", [{}, CYLINDER, BARREL, {"camera.mount": "front"}, {"camera.mount": "finger"}], ids=str
+)
 def test_depth_and_normals_are_those_of_brute_force(scene):
     params = sample(**scene)
     traj = turning(params)

@@ -83,8 +83,8 @@ def test_a_white_table_under_the_lamp_has_the_luminance_of_theory(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
-    [{}, {"background__turn_deg_s": 60.0, "clutter__count": 5, "passers__count": 2}],
-    ids=["plain", "turned, with distractors"],
+    [{}, {"background__turn_deg_s": 60.0, "clutter__count": 5, "passers__count": 2}, {"camera__mount": "finger"}],
+    ids=["plain", "turned, with distractors", "through a finger"],
 )
 def test_agrees_with_the_fast_renderer(scene):
     params = sample(

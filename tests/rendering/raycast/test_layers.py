@@ -4,11 +4,22 @@ import pytest
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble, shadow_boxes
+from evslip.rendering.geometry.hand import (
+    LEFT,
+    RIGHT,
+    assemble,
+    block_parts,
+    blocking_boxes,
+    box_parts,
+    shadow_boxes,
+)
 from evslip.rendering.geometry.supersampling import BODY, LUMA, NORMAL_X, SHARE, X, Z
+from evslip.rendering.outputs import PixelRays
+from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.layers import resolve
 from evslip.rendering.raycast.openings import Openings
 from evslip.rendering.scratch import BLOCK
+from made_up import still
 
 
 @pytest.fixture(scope="module")
