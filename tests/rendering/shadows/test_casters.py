@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from brute_force import cuboid, seen_share
-from evslip.rendering.geometry.hand import shadow_boxes
-from evslip.rendering.raycast.renderer import PARTS
+from evslip.rendering.geometry.hand import FINGERS, box_parts, shadow_boxes
+from evslip.rendering.shadows.casters import OBJECT_PART
 from shadows import seen
 
 DOWN = np.diag([1.0, -1.0, -1.0])
-PARTS = PARTS[:9]
+PARTS = np.array([OBJECT_PART, *box_parts(FINGERS)])
 
 
 def lamp_at(polar, azimuth):
