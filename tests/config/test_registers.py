@@ -7,6 +7,7 @@ import pytest
 from evslip.cli import look
 from evslip.cli.options import Split
 from evslip.config.loading import load_config
+from evslip.config.sections.camera import CAMERAS, CameraSpec, ViewSpec
 from evslip.config.sections.render import RendererName
 from evslip.config.sections.robot import RobotKind
 from evslip.config.sections.slip import NATURAL, SLIP_KINDS
@@ -16,6 +17,10 @@ from evslip.physics.robot import ROBOTS
 from evslip.rendering import RENDERERS, VIEWS
 from evslip.utils.errors import ConfigError
 from evslip.utils.seeds import SPLITS
+
+
+def test_one_of_two_cameras_may_have_every_key_otherwise():
+    assert (*ViewSpec.model_fields, *CAMERAS) == tuple(CameraSpec.model_fields)
 
 
 def test_every_name_has_what_it_stands_for():
@@ -47,5 +52,5 @@ def test_a_bad_name_lists_the_good_ones(key, good):
 def test_the_command_line_offers_what_the_registers_hold() -> None:
     render = get_type_hints(look.render)
     assert set(RENDERERS) == {name for choice in get_args(render["renderer"]) for name in get_args(choice)}
-    assert get_args(render["camera"]) == VIEWS
+    assert get_args(render["camera"]) == (*VIEWS, *CAMERAS)
     assert get_args(Split) == SPLITS

@@ -1,12 +1,13 @@
 """The concrete parameters of one sample."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import ValidationError
 
 from evslip.config.distributions import Constant
 from evslip.config.explanation import explain
 from evslip.config.sample import SampleSpec
+from evslip.config.section import LATER
 from evslip.utils.errors import DataError
 
 
@@ -16,6 +17,12 @@ class Params(SampleSpec[Constant, str]):
     seed: int
     split: Literal["train", "test"]
     index: int
+    seen_by: Annotated[str, LATER] = ""
+    """Name of the camera whose keys the section camera has, where the sample has several: see `evslip.config.views`."""
+
+    def stage(self, name: str) -> str:
+        """Key of random numbers that each of several cameras has of its own."""
+        return f"{name} {self.seen_by}" if self.seen_by else name
 
     @classmethod
     def from_json(cls, text: str | bytes) -> "Params":

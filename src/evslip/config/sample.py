@@ -14,7 +14,7 @@ from evslip.config.nuisances.lens import LensSpec
 from evslip.config.nuisances.passers import PassersSpec
 from evslip.config.nuisances.vibration import VibrationSpec
 from evslip.config.section import LATER, N, S, Section, wrong
-from evslip.config.sections.camera import CameraSpec
+from evslip.config.sections.camera import CAMERAS, CameraSpec
 from evslip.config.sections.grip import GripSpec
 from evslip.config.sections.light import LightSpec
 from evslip.config.sections.motion import MotionSpec
@@ -56,10 +56,20 @@ class SampleSpec(Section, Generic[N, S]):
         return self
 
 
+VIEWS = tuple(("camera", name) for name in CAMERAS)
+"""Tables within a section."""
 OPTIONAL = tuple(name for name, field in SampleSpec.model_fields.items() if LATER in field.metadata)
 """Sections that came later, and do nothing by default."""
 
 
 def leaves(spec: SampleSpec) -> dict[str, Any]:
-    """Every key of a sample, "section.name", and what it holds, in their order."""
-    return {f"{section}.{name}": value for section in SampleSpec.model_fields for name, value in getattr(spec, section)}
+    """Every key of a sample, "section.name", and what it holds, in their order; of one of two cameras
+    "camera.left.name"."""
+    found = {}
+    for section in SampleSpec.model_fields:
+        for name, value in getattr(spec, section):
+            if (section, name) in VIEWS:
+                found |= {f"{section}.{name}.{key}": own for key, own in value or ()}
+            else:
+                found[f"{section}.{name}"] = value
+    return found

@@ -1,5 +1,6 @@
 """A section of the parameters: typed fields with units, limits, and lists of the names that they may hold."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -11,6 +12,7 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from evslip.config.distributions import choices, extremes
@@ -74,11 +76,7 @@ class Section(BaseModel):
 
     @model_validator(mode="after")
     def _check_limits(self) -> "Section":
-        for name, field in type(self).model_fields.items():
-            value = getattr(self, name)
-            for limit in field.metadata:
-                if isinstance(limit, Within | OneOf) and value is not None:
-                    limit.check(name, value)
+        check_limits(self, type(self).model_fields)
         return self
 
     @model_serializer(mode="wrap")
@@ -95,5 +93,14 @@ class Section(BaseModel):
         return all(map(self._says_nothing, type(self).model_fields))
 
     def _says_nothing(self, name: str) -> bool:
-        value = getattr(self, name)
-        return value.is_default if isinstance(value, Section) else value == type(self).model_fields[name].default
+        value, usual = getattr(self, name), type(self).model_fields[name].default
+        return value.is_default if isinstance(value, Section) and usual is not None else value == usual
+
+
+def check_limits(section: Section, fields: Mapping[str, FieldInfo]) -> None:
+    """Raise an error of the first field that is given and not within the limits of the field of that name."""
+    for name in type(section).model_fields:
+        value = getattr(section, name)
+        for limit in fields[name].metadata:
+            if isinstance(limit, Within | OneOf) and value is not None:
+                limit.check(name, value)

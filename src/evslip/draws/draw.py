@@ -1,5 +1,6 @@
 """Draws of the parameters of a sample from a configuration."""
 
+import functools
 import math
 
 from evslip.config.config import Config
@@ -38,13 +39,13 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
         values.update(zip(dimension.keys, dimension.rows[rows[position]], strict=True))
     tree = prepared.model_dump(include=set(SampleSpec.model_fields))
     for key, value in values.items():
-        section, name = key.split(".")
+        *home, name = key.split(".")
         if isinstance(value, Uniform):
             try:
                 value = value.draw(rngs[key], odd=split == "test", without=plan.constants.get(key, frozenset()))
             except ConfigError as error:
                 raise ConfigError(f"{key}: {error}") from None
-        tree[section][name] = value
+        functools.reduce(dict.__getitem__, home, tree)[name] = value
     for section, share in config.share:
         if share < 1 and generator(config.seed, split, index, f"share {section}").random() >= share:
             tree[section] = {}

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from evslip.config.config import Config
@@ -48,10 +49,10 @@ def separate(config: Config, counts: Mapping[str, int]) -> Separation:
         for index in over(f"{split} samples", range(count)):
             params = draw(config, index, split)
             for key in _drawn_keys(config, index, split):
-                section, name = key.split(".")
+                section = key.partition(".")[0]
                 if section in OPTIONAL and getattr(params, section).is_default:
                     continue  # one of the samples that are without it
-                value = getattr(getattr(params, section), name)
+                value = attrgetter(key)(params)
                 home = values if is_divided(key, value) else kinds
                 home[domain(key)][split].add(value)
     return Separation(dict(values), dict(kinds))

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.config.views import camera_names
 from evslip.physics.grip import grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.scene_model import split_sensors
@@ -31,7 +32,7 @@ class SampleLog:
             pad_friction=np.zeros((len(t_us), 2, 3), np.float32),
             pad_utilisation=pads[1],
             object_displacement=None if spec.object_hz is None else poses[2],
-            camera_displacement=None if spec.mount_hz is None else poses[3],
+            camera_displacement=None if spec.mount_hz is None or camera_names(params) else poses[3],
         )
 
     def write(self, first: int, part: Trajectory) -> None:

@@ -7,6 +7,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
+from evslip.config.sections.camera import CAMERAS
+from evslip.config.views import one_camera
 from evslip.physics.grip import TCP_M, camera_place_m
 from evslip.rendering.distortion import NO_DISTORTION, Distortion
 from evslip.rendering.geometry.hand import FINGERS, LEFT, RIGHT
@@ -94,9 +96,10 @@ class Camera(NamedTuple):
 def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     """The sample's camera; `size` is (width, height) in pixels, with the horizontal field of view unchanged.
 
-    Raises ConfigError for a camera that sits in the grasp and for a lens that folds the image; for one in a finger also
-    PlanRejected, where the object cannot be gripped.
+    Raises ConfigError for a sample of several cameras none of which is chosen, for a camera that sits in the grasp, and
+    for a lens that folds the image; for a camera in a finger also PlanRejected, where the object cannot be gripped.
     """
+    one_camera(params)
     settings = params.camera
     width, height = size or (settings.width, settings.height)
     mount, position = MOUNTS[settings.mount], camera_place_m(params)
@@ -122,8 +125,10 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
 
 def opaque_fingers(params: Params) -> tuple[int, ...]:
     """Fingers that no camera looks through; the others are clear."""
-    side = MOUNTS[params.camera.mount].finger
-    return tuple(finger for finger, sign in ((LEFT, 1), (RIGHT, -1)) if sign != side)
+    views = [getattr(params.camera, name) for name in CAMERAS]
+    mounts = [params.camera.mount] if None in views else [view.mount for view in views]
+    clear = {MOUNTS[mount].finger for mount in mounts}
+    return tuple(finger for finger, sign in ((LEFT, 1), (RIGHT, -1)) if sign not in clear)
 
 
 SCENE_EYE, SCENE_AIM = (1.45, -1.25, 0.85), (0.25, -0.02, 0.3)

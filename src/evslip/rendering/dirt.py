@@ -35,7 +35,7 @@ def transmission(params: Params, camera: Camera) -> np.ndarray | None:
     own, count = params.lens, round(params.lens.spots)
     if count == 0 or own.spot_opacity == 0:
         return None
-    shares = generator(params.seed, params.split, params.index, "spots").random((count, 4))
+    shares = generator(params.seed, params.split, params.index, params.stage("spots")).random((count, 4))
     places = shares[:, :2] * (camera.width, camera.height)
     radii = (LEAST + (MOST - LEAST) * shares[:, 2]) * own.spot_px * camera.width / params.camera.width
     through = np.ones((camera.height, camera.width))

@@ -1,13 +1,47 @@
-"""The camera: where it sits, what its lens and its pixels are."""
+"""The camera: where it sits, what its lens and its pixels are; or two of them."""
 
-from typing import Annotated, Generic
+from typing import Annotated, Any, Generic
 
-from pydantic import Strict
+from pydantic import Strict, model_serializer, model_validator
 
-from evslip.config.section import N, OneOf, S, Section, Within, usual
+from evslip.config.section import LATER, N, OneOf, S, Section, Within, check_limits, usual, wrong
 from evslip.scene.mounts import MOUNTS
 
 EXPOSURES = ("sample", "absolute")
+CAMERAS = ("left", "right")
+"""Names of two cameras."""
+
+
+class ViewSpec(Section, Generic[N, S]):
+    """What one of two cameras has otherwise than the section camera says; its keys and limits are that section's."""
+
+    mount: S | None = None
+    x_m: N | None = None
+    y_m: N | None = None
+    z_m: N | None = None
+    yaw_deg: N | None = None
+    pitch_deg: N | None = None
+    roll_deg: N | None = None
+    width: Annotated[int, Strict()] | None = None
+    height: Annotated[int, Strict()] | None = None
+    fov_deg: N | None = None
+    k1: N | None = None
+    k2: N | None = None
+    p1: N | None = None
+    p2: N | None = None
+    vignetting: N | None = None
+    defocus_px: N | None = None
+    exposure: S | None = None
+    white_cd_m2: N | None = None
+
+    @model_validator(mode="after")
+    def _check_limits(self) -> "ViewSpec[N, S]":
+        check_limits(self, CameraSpec.model_fields)
+        return self
+
+    @model_serializer
+    def _given(self) -> dict[str, Any]:
+        return {name: value for name, value in self if value is not None}
 
 
 class CameraSpec(Section, Generic[N, S]):
@@ -54,3 +88,15 @@ class CameraSpec(Section, Generic[N, S]):
     Absolute: white is white_cd_m2."""
     white_cd_m2: Annotated[N, Within(1e-6, 1e10)]
     """Luminance of white when the exposure is absolute."""
+    left: Annotated[ViewSpec[N, S] | None, LATER] = None
+    """Two cameras at once: tables camera.left and camera.right, of the keys above that are different for each. A record
+    then holds a stream of each,"""
+    right: Annotated[ViewSpec[N, S] | None, LATER] = None
+    """... and the other one."""
+
+    @model_validator(mode="after")
+    def _check_pair(self) -> "CameraSpec[N, S]":
+        for one, other in (CAMERAS, CAMERAS[::-1]):
+            if getattr(self, one) is None and getattr(self, other) is not None:
+                raise wrong(one, f"is missing beside {other}; expected both, if only an empty [camera.{one}], or none")
+        return self

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from evslip.config.nuisances.vibration import VibrationSpec
 from evslip.config.params import Params
+from evslip.config.views import camera_names, seen_by
 from evslip.physics.grip import TCP_M, camera_place_m
 from evslip.physics.held import held_span, recorded
 from evslip.physics.trajectory import Trajectory
@@ -27,11 +28,20 @@ IN_PADS = [0, 2, 4]
 def with_vibration(trajectory: Trajectory) -> Trajectory:
     """The trajectory with what its parameters let tremble."""
     spec = trajectory.params.vibration
-    if spec.mount_hz is not None:
+    if spec.mount_hz is not None and not camera_names(trajectory.params):
         trajectory = trajectory._replace(camera_displacement=camera_displacement(trajectory))
     if spec.object_hz is None:
         return trajectory
     return with_object_moved(trajectory, object_displacement(trajectory))
+
+
+def seen_from(trajectory: Trajectory, camera: str) -> Trajectory:
+    """The trajectory with the parameters of one of several cameras, and the displacement of that one on its mount.
+    Raises ConfigError."""
+    seen = trajectory._replace(params=seen_by(trajectory.params, camera))
+    if seen.params.vibration.mount_hz is None:
+        return seen
+    return seen._replace(camera_displacement=camera_displacement(seen))
 
 
 def with_object_moved(trajectory: Trajectory, moved: np.ndarray) -> Trajectory:
@@ -90,7 +100,8 @@ class Tremble:
         """part: CAMERA or OBJECT."""
         self._resonance, rms = _PARTS[part](params.vibration)
         self._rms, self._step_s, self._done = np.array(rms), step_s, 0
-        rng = generator(params.seed, params.split, params.index, f"vibration {part}")
+        name = f"vibration {part}"
+        rng = generator(params.seed, params.split, params.index, params.stage(name) if part == CAMERA else name)
         self._noise = shaped_noise(rng, steps, len(rms), step_s, self._resonance.gain)
         self._state = np.zeros((2, len(rms)))
 

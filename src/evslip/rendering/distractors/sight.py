@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evslip.config.sections.camera import CAMERAS
+from evslip.config.views import seen_by
 from evslip.physics.grip import TCP_M
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.trajectory import Trajectory
@@ -31,8 +33,12 @@ class Sight(NamedTuple):
 
 
 def sight_of(traj: Trajectory) -> Sight:
-    """The poses from lifting to the release, or all of a trajectory that ends before. Raises ConfigError."""
-    times, camera = phase_times(traj.params), hand_camera(traj.params)
+    """The poses from lifting to the release, or all of a trajectory that ends before; of several cameras those of the
+    first. Raises ConfigError."""
+    params = traj.params
+    if params.camera.left is not None:  # the same for both cameras
+        params = seen_by(params, CAMERAS[0])
+    times, camera = phase_times(params), hand_camera(params)
     inside = (traj.t_us >= times["lift"][0]) & (traj.t_us < times["release"][0])
     inside = inside if inside.any() else np.ones(len(traj.t_us), bool)
     step = max(1, STEP_US // int(traj.t_us[1] - traj.t_us[0]))
