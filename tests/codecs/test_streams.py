@@ -99,8 +99,8 @@ def test_a_slice_ends_the_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     write_events(tmp_path / "a.dat", long_stream(5000), (40, 30))
     seen = []
 
-    def counted(path: Path) -> source.Source:
-        opened = open_events(path)
+    def counted(path: Path, camera: str | None) -> source.Source:
+        opened = open_events(path, camera)
 
         def parts() -> Iterator[Events]:
             for part in opened.parts:

@@ -8,8 +8,10 @@ can be written, `Sink(file, path, size)`, which takes a stream in pieces, or `wr
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from evslip.codecs.formats import FORMATS, Format, format_of, known_suffixes, register
+from evslip.codecs.arrays.record_head import wrong_camera
+from evslip.codecs.formats import FORMATS, HDF5, Format, format_of, known_suffixes, register
 from evslip.events.stream import Events
+from evslip.utils.errors import DataError
 
 if TYPE_CHECKING:
     from evslip.codecs.source import Source
@@ -22,22 +24,27 @@ def read_events(path: str | Path) -> Events:
     return read_whole(Path(path))[0]
 
 
-def open_events(path: str | Path) -> "Source":
+def open_events(path: str | Path, camera: str | None = None) -> "Source":
     """The events of a file part by part, checked, so that memory holds one part; its format chosen by suffix.
 
-    Raises DataError, here or when a part is asked for.
+    camera: of a record of several cameras, the one whose events are wanted. Raises DataError, here or when a part is
+    asked for.
     """
     from evslip.codecs.source import checked
 
-    source = raw_source(path)
+    source = raw_source(path, camera)
     return source._replace(parts=checked(source, path))
 
 
-def raw_source(path: str | Path) -> "Source":
+def raw_source(path: str | Path, camera: str | None = None) -> "Source":
     """The events of a file as they are, even out of order or beyond the sensor. Raises DataError as `open_events`."""
     from evslip.codecs.source import counted
 
-    return counted(format_of(path).codec.stream(Path(path)), Path(path))
+    form = format_of(path)
+    if camera is not None and form != HDF5:
+        raise DataError(f"{path}: {wrong_camera((), camera)}")
+    chosen = {} if camera is None else {"camera": camera}
+    return counted(form.codec.stream(Path(path), **chosen), Path(path))
 
 
 def write_events(path: str | Path, events: Events, size: tuple[int, int] | None = None) -> None:

@@ -102,12 +102,12 @@ def facts_of(path: str | Path, gap_us: int = PEAK_US) -> Facts:
     return counts.facts(format_of(path).name)
 
 
-def examine(path: str | Path, gap_us: int = PEAK_US) -> tuple[Facts, Quality]:
+def examine(path: str | Path, gap_us: int = PEAK_US, camera: str | None = None) -> tuple[Facts, Quality]:
     """Facts of a file, and the quality of the recording. A file that does not state the sensor's size is read twice.
 
-    gap_us: from which length on a pause counts. Raises DataError.
+    gap_us: from which length on a pause counts; camera: as of `open_events`. Raises DataError.
     """
-    source = raw_source(path)
+    source = raw_source(path, camera)
     counts = _Counts(source.size, gap_us)
     meter = QualityMeter(source.size or extent_of(raw_source(path).parts))
     for events in source.parts:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.config.views import one_camera
 from evslip.control.camera_stream import CameraStream
 from evslip.control.episode_truth import GripTruth
 from evslip.control.senses import Senses
@@ -33,6 +34,7 @@ class Episode:
     def __init__(self, params: Params, *, step_us: int = 10_000, sees: bool = True, ends: str = "release"):
         """step_us: time between two commands; sees: whether frames are drawn and events made; ends: the phase with
         whose begin the episode ends."""
+        one_camera(params)
         times = phase_times(params)
         self.params, self.simulation, self._step_us = params, SteppedSimulation(params), step_us
         self.closed_us = self._close(times["lift"][0])

@@ -80,7 +80,7 @@ def add(root: Path, sample: Record, data: bytes) -> Entry:
         kind=sample.kind,
         sha256=hashlib.sha256(data).hexdigest(),
         bytes=len(data),
-        events=sample.events.count,
+        events=sample.count,
     )
     if sample.truth is not None:
         entry["label"] = "hold" if sample.truth.onset_us is None else "slip"

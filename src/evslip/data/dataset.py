@@ -6,6 +6,7 @@ from pathlib import Path
 
 from evslip.config.config import Config
 from evslip.config.loading import config_from_text
+from evslip.config.views import camera_names
 from evslip.data.journal import Entry, read_journals
 from evslip.data.layout import CONFIG, JOURNAL, sample_path
 from evslip.data.requested import requested_count
@@ -46,6 +47,13 @@ class Dataset(Samples):
     def config(self) -> Config:
         """The configuration that the samples are drawn from. Raises ConfigError, DataError."""
         return config_from_text(self.config_toml, str(self.root / CONFIG))
+
+    def cameras(self, one: Listing) -> tuple[str, ...]:
+        return self._camera_names
+
+    @functools.cached_property
+    def _camera_names(self) -> tuple[str, ...]:
+        return camera_names(self.config)
 
     def labels(self) -> list[str]:
         return [listed.label or "hold" for listed in self.listing]

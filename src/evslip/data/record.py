@@ -1,19 +1,22 @@
 """The record: everything known about one pick-and-place, or about one recording."""
 
 import importlib.metadata
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import h5py
 import numpy as np
 
-from evslip.codecs.arrays.record_head import Kind
+from evslip.codecs.arrays.record_head import Kind, wrong_camera
 from evslip.config.params import Params
+from evslip.config.views import seen_by
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, Interval
 from evslip.events.stream import Events
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth
+from evslip.utils.errors import ConfigError
 from evslip.utils.version import __version__
 
 
@@ -26,6 +29,17 @@ class Poses(NamedTuple):
     """Position in metres, then quaternion wxyz; float32 of shape (n, 7)."""
     object_pose: np.ndarray
     """Position and quaternion in the layout of gripper_pose."""
+
+
+class Stream(NamedTuple):
+    """What one of several cameras saw of a sample."""
+
+    size: tuple[int, int]
+    """The sensor's (width, height)."""
+    events: Events
+    stats: dict[str, int]
+    camera_displacement: np.ndarray | None = None
+    """As in `Trajectory`."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,6 +72,29 @@ class Record:
     """Poses of a recording that another simulator made."""
     notes: dict[str, str] = field(default_factory=dict)
     """Facts of a recording: its file, the sensor, the mount, and more by name."""
+    streams: Mapping[str, Stream] = field(default_factory=dict)
+    """Streams by the names of their cameras, if there are several; size, events and stats are then those of none of
+    them: see `seen_by`."""
+
+    def seen_by(self, camera: str) -> "Record":
+        """The sample as one of its cameras saw it: a record like those of one camera. Raises ConfigError."""
+        stream = self.streams.get(camera)
+        if stream is None or self.params is None or self.trajectory is None:
+            raise ConfigError(f"{self.name}: {wrong_camera(tuple(self.streams), camera)}")
+        params = seen_by(self.params, camera)
+        seen = self.trajectory._replace(params=params, camera_displacement=stream.camera_displacement)
+        own = {"size": stream.size, "events": stream.events, "stats": stream.stats}
+        return replace(self, params=params, trajectory=seen, streams={}, **own)
+
+    @property
+    def camera(self) -> str:
+        """Name of the camera that saw it, where its sample has several."""
+        return "" if self.params is None else self.params.seen_by
+
+    @property
+    def count(self) -> int:
+        """Number of events, of all cameras."""
+        return sum(stream.events.count for stream in self.streams.values()) if self.streams else self.events.count
 
     @property
     def last_us(self) -> int:
@@ -89,6 +126,8 @@ def provenance(*packages: str) -> dict[str, str]:
 def about(record: Record) -> dict[str, str]:
     """Facts of a record beside its events, for a person."""
     said = {"record": f"{record.name}, {record.kind}" + (f": {record.rejection[1]}" if record.rejection else "")}
+    if record.camera:
+        said["camera"] = record.camera
     if record.truth is not None:
         onset = record.truth.onset_us
         said["truth"] = f"{record.label}" + ("" if onset is None else f", from {onset / 1e6:.3f} s")

@@ -6,9 +6,10 @@ from typing import get_args
 import numpy as np
 
 from evslip.codecs.arrays.record_head import Kind
+from evslip.config.views import camera_names, seen_by
 from evslip.data.footage import check_footage
 from evslip.data.intervals import LATEST_US, MOST_LABELLED_US, check_intervals
-from evslip.data.record import Poses, Record
+from evslip.data.record import Poses, Record, Stream
 from evslip.events.checks import check_events, check_size
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth
@@ -64,6 +65,11 @@ def check_record(record: Record, where: object) -> None:
         )
     if record.size != (params.camera.width, params.camera.height):
         raise DataError(f"{where}: size {record.size} is not that of its camera")
+    if record.kind == "simulated" and tuple(record.streams) != camera_names(params):
+        names, own = (", ".join(some) or "one" for some in (record.streams, camera_names(params)))
+        raise DataError(f"{where}: streams of the cameras {names}, and parameters of {own}")
+    for name, stream in record.streams.items():
+        _check_stream(record, name, stream, f"{where}: {name}")
     if record.trajectory is not None:
         if record.trajectory.params != params:
             raise DataError(f"{where}: the trajectory has other parameters than the record")
@@ -74,6 +80,17 @@ def check_record(record: Record, where: object) -> None:
         _check_truth(record.truth, where)
         if record.trajectory is None or not np.array_equal(record.truth.t_us, record.trajectory.t_us):
             raise DataError(f"{where}: the truth's times are not the trajectory's")
+
+
+def _check_stream(record: Record, name: str, stream: Stream, where: str) -> None:
+    assert record.params is not None  # asked before
+    camera = seen_by(record.params, name).camera
+    if stream.size != (camera.width, camera.height):
+        raise DataError(f"{where}: size {stream.size} is not that of its camera")
+    check_events(stream.events, stream.size, where)
+    if stream.camera_displacement is not None and record.trajectory is not None:
+        moved = record.trajectory._replace(camera_displacement=stream.camera_displacement)
+        _check_arrays(moved, {"camera_displacement": (7,)}, where)
 
 
 def check_labels(record: Record, where: object) -> None:

@@ -8,16 +8,23 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from evslip.codecs import open_events, read_whole
+from evslip.codecs import open_events, raw_source, read_whole
 from evslip.codecs.arrays import record_head
 from evslip.codecs.arrays.dsec import check_index, get_events, put_events
-from evslip.codecs.arrays.record_head import FORMAT, VERSION
+from evslip.codecs.arrays.record_head import (
+    CAMERAS,
+    FORMAT,
+    VERSION,
+    VERSION_OF_SEVERAL,
+    cameras_of,
+    stream_of,
+)
 from evslip.codecs.formats import HDF5, format_of
 from evslip.codecs.source import extent_of
 from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, LATEST_US, Interval
-from evslip.data.record import Poses, Record, provenance
+from evslip.data.record import Poses, Record, Stream, provenance
 from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, VIBRATION, check_labels, check_record
 from evslip.events.stream import Events, empty_events
 from evslip.physics.episodes import KINDS, Episode
@@ -27,6 +34,8 @@ from evslip.physics.truth import Truth
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
 
+ALL_CAMERAS = "all"
+"""In place of a camera's name."""
 _EPISODE = "start_us, end_us, kind (of rotation, translation, mixed, drop), phase, rotation_deg, translation_mm"
 
 
@@ -41,36 +50,58 @@ def write(path: Path, record: Record) -> None:
     atomic.write_bytes(path, encode(record))
 
 
-def read(path: str | Path, events: bool = True) -> Record:
+def read(path: str | Path, events: bool = True, camera: str | None = None) -> Record:
     """Read and check a record. With events=False the stream is left on disk and the record's is empty.
 
-    Raises DataError if the file is truncated, damaged, from a newer version, or not a record.
+    camera: of a record of several, the one that saw it; needed for its events. Raises DataError if the file is
+    truncated, damaged, from a newer version, not a record, or if one of several cameras has to be chosen.
     """
     with hdf5.opened(path) as file:
-        record = _record(file, events)
+        if events or camera is not None:
+            stream_of(file, camera)
+        record = _record(file, events, camera)
         check_record(record, path)
         if events:
             check_labels(record, path)
-            check_index(file, record.events)
-    return record
+            home, stream = stream_of(file, camera), record.streams.get(camera or "", record)
+            check_index(home, stream.events)
+    return record if camera is None else record.seen_by(camera)
 
 
-def read_recording(path: str | Path) -> Record:
-    """A record of evslip as it is; any other file of events as a record of kind "recording". Raises DataError."""
+def camera_names_in(path: str | Path) -> tuple[str, ...]:
+    """Names of the cameras of a record of several; none of any other HDF5 file. Raises DataError."""
+    with hdf5.opened(path) as file:
+        return cameras_of(file) if record_head.is_record(file) else ()
+
+
+def read_recording(path: str | Path, camera: str | None = None) -> Record:
+    """A record of evslip as it is; any other file of events as a record of kind "recording". camera: as of `read`.
+    Raises DataError."""
     path = Path(path)
     if is_record(path):
-        return read(path)
+        return read(path, camera=camera)
+    if camera is not None:
+        raw_source(path, camera)  # which says what is wrong
     events, size = read_whole(path)
     return Record(kind="recording", name=path.stem, size=size, events=events, provenance=provenance())
 
 
-def open_recording(path: str | Path) -> tuple[Record, Iterator[Events]]:
+def views(path: str | Path, camera: str | None = None) -> list[Record]:
+    """What `read_recording` gives for one camera; for ALL_CAMERAS for each that the record has, in a list."""
+    if camera != ALL_CAMERAS:
+        return [read_recording(path, camera)]
+    names = camera_names_in(path) if is_record(path) else ()
+    return [read_recording(path, name) for name in names or (None,)]
+
+
+def open_recording(path: str | Path, camera: str | None = None) -> tuple[Record, Iterator[Events]]:
     """All that `read_recording` gives, but for the events and the frames, and the events part by part. A file that does
-    not state the sensor's size is read twice. Raises DataError, also when a part is asked for."""
+    not state the sensor's size is read twice. camera: as of `read`. Raises DataError, also when a part is asked for."""
     path = Path(path)
     if is_record(path):
-        return read(path, events=False), open_events(path).parts
-    source = open_events(path)
+        parts = open_events(path, camera).parts
+        return read(path, events=False, camera=camera), parts
+    source = open_events(path, camera)
     size = source.size or extent_of(source.parts)
     record = Record(kind="recording", name=path.stem, size=size, events=empty_events(), provenance=provenance())
     return record, source.parts if source.size else open_events(path).parts
@@ -86,7 +117,8 @@ def is_record(path: str | Path) -> bool:
 
 
 def _fill(file: h5py.File, record: Record) -> None:
-    file.attrs.update({"format": FORMAT, "version": VERSION, "kind": record.kind, "name": record.name})
+    version = VERSION_OF_SEVERAL if record.streams else VERSION
+    file.attrs.update({"format": FORMAT, "version": version, "kind": record.kind, "name": record.name})
     file.attrs["width"], file.attrs["height"] = record.size
     rejection_kind, rejection = record.rejection or (None, None)
     attributes = {
@@ -99,7 +131,10 @@ def _fill(file: h5py.File, record: Record) -> None:
         "rejection": rejection,
     }
     file.attrs.update({name: value for name, value in attributes.items() if value is not None})
-    put_events(file, record.events)
+    for name, stream in record.streams.items():
+        _fill_stream(file.create_group(f"{CAMERAS}/{name}"), stream)
+    if not record.streams:
+        put_events(file, record.events)
     if record.notes:
         file.attrs["notes"] = json.dumps(record.notes, sort_keys=True)
     if record.intervals:
@@ -114,6 +149,14 @@ def _fill(file: h5py.File, record: Record) -> None:
         _fill_group(file.create_group("trajectory"), record.trajectory, ("t_us", *TRAJECTORY, *there))
     if record.truth is not None:
         _fill_truth(file.create_group("truth"), record.truth)
+
+
+def _fill_stream(group: h5py.Group, stream: Stream) -> None:
+    group.attrs["width"], group.attrs["height"] = stream.size
+    group.attrs["stats"] = json.dumps(stream.stats, sort_keys=True)
+    put_events(group, stream.events)
+    if stream.camera_displacement is not None:
+        hdf5.put(group, "camera_displacement", stream.camera_displacement)
 
 
 def _fill_truth(group: h5py.Group, truth: Truth) -> None:
@@ -138,7 +181,7 @@ def _episode_rows(episodes: tuple[Episode, ...]) -> np.ndarray:
     return np.array(rows, np.float64).reshape(-1, len(Episode._fields))
 
 
-def _record(file: h5py.File, events: bool) -> Record:
+def _record(file: h5py.File, events: bool, camera: str | None) -> Record:
     if not record_head.is_record(file):
         raise DataError(f"{file.filename}: an HDF5 file, but not a record of evslip (no attribute format = {FORMAT!r})")
     params = Params.from_json(hdf5.attribute(file, "params", str)) if "params" in file.attrs else None
@@ -146,11 +189,13 @@ def _record(file: h5py.File, events: bool) -> Record:
     if "rejection_kind" in file.attrs:
         rejection = hdf5.attribute(file, "rejection_kind", str), hdf5.attribute(file, "rejection", str)
     trajectory = _trajectory(hdf5.group(file, "trajectory"), params) if "trajectory" in file else None
+    streams = {name: _stream(stream_of(file, name), events and name == camera) for name in cameras_of(file)}
     return Record(
         kind=hdf5.attribute(file, "kind", str),
         name=hdf5.attribute(file, "name", str),
         size=(hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int)),
-        events=get_events(file) if events else empty_events(),
+        events=get_events(file) if events and not streams else empty_events(),
+        streams=streams,
         split=hdf5.attribute(file, "split", str) if "split" in file.attrs else None,
         index=hdf5.attribute(file, "index", int) if "index" in file.attrs else None,
         params=params,
@@ -164,6 +209,12 @@ def _record(file: h5py.File, events: bool) -> Record:
         poses=Poses(*_columns(hdf5.group(file, "poses"), POSES).values()) if "poses" in file else None,
         notes=_table(file, "notes") if "notes" in file.attrs else {},
     )
+
+
+def _stream(group: h5py.Group, events: bool) -> Stream:
+    size = hdf5.attribute(group, "width", int), hdf5.attribute(group, "height", int)
+    moved = hdf5.get(group, "camera_displacement", "f", (None, 7)) if "camera_displacement" in group else None
+    return Stream(size, get_events(group) if events else empty_events(), _table(group, "stats"), moved)
 
 
 def _intervals(file: h5py.File) -> tuple[Interval, ...]:
@@ -217,8 +268,8 @@ def _episodes(group: h5py.Group) -> tuple[Episode, ...]:
     )
 
 
-def _table(file: h5py.File, name: str) -> dict[str, Any]:
+def _table(file: h5py.Group, name: str) -> dict[str, Any]:
     table = json.loads(hdf5.attribute(file, name, str))
     if not isinstance(table, dict):
-        raise DataError(f"{file.filename}: attribute {name}: expected a JSON object")
+        raise DataError(f"{file.file.filename}: attribute {name}: expected a JSON object")
     return table

@@ -6,7 +6,7 @@ from pathlib import Path
 from evslip.codecs.formats import HDF5
 from evslip.data.dataset import open_dataset
 from evslip.data.layout import CONFIG
-from evslip.data.record_file import is_record
+from evslip.data.record_file import ALL_CAMERAS, is_record
 from evslip.data.samples import Listing, Samples
 from evslip.utils.errors import DataError
 
@@ -21,8 +21,12 @@ class Recordings(Samples):
         if not self.listing:
             raise DataError(f"{root}: no data set ({CONFIG}) and no record of evslip; `evslip import` makes some")
 
+    @cached_property
+    def _labels(self) -> list[str]:
+        return [record.label for record in self.without_events()]
+
     def labels(self) -> list[str]:
-        return [label for label, _ in self._facts]
+        return self._labels
 
     def status(self) -> dict[str, int]:
         labels = self.labels()
@@ -32,13 +36,9 @@ class Recordings(Samples):
             "missing": 0,
             "rejected": 0,
             **{name: labels.count(name) for name in ("slip", "hold", "unlabelled")},
-            "events": sum(count for _, count in self._facts),
+            "events": sum(record.events.count for record in self.seen_by(ALL_CAMERAS)),
             "bytes": sum(listed.path.stat().st_size for listed in self.listing),
         }
-
-    @cached_property
-    def _facts(self) -> list[tuple[str, int]]:
-        return [(sample.label, sample.events.count) for sample in self]
 
 
 def open_samples(path: str | Path) -> Samples:

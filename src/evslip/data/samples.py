@@ -2,12 +2,14 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterator, Sequence
+from copy import copy
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 from evslip.data import record_file
 from evslip.data.journal import Entry
 from evslip.data.record import Record
+from evslip.data.record_file import ALL_CAMERAS
 from evslip.utils.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -27,6 +29,8 @@ class Listing(NamedTuple):
     """Number of events; None: only its file knows."""
     sha256: str | None = None
     """Sum of the file as it was written; None where nobody knows."""
+    camera: str | None = None
+    """Camera whose stream is meant; None: the only one, or not chosen yet."""
 
 
 class Samples(ABC):
@@ -59,7 +63,25 @@ class Samples(ABC):
 
     def read(self, position: int, events: bool = True) -> Record:
         """One record; events=False is quicker and leaves its stream empty. Raises DataError, IndexError."""
-        return record_file.read(self.listing[position].path, events)
+        listed = self.listing[position]
+        return record_file.read(listed.path, events, listed.camera)
+
+    def seen_by(self, camera: str | None) -> Self:
+        """The records as one of their cameras saw them, or once as each of them did for ALL_CAMERAS; None: as they
+        are. Raises DataError, also when a record is read that has no such camera."""
+        if camera is None:
+            return self
+        listing = []
+        for one in self.listing:
+            cameras = self.cameras(one) or (None,) if camera == ALL_CAMERAS else (camera,)
+            listing += [one if name is None else one._replace(camera=name, events=None) for name in cameras]
+        chosen = copy(self)
+        chosen.listing = listing
+        return chosen
+
+    def cameras(self, one: Listing) -> tuple[str, ...]:
+        """Names of a record's cameras if it has several. Raises DataError."""
+        return record_file.camera_names_in(one.path)
 
     def positions(self, names: Container[str]) -> list[int]:
         """Positions of the records of some names."""

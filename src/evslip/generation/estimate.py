@@ -8,6 +8,7 @@ import contextlib
 import math
 import os
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -64,6 +65,13 @@ def estimate(params: Params) -> Estimate:
         BASE_BYTES + pixels * PIXEL_BYTES + events * EVENT_BYTES,
         (frames * PIXEL_S + mixed * MIXED_S) * pixels + events * EVENT_S,
     )
+
+
+def together(each: Sequence[Estimate]) -> Estimate:
+    """Cost of a sample of several cameras, one after the other."""
+    process = BASE_BYTES * (len(each) - 1)
+    events, stored, memory, seconds = (sum(column) for column in zip(*each, strict=True))
+    return Estimate(events, stored, memory - process, seconds)
 
 
 def _flicker_hz(params: Params, model: PixelModel) -> float:

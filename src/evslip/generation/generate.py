@@ -13,19 +13,22 @@ from typing import Any, NamedTuple
 from evslip.config.config import Config
 from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.config.params import Params
+from evslip.config.views import camera_names, each_view
 from evslip.data import building, dataset, record_file, requested
 from evslip.data.layout import sample_path
-from evslip.data.record import Record, provenance
+from evslip.data.record import Record, Stream, provenance
 from evslip.draws.draw import draw
 from evslip.events.frame import Frame
-from evslip.events.stream import empty_events
-from evslip.generation.estimate import Estimate, estimate, require_room
+from evslip.events.stream import Events, empty_events
+from evslip.generation.estimate import Estimate, estimate, require_room, together
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
 from evslip.generation.warm_up import warm_up
 from evslip.physics.simulation import check_reach, simulate
+from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import measure
+from evslip.physics.vibration.displacement import seen_from
 from evslip.rendering import render_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
@@ -96,21 +99,37 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
             truth = measure(trajectory)
     except (GraspFailed, PlanRejected) as failure:
         return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
+    parts: dict[str, Any] = {"kind": "simulated", "trajectory": trajectory, "truth": truth}
+    names = camera_names(params)
+    if not names:
+        events, stats = _filmed(trajectory, truth.span_us, watch)
+        return _record(params, events=events, stats=stats, **parts)
+    streams = {}
+    for name in names:
+        seen = seen_from(trajectory, name)
+        events, stats = _filmed(seen, truth.span_us, watch)
+        size = seen.params.camera.width, seen.params.camera.height
+        streams[name] = Stream(size, events, stats, seen.camera_displacement)
+    return _record(params, events=empty_events(), streams=streams, **parts)
+
+
+def _filmed(trajectory: Trajectory, span_us: tuple[int, int], watch: Stopwatch) -> tuple[Events, dict[str, int]]:
+    """Events that the one camera of a trajectory's parameters sees, and counts of how they were made."""
     with watch.stage("events"):
-        frames = _Frames(render_span(trajectory, truth.span_us))
-        camera = camera_for(params)
+        frames = _Frames(render_span(trajectory, span_us))
+        camera = camera_for(trajectory.params)
         events = camera.run(frames)
     watch.seconds["frames"] += frames.seconds
     watch.seconds["events"] -= frames.seconds
     counts = {} if camera.readout_counts is None else camera.readout_counts.totals()
-    stats = {"frames": frames.count} | counts
-    return _record(params, kind="simulated", events=events, trajectory=trajectory, truth=truth, stats=stats)
+    return events, {"frames": frames.count} | counts
 
 
 def _estimate(config: Config, count: int, split: str) -> Estimate | None:
     """Cost of a sample; None for one whose motion cannot be planned, as `_check` then says."""
     try:
-        return estimate(draw(config, count - 1, split))
+        params = draw(config, count - 1, split)
+        return together([estimate(one) for one in each_view(params)])
     except PlanRejected:
         return None
 
@@ -122,12 +141,14 @@ def _check(config: Config, count: int, split: str) -> None:
         variant.check_installed()
         if config.render.denoise:
             check_denoiser()
-    camera_for(draw(config, count - 1, split))
+    for one in each_view(draw(config, count - 1, split)):
+        camera_for(one)
     rejected = []
     for index in sorted({round(k * (count - 1) / (TRIED - 1)) for k in range(TRIED)}):
         try:
             params = draw(config, index, split)
-            hand_camera(params)
+            for one in each_view(params):
+                hand_camera(one)
             return check_reach(params)
         except PlanRejected as error:
             rejected.append(f"sample {split}/{index}: {error}")

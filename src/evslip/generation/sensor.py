@@ -22,7 +22,7 @@ def pixels_of(params: Params) -> PixelModel:
 
 def camera_for(params: Params, threads: int = 1) -> EventCamera:
     """The event camera of a sample."""
-    seed = seeds.integer(params.seed, params.split, params.index, "pixels")
+    seed = seeds.integer(params.seed, params.split, params.index, params.stage("pixels"))
     size = (params.camera.width, params.camera.height)
     readout = readout_of(params)
     return EventCamera(

@@ -14,6 +14,7 @@ import numpy as np
 from evslip.config.config import Config
 from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.config.params import Params
+from evslip.config.views import each_view
 from evslip.draws.draw import draw
 from evslip.events.frame import Frame
 from evslip.generation.runners.local import ONE_THREAD, environment
@@ -144,7 +145,7 @@ def _held(config: Config) -> tuple[Trajectory, tuple[int, int]] | None:
     """Motion and recorded span of the first sample that the robot can do and whose grasp holds, if there is one."""
     for index in range(TRIED):
         with contextlib.suppress(PlanRejected, GraspFailed):
-            trajectory = simulate(draw(config, index))
+            trajectory = simulate(each_view(draw(config, index))[0])
             return trajectory, measure(trajectory).span_us
     return None
 
@@ -165,7 +166,7 @@ def _draw_sequence(config: Config) -> bool:
 def _fire_and_draw(config: Config) -> bool:
     """Make events, then draw a single frame: the backdrop before the foreground, so that the two processes meet in the
     middle; what one has compiled by then the other loads."""
-    _fire_events(draw(config, 0))
+    _fire_events(each_view(draw(config, 0))[0])
     held = _held(config)
     if held is None:
         return False

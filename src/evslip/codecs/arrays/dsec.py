@@ -17,8 +17,8 @@ from evslip.utils import hdf5
 from evslip.utils.errors import DataError
 
 
-def put_events(file: h5py.File, events: Events) -> None:
-    """Add a sorted stream to a file."""
+def put_events(file: h5py.Group, events: Events) -> None:
+    """Add a sorted stream to a file, or to a group of it."""
     t_us = events.t_us
     # Times that fit as they are stay as they are, so that DSEC's millisecond index counts from the start of the record.
     offset = 0 if not events.count or (t_us[0] >= 0 and t_us[-1] < 2**32) else int(t_us[0])
@@ -35,12 +35,12 @@ def put_events(file: h5py.File, events: Events) -> None:
     hdf5.put_scalar(file, "t_offset", np.int64(offset))
 
 
-def get_events(file: h5py.File) -> Events:
-    """The stream of a file, its dtypes brought to those of Events; the caller checks order and extent."""
+def get_events(file: h5py.Group) -> Events:
+    """The stream of a file or a group, its dtypes brought to those of Events; the caller checks order and extent."""
     return Columns(file).events(slice(None))
 
 
-def check_index(file: h5py.File, events: Events) -> None:
+def check_index(file: h5py.Group, events: Events) -> None:
     """Raise DataError unless the milliseconds' index of a file that evslip wrote, if it has one, is that of its sorted
     events."""
     if "ms_to_idx" not in file:
@@ -51,21 +51,22 @@ def check_index(file: h5py.File, events: Events) -> None:
     wrong = np.flatnonzero(index != np.searchsorted(events.t_us, np.arange(last_ms + 2) * 1000 + offset))
     if len(wrong):
         raise DataError(
-            f"{file.filename}: ms_to_idx: {index[wrong[0]]} at {wrong[0]} ms; expected the number of the first event "
-            "at or after each millisecond"
+            f"{file.file.filename}: ms_to_idx: {index[wrong[0]]} at {wrong[0]} ms; expected the number of the first "
+            "event at or after each millisecond"
         )
 
 
 class Columns:
     """The datasets of a file's events. Raises DataError unless they are there and of the right kind."""
 
-    def __init__(self, file: h5py.File):
+    def __init__(self, file: h5py.Group):
         group = file.get("events") if "events" in file else None
         if not isinstance(group, h5py.Group):
             raise DataError(
-                f"{file.filename}: no group events; expected the DSEC layout events/x, events/y, events/t, events/p"
+                f"{file.file.filename}: no group events; expected the DSEC layout events/x, events/y, events/t, "
+                "events/p"
             )
-        self._name = file.filename
+        self._name = file.file.filename
         self._t = hdf5.checked(group, "t", "iu", (None,))
         self._columns = {name: hdf5.checked(group, name, "biu", self._t.shape) for name in ("x", "y", "p")}
         self._labels = [

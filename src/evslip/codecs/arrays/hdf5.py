@@ -7,7 +7,7 @@ import h5py
 
 from evslip.codecs.arrays.dsec import Columns, put_events
 from evslip.codecs.arrays.hdf5_sink import Sink
-from evslip.codecs.arrays.record_head import is_record
+from evslip.codecs.arrays.record_head import is_record, stream_of
 from evslip.codecs.prophesee import metavision
 from evslip.codecs.source import BLOCK_EVENTS, Source
 from evslip.events.checks import check_events, check_size
@@ -17,22 +17,23 @@ from evslip.utils import atomic, hdf5
 __all__ = ["Sink", "stream", "write"]
 
 
-def stream(path: Path) -> Source:
-    """The events and the sensor's (width, height), if the file states it. Raises DataError."""
+def stream(path: Path, camera: str | None = None) -> Source:
+    """The events and the sensor's (width, height), if the file states it; of a record of several cameras those of one.
+    Raises DataError."""
     with hdf5.opened(path) as file:
         is_record(file)
-        size = None
-        if "width" in file.attrs and "height" in file.attrs:
-            size = check_size(hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int), path)
+        home, size = stream_of(file, camera), None
+        if "width" in home.attrs and "height" in home.attrs:
+            size = check_size(hdf5.attribute(home, "width", int), hdf5.attribute(home, "height", int), path)
         if metavision.holds_events(file):
             return Source(size or metavision.size(file), metavision.parts(path))
-        Columns(file)
-    return Source(size, _parts(path))
+        Columns(home)
+    return Source(size, _parts(path, camera))
 
 
-def _parts(path: Path) -> Iterator[Events]:
+def _parts(path: Path, camera: str | None) -> Iterator[Events]:
     with hdf5.opened(path) as file:
-        columns = Columns(file)
+        columns = Columns(stream_of(file, camera))
         for start in range(0, max(columns.count, 1), BLOCK_EVENTS):
             yield columns.events(slice(start, start + BLOCK_EVENTS))
 
