@@ -23,6 +23,7 @@ def evaluate(
     split: Split | None = None,
     hop_s: float = 0.02,
     resamples: int = 1000,
+    camera: str | None = None,
     align: Align | None = None,
     network: str | None = None,
 ) -> None:
@@ -39,6 +40,7 @@ def evaluate(
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
         resamples: Resamples of the trajectories that the confidence intervals come from.
+        camera: Of samples that two cameras saw, the one whose events are examined: left or right.
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
             or from its corner. Without it such data are refused.
         network: Class of the models' network, module:Class, where it is of another package that does not offer it.
@@ -59,7 +61,7 @@ def evaluate(
         register(network)
     for model in models:
         load_model(model)  # a wrong name shows now, not after the models before it
-    examined = open_evaluation_data(data, split)
+    examined = open_evaluation_data(data, split, camera)
     found = []
     for model in models:
         with Step(f"evaluate {model.name}", examined.steps) as advance:
@@ -85,6 +87,7 @@ def detect(
     model: Path | None = None,
     out: Path | None = None,
     hop_s: float = 0.02,
+    camera: str | None = None,
     align: Align | None = None,
     network: str | None = None,
 ) -> None:
@@ -96,6 +99,7 @@ def detect(
         model: Folder of the model, or `default` or `default-wild`, of the package.
         out: Name of the two files without suffix; default: beside the recording.
         hop_s: Time between two answers.
+        camera: Of a record of two cameras, the one that the detector looks through: left or right.
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
             or from its corner (for a file that does not state the sensor's size). Without it such data are refused.
         network: Class of the model's network, module:Class, where it is of another package that does not offer it.
@@ -114,7 +118,7 @@ def detect(
     if network is not None:
         register(network)
     which, recording = given
-    record, parts = open_recording(recording)
+    record, parts = open_recording(recording, camera)
     detection = run(which, parts, record.size, align=align, hop_s=hop_s)
     stem = out or recording.with_name(recording.stem + "-slip")
     csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")

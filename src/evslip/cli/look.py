@@ -14,20 +14,28 @@ Times = Annotated[UseAppendAction[tuple[float, ...]], arg(metavar="SECONDS")]
 LEAST, MOST = 16, 4096
 
 
-def view(dataset: Positional[Path], *, model: Path | None = None, port: int = 8899, browser: bool = True) -> None:
+def view(
+    dataset: Positional[Path],
+    *,
+    model: Path | None = None,
+    camera: str = "all",
+    port: int = 8899,
+    browser: bool = True,
+) -> None:
     """Look at a data set or a recording in the browser: frames, events, curves, labels. Ctrl-C ends it.
 
     Args:
         dataset: Folder of a data set, or a file of events of any known format.
         model: Folder of a detector, or `default` or `default-wild`, of the package, whose slip probability is drawn
             over time.
+        camera: Of samples that two cameras saw: left, right, or all.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """
     from evslip.view.explorer.serve import explore
     from evslip.view.explorer.shelf import open_shelf
 
-    explore(open_shelf(dataset), model=model, port=port, browser=browser)
+    explore(open_shelf(dataset, camera), model=model, port=port, browser=browser)
 
 
 def play(
@@ -57,6 +65,7 @@ def video(
     records: Positional[tuple[Path, ...]],
     *,
     out: Path,
+    camera: str | None = None,
     settings: FilmSettings = FilmSettings(),
 ) -> None:
     """Write a slow-motion video of a sample or a recording, of several side by side: frames, events, angle.
@@ -64,15 +73,16 @@ def video(
     Args:
         records: Files of events of any known format; only samples of evslip have frames and angles.
         out: Video to write (.mp4, .mkv, .mov, .avi).
+        camera: Of records of two cameras, the one whose view is shown: left, right, or all side by side.
     """
-    from evslip.data.record_file import read_recording
+    from evslip.data.record_file import views
     from evslip.view.pictures.slip_video import Film
     from evslip.view.pictures.video import check_video
 
     check_video("out", out)
     if not records:
         raise ConfigError("records: expected one or more files")
-    film = Film([read_recording(path) for path in records], settings)
+    film = Film([record for path in records for record in views(path, camera)], settings)
     with Step("video", len(film)) as advance:
         film.write(out, advance)
     console.print(f"{out}: {len(film)} pictures")
@@ -106,6 +116,7 @@ def report(
     windows: Path | None = None,
     compare: tuple[Path, ...] = (),
     pictures: int = 60,
+    camera: str | None = None,
     out: Path | None = None,
 ) -> None:
     """Write one HTML page that shows a data set, a model or an evaluation. It needs no network.
@@ -116,6 +127,7 @@ def report(
         windows: Of a data set: HDF5 file of its windows.
         compare: Of a data set: real recordings, files of events of any known format, to compare its events with.
         pictures: Of a data set: most samples to draw in the gallery, which lists all.
+        camera: Of a data set that two cameras saw: left or right.
         out: Page to write; default: report.html in the folder.
     """
     from evslip.data.record_file import read_recording
@@ -126,13 +138,13 @@ def report(
         raise ConfigError(f"pictures: {pictures} is out of range, expected 0 or more")
     where = out or (folder.parent if folder.is_file() else folder) / "report.html"
     if is_model_or_evaluation(folder):
-        given = {"model": model, "windows": windows, "compare": compare}
+        given = {"model": model, "windows": windows, "compare": compare, "camera": camera}
         for name, value in given.items():
             if value:
                 raise ConfigError(f"{name}: {folder} is no data set, to which alone {name} belongs")
         console.print(f"report: {write_model_report(where, folder)}")
         return
-    samples, real = open_samples(folder), [read_recording(path) for path in compare]
+    samples, real = open_samples(folder).seen_by(camera), [read_recording(path) for path in compare]
     page = write_report(where, samples, windows, model, compare=real, most_pictures=pictures)
     console.print(f"report: {page}")
 
@@ -142,7 +154,7 @@ def render(
     *,
     out: Path,
     renderer: Literal["raycast", "pathtrace"] | None = None,
-    camera: Literal["wrist", "scene"] = "wrist",
+    camera: Literal["wrist", "scene", "left", "right"] = "wrist",
     size: Annotated[tuple[int, int] | None, arg(metavar="WIDTH HEIGHT")] = None,
     color: bool = False,
     spp: int | None = None,
@@ -158,7 +170,8 @@ def render(
         record: The record, such as data/train/0000007.h5.
         out: Video (.mp4, .mkv, .mov, .avi; 30 pictures a second) or folder for PNG files.
         renderer: Raycast or pathtrace; default: the one that the record was made with.
-        camera: Wrist, as the record has it, or scene: the whole robot, for which pathtrace is needed.
+        camera: Wrist, as the record has it, left or right of two cameras, or scene: the whole robot, for which
+            pathtrace is needed.
         size: Width and height in pixels, such as 1730 1300 or 1730x1300; default: the record's.
         color: In colour instead of grey.
         spp: Light paths a pixel of pathtrace; more of them, less noise. Default: the record's.
@@ -169,14 +182,20 @@ def render(
         phase: Draw this phase only, such as tilt; default: all that is recorded.
         outputs: Any of depth,normal,motion, separated by commas: as .npz beside the pictures.
     """
+    from evslip.codecs.arrays.record_head import wrong_camera
+    from evslip.config.sections.camera import CAMERAS
     from evslip.data import record_file
     from evslip.view.pictures.replay import check_target, instants, redrawn, replay
 
     names = tuple(name for name in outputs.split(",") if name)
-    check_target(out, names, camera)
+    chosen = camera if camera in CAMERAS else None
+    view = "wrist" if chosen else camera
+    check_target(out, names, view)
     if size is not None and not all(LEAST <= side <= MOST for side in size):
         raise ConfigError(f"size: {size[0]} x {size[1]}: expected width and height, each from {LEAST} to {MOST}")
-    stored = record_file.read(record, events=False)
+    stored = record_file.read(record, events=False, camera=chosen)
+    if stored.streams and view != "scene":
+        raise ConfigError(f"{record}: {wrong_camera(tuple(stored.streams), chosen)}")
     stored = redrawn(stored, renderer=renderer, spp=spp, key_motion_px=key_motion)
     times_us = instants(stored, every_ms=every, times_s=times, phase=phase)
     if stored.params is not None and stored.params.render.renderer == "pathtrace":
@@ -184,5 +203,5 @@ def render(
 
         console.print(describe())
     with Step("render", len(times_us)) as advance:
-        replay(stored, out, times_us, size=size, view=camera, color=color, outputs=names, progress=advance)
+        replay(stored, out, times_us, size=size, view=view, color=color, outputs=names, progress=advance)
     console.print(f"{out}: {len(times_us)} pictures")

@@ -56,6 +56,7 @@ def convert(
     rotate: Rotation = 0,
     flip: Flip | None = None,
     frames_hz: float = 30.0,
+    camera: str | None = None,
 ) -> None:
     """Write the events of a file in another format, or a part of them.
 
@@ -75,6 +76,7 @@ def convert(
         rotate: Turn the picture clockwise, after the crop.
         flip: Mirror the picture after that: left and right (x), or top and bottom (y).
         frames_hz: Frames a second in a bag of a whole simulated record; 0: none.
+        camera: Of a record of two cameras, the one whose events are written: left or right.
     """
     from evslip.exchange.format_to_format import convert_format
     from evslip.exchange.pixel_list import read_pixels
@@ -87,19 +89,27 @@ def convert(
         slice = (start_s, ENDLESS_S if end_s is None else end_s)
     pixels = () if without is None else read_pixels(without)
     selection = Selection(crop, slice, polarity, from_zero, rotate, flip, pixels)
-    done = convert_format(source, out, selection, frames_hz)
+    done = convert_format(source, out, selection, frames_hz, camera)
     console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
 
 
-def info(file: Positional[Path], *, gap_ms: float = 10.0, hot: Path | None = None, json: bool = False) -> None:
+def info(
+    file: Positional[Path],
+    *,
+    gap_ms: float = 10.0,
+    hot: Path | None = None,
+    camera: str | None = None,
+    json: bool = False,
+) -> None:
     """Say what a file of events or a record holds, how good the recording is, and what of it hurts a detector.
 
     Args:
         file: File of any format that `evslip convert` reads.
         gap_ms: From this length on a pause of all pixels is counted as a gap, ms.
         hot: CSV file to write, of the columns and rows of hot pixels, for `evslip convert --without`.
+        camera: Of a record of two cameras, the one whose events are examined: left or right.
         json: For a machine.
     """
     from json import dumps
@@ -113,8 +123,8 @@ def info(file: Positional[Path], *, gap_ms: float = 10.0, hot: Path | None = Non
     if not 0 <= gap_ms < 1e12:
         raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")
     gap_us = round(gap_ms * 1e3)
-    known = about(read(file, events=False)) if is_record(file) else {}
-    facts, quality = examine(file, gap_us)
+    known = about(read(file, events=False, camera=camera)) if is_record(file) else {}
+    facts, quality = examine(file, gap_us, camera)
     if hot is not None:
         if quality.pixels is None:
             raise DataError(f"{file}: its sensor is too large to judge its pixels; crop it with `evslip convert`")

@@ -20,6 +20,7 @@ def windows(
     *,
     settings: Annotated[WindowSettings, arg(constructor=WindowOptions)],
     split: Split | None = None,
+    camera: str | None = None,
     whole_sensor: bool = False,
     visualize: Path | None = None,
     vt_snn: Path | None = None,
@@ -31,6 +32,8 @@ def windows(
             write. Recordings have windows where a person's labels say slip or hold. Of several, windows carry the name
             of their folder, and all must be from sensors of one size.
         split: Only this split; default: all there is.
+        camera: Of samples that two cameras saw: left, right, or all, whose windows are then windows of their own, with
+            the sample's truth and name.
         whole_sensor: Cut the whole sensor out, instead of 200 x 250 pixels around its middle.
         visualize: Folder for a video and single pictures of every window, named by label and change of angle; 17 files
             and about 4 s a window.
@@ -47,6 +50,7 @@ def windows(
         raise ConfigError(f"windows: {words} given; expected one or more data sets, then the file to write")
     *datasets, out = datasets_and_out
     sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]
+    sets = [samples.seen_by(camera) for samples in sets]
     if visualize is not None and (len(sets) > 1 or not sets[0].splits):
         which = "several are given" if len(sets) > 1 else f"{datasets[0]} is none"
         raise ConfigError(f"visualize: expected one data set of simulated samples, whose frames can be drawn; {which}")

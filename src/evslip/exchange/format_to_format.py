@@ -34,10 +34,15 @@ class ConvertedFormat(NamedTuple):
 
 
 def convert_format(
-    source: str | Path, out: str | Path, selection: Selection = EVERYTHING, frames_hz: float = FRAMES_HZ
+    source: str | Path,
+    out: str | Path,
+    selection: Selection = EVERYTHING,
+    frames_hz: float = FRAMES_HZ,
+    camera: str | None = None,
 ) -> ConvertedFormat:
     """Read the events of a file of any known format and write those of `selection` in the format of `out`'s suffix. A
-    whole record becomes a whole bag: see `sample_bag`, which frames_hz is of.
+    whole record becomes a whole bag: see `sample_bag`, which frames_hz is of. camera: of a record of several cameras,
+    the one whose events are wanted.
 
     A file that does not state the sensor's size is read twice, first for its extent. Raises DataError,
     ConfigError for a selection that cannot be, StorageError.
@@ -47,7 +52,7 @@ def convert_format(
     form = format_of(out, writing=True)
     if out.exists() and source.exists() and out.samefile(source):
         raise DataError(f"{out}: is the file that is read; give the new one another name")
-    stated = open_events(source)
+    stated = open_events(source, camera)
     size = stated.size or extent_of(stated.parts)
     selector = Selector(selection, size)
     count = on = start_us = end_us = 0
@@ -62,10 +67,10 @@ def convert_format(
             count, on = count + events.count, on + int(np.count_nonzero(events.p))
             labelled |= events.body is not None or events.cause is not None
 
-    parts = counted(selector.of(open_events(source).parts))
+    parts = counted(selector.of(open_events(source, camera).parts))
     is_whole = is_record(source) and is_bag(out) and selection == EVERYTHING
     if is_whole:
-        write_sample(out, replace(read(source), events=empty_events()), parts, frames_hz)
+        write_sample(out, replace(read(source, camera=camera), events=empty_events()), parts, frames_hz)
     else:
         with writing(out, selector.size) as push:
             for events in parts:

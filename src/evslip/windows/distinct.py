@@ -12,12 +12,13 @@ class Distinct:
     """Remembers the names and the contents of records."""
 
     def __init__(self) -> None:
-        self._names: set[str] = set()
+        self._names: set[tuple[str, str]] = set()
         self._contents: dict[object, str] = {}
 
     def add(self, record: Record) -> None:
         """Take a record. Raises DataError for one whose name or content another one had."""
-        if record.name in self._names:
+        name = record.name, record.camera
+        if name in self._names:
             raise DataError(
                 f"{record.name}: two records have this name; expected each once, and a name of its own: import "
                 "it again from a file of another name"
@@ -28,7 +29,7 @@ class Distinct:
                 f"{record.name}: is {self._contents[content]} once more; expected each record once, also among several "
                 "data sets"
             )
-        self._names.add(record.name)
+        self._names.add(name)
         self._contents[content] = record.name
 
 

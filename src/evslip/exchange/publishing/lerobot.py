@@ -32,7 +32,7 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
         import pyarrow.parquet as parquet
     except ModuleNotFoundError:
         raise MissingExtraError("LeRobot's format needs pyarrow: pip install 'evslip[lerobot]'") from None
-    samples = open_samples(source)
+    samples = open_samples(source).seen_by(how.camera)
     if not samples.listing:
         raise DataError(f"{source}: holds no finished sample")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):

@@ -22,6 +22,8 @@ class Publication:
     """Episodes in LeRobot's format v3.0 instead: Parquet, MP4, meta; of simulated samples."""
     fps: int = 30
     """Frames a second of these episodes."""
+    camera: str | None = None
+    """Of samples that two cameras saw, the one whose events and pictures these episodes have: left or right."""
     shard_mb: float = 500.0
     """A shard is closed once it holds this much, in MB."""
     date_published: str | None = None
@@ -36,6 +38,8 @@ class Publication:
             raise ConfigError(f"fps: {self.fps} is out of range, expected 1 to 1000")
         if self.lerobot and (self.webdataset or self.huggingface):
             raise ConfigError("lerobot: has a layout of its own; expected neither webdataset nor huggingface")
+        if self.camera is not None and not self.lerobot:
+            raise ConfigError("camera: records are published whole; expected camera with lerobot alone")
         if self.date_published is not None and not _is_day(self.date_published):
             raise ConfigError(f"date_published: {self.date_published!r} is no day, expected YYYY-MM-DD")
 

@@ -14,7 +14,7 @@ COLUMNS = {
     "label": ("sc:Text", "slip, if the object slips at any time, hold, or unlabelled"),
     "onset_s": ("sc:Float", "when the first slip begins, in seconds of the sample's time; absent where there is none"),
     "seconds": ("sc:Float", "from the first event to the last"),
-    "events": ("sc:Integer", "number of events"),
+    "events": ("sc:Integer", "number of events, of all cameras"),
     "width": ("sc:Integer", "columns of the sensor"),
     "height": ("sc:Integer", "rows of the sensor"),
     "bytes": ("sc:Integer", "size of the record"),
@@ -34,14 +34,15 @@ def row(item: Listing, file: str) -> tuple[dict[str, Any], bytes]:
     digest = hashlib.sha256(data).hexdigest()
     if item.sha256 is not None and digest != item.sha256:
         raise DataError(f"{item.path}: damaged, its sha256 is not the one it was written with; see `evslip verify`")
-    sample = record_file.read(item.path)
-    t_us, params, notes = sample.events.t_us, sample.params, json.dumps(sample.notes, sort_keys=True)
+    sample = record_file.read(item.path, events=False)
+    times = [one.events.t_us for one in record_file.views(item.path, record_file.ALL_CAMERAS)]
+    params, notes = sample.params, json.dumps(sample.notes, sort_keys=True)
     onset_s = None if sample.onset_us is None else sample.onset_us / 1e6
-    seconds = (int(t_us[-1]) - int(t_us[0])) / 1e6 if len(t_us) else 0.0
+    seconds = max((int(t_us[-1]) - int(t_us[0])) / 1e6 if len(t_us) else 0.0 for t_us in times)
     drawn = (None, None, None, "")
     if params is not None:
         drawn = params.object.mass_kg, params.grip.force_n, params.grip.friction, params.model_dump_json()
-    stream = onset_s, seconds, len(t_us), *sample.size
+    stream = onset_s, seconds, sum(map(len, times)), *sample.size
     values = (file, sample.name, sample.label, *stream, len(data), digest, *drawn, notes)
     return dict(zip(COLUMNS, values, strict=True)), data
 

@@ -56,30 +56,33 @@ class EvaluationData:
         return [cut[int(i)] for i in chosen]
 
 
-def open_evaluation_data(path: str | Path, split: str | None = None) -> EvaluationData:
+def open_evaluation_data(path: str | Path, split: str | None = None, camera: str | None = None) -> EvaluationData:
     """Open a data set's folder, a folder of records, one record, or a file of windows. Raises DataError.
 
-    Of a data set, `split` is examined; without one, the test split if it has one, else everything.
+    Of a data set, `split` is examined; without one, the test split if it has one, else everything. camera: of samples
+    that several saw, the one whose events are examined.
     """
     path = Path(path)
     if (path / CONFIG).is_file():
-        return _of_dataset(open_dataset(path), split)
+        return _of_dataset(open_dataset(path), split, camera)
     if split is not None:
         raise DataError(f"{path}: not a data set, so it has no split {split!r}")
     if path.is_dir():
         if not any(path.glob("*.h5")):
             raise DataError(f"{path}: neither a data set nor a folder with records (*.h5)")
-        samples = open_samples(path)
+        samples = open_samples(path).seen_by(camera)
         return EvaluationData(f"{path}, {len(samples)} records", samples=samples)
     if _is_windows(path):
+        if camera is not None:
+            raise DataError(f"{path}: windows are cut already; expected camera with records")
         windows = open_windows(path)
         if not len(windows):
             raise DataError(f"{path}: there is no window to evaluate on")
         return EvaluationData(str(path), windows=windows)
-    return EvaluationData(str(path), samples=open_samples(path))
+    return EvaluationData(str(path), samples=open_samples(path).seen_by(camera))
 
 
-def _of_dataset(dataset: Dataset, split: str | None) -> EvaluationData:
+def _of_dataset(dataset: Dataset, split: str | None, camera: str | None) -> EvaluationData:
     notes: tuple[str, ...] = ()
     if split is None:
         held_out = dataset.split("test")
@@ -91,7 +94,9 @@ def _of_dataset(dataset: Dataset, split: str | None) -> EvaluationData:
         dataset = dataset.split(split)
     if not len(dataset):
         raise DataError(f"{dataset.root}: no sample{f' in split {split}' if split else ''} to evaluate on")
-    return EvaluationData(f"{dataset.root}, {split or 'all samples'}", samples=dataset, notes=notes)
+    seen = "" if camera is None else f", camera {camera}"
+    name = f"{dataset.root}, {split or 'all samples'}{seen}"
+    return EvaluationData(name, samples=dataset.seen_by(camera), notes=notes)
 
 
 def _is_windows(path: Path) -> bool:
