@@ -3,9 +3,9 @@
 python benchmarks/same_bytes.py keep before.json     before the change
 python benchmarks/same_bytes.py compare before.json  after it; exit code 1 if records, answers or names differ
 
-Thirteen small records are made: both presets, each shape, mounts, two cameras, each motion, other sensors, a path-traced one
-(left out where mitsuba is not installed). Sums are those of one machine and one set of installed versions. Changes of
-help texts are printed and do not count as differences.
+Thirteen small records are made: both presets, each shape, mounts, two cameras, each motion, other sensors, a
+path-traced one (left out where mitsuba is not installed). Sums are those of one machine and one set of installed
+versions. Changes of help texts are printed and do not count as differences.
 """
 
 import argparse

@@ -13,13 +13,12 @@ from evslip.config.params import Params
 from evslip.data import record_file
 from evslip.data.record import Record
 from evslip.events.stream import empty_events
-from evslip.physics.grip import TCP_M
+from evslip.physics.grip import TCP_M, camera_place_m
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import measure
 from evslip.physics.vibration.displacement import hand_acceleration, without_vibration
 from evslip.physics.vibration.noise import band, shaped_noise
 from evslip.physics.vibration.resonance import Resonance
-from evslip.scene.mounts import place_on_hand
 from evslip.utils.errors import ConfigError
 
 STEP_S = 1e-3
@@ -168,7 +167,7 @@ def test_the_camera_trembles_on_its_mount(still: Trajectory):
     np.testing.assert_allclose(turned.std(axis=0), 0.05, rtol=0.1)
     pushed = evslip.simulate(sample({"vibration.mount_hz": 40.0, "vibration.mount_damping": 0.7})).camera_displacement
     assert pushed is not None
-    a = hand_acceleration(still, place_on_hand(still.params.camera))
+    a = hand_acceleration(still, camera_place_m(still.params))
     smooth = np.apply_along_axis(lambda x: np.convolve(x, np.hanning(31) / np.hanning(31).sum(), "same"), 0, a)
     quasi_static = -smooth[500:-500, :3] / (2 * np.pi * 40.0) ** 2
     assert np.abs(pushed[500:-500, :3] - quasi_static).max() < 0.3 * np.abs(quasi_static).max()
