@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from evslip.config.loading import load_config
+from evslip.control.episode import Episode
 from evslip.data import record_file
 from evslip.data.record import Record
 from evslip.draws.draw import draw
 from evslip.events.stream import FIELDS, Events
 from evslip.generation.generate import Stopwatch, _filmed, make_record
 from evslip.generation.warm_up import _held
+from evslip.utils.errors import ConfigError
 
 SMALL = {"camera.width": 48, "camera.height": 36, "render.max_motion_px": 2.0, "vibration.mount_hz": 40.0}
 SHAKES = {"vibration.mount_m": 0.0002, "lens.spots": 4.0}
@@ -51,6 +53,11 @@ def test_what_a_camera_saw_can_be_made_again_from_its_record(record, tmp_path):
     assert found.trajectory is not None and found.truth is not None
     events, stats = _filmed(found.trajectory, found.truth.span_us, Stopwatch())
     assert same(events, found.events) and stats == found.stats
+
+
+def test_the_closed_loop_has_one_camera():
+    with pytest.raises(ConfigError, match=r"camera\.left, camera\.right: the closed loop has one camera"):
+        Episode(draw(load_config("hold", EQUAL), 0))
 
 
 def test_compiling_ahead_looks_through_the_first_camera():

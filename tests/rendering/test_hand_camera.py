@@ -66,7 +66,7 @@ def test_a_camera_in_a_finger_looks_at_its_pad_from_the_same_distance_whatever_i
 
 def test_a_camera_on_the_pad_is_refused():
     config = load_config("simple", {"camera.mount": "finger-right", "camera.y_m": 0.04})
-    with pytest.raises(ConfigError, match=r"camera\.y_m 0\.04: a finger-right camera must be at least 0\.02 m behind"):
+    with pytest.raises(ConfigError, match=r"camera\.y_m 0\.04: a finger-right camera must be at least 0\.03 m behind"):
         hand_camera(draw(config, 0))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.config.views import one_camera
+from evslip.config.views import camera_names
 from evslip.control.camera_stream import CameraStream
 from evslip.control.episode_truth import GripTruth
 from evslip.control.senses import Senses
@@ -14,7 +14,7 @@ from evslip.physics.held import LOST_S, recorded
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.stepping import SteppedSimulation
 from evslip.physics.trajectory import Trajectory
-from evslip.utils.errors import GraspFailed
+from evslip.utils.errors import ConfigError, GraspFailed
 
 LATE_US = 200_000
 """Time after the begin of the lift in which the grip may still close."""
@@ -34,7 +34,9 @@ class Episode:
     def __init__(self, params: Params, *, step_us: int = 10_000, sees: bool = True, ends: str = "release"):
         """step_us: time between two commands; sees: whether frames are drawn and events made; ends: the phase with
         whose begin the episode ends."""
-        one_camera(params)
+        if camera_names(params):
+            names = ", ".join(f"camera.{name}" for name in camera_names(params))
+            raise ConfigError(f"{names}: the closed loop has one camera; expected the section camera alone")
         times = phase_times(params)
         self.params, self.simulation, self._step_us = params, SteppedSimulation(params), step_us
         self.closed_us = self._close(times["lift"][0])

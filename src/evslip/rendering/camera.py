@@ -17,8 +17,8 @@ from evslip.utils.errors import ConfigError
 
 NEAREST_M = 0.05
 """A custom camera closer to the hand's axis has no view of the grasp."""
-NEAREST_PAD_M = 0.02
-"""Triangles nearer than half of this are not drawn."""
+NEAREST_PAD_M = 0.03
+"""Corners nearer than two thirds of this are not followed by the frames' times."""
 
 EDGE = 65
 """Places along each side of the image at which the distortion is looked at."""
