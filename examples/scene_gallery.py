@@ -13,11 +13,12 @@ import trimesh
 from matplotlib.figure import Figure
 
 import evslip
+from evslip.physics.vibration.displacement import seen_from
 from evslip.rendering import render_color
 
 CUP = "cup.stl"
 """Stands for the path of the mesh that this script makes."""
-LIFTED_S, TILTED_S = 1.85, 3.4
+LIFTED_S, TILTED_S, SLIPPING_S = 1.85, 3.4, 1.3
 COMMON = {
     "object.width_m": 0.05,
     "object.height_m": 0.09,
@@ -33,6 +34,12 @@ COMMON = {
 }
 
 
+TWO = {
+    "camera.left.mount": "finger",
+    "camera.right.mount": "front",
+    "object.mass_kg": 0.05,
+    "object.com_x_m": 0.01,
+}
 CAN = {
     "object__shape": "cylinder",
     "object__texture": "paper-2",
@@ -47,6 +54,8 @@ class Picture(NamedTuple):
     changes: dict[str, Any]
     """From COMMON, which itself differs from the preset "simple"."""
     t_s: float = LIFTED_S
+    camera: str = ""
+    """Of two."""
 
 
 def of(key: str, *values: Any, t_s: float = LIFTED_S, **others: Any) -> list[Picture]:
@@ -111,6 +120,10 @@ STRIPS: dict[str, list[Picture]] = {
             {"camera.mount": "custom", "camera.x_m": 0.18, "camera.y_m": 0.2, "camera.z_m": 0.04},
         ),
     ],
+    "two_cameras": [
+        Picture("camera.left: mount = finger", TWO, SLIPPING_S, "left"),
+        Picture("camera.right: mount = front", TWO, SLIPPING_S, "right"),
+    ],
     "shift": [*of("camera.x_m", 0.02), *of("camera.y_m", 0.04), *of("camera.z_m", -0.02)],
     "turn": [*of("camera.yaw_deg", 5.0), *of("camera.pitch_deg", 5.0), *of("camera.roll_deg", 8.0)],
     "field_of_view": of("camera.fov_deg", 30.0, 47.0, 70.0),
@@ -167,6 +180,8 @@ def draw(picture: Picture, folder: Path) -> np.ndarray:
     if "object.mesh" in changes:
         changes["object.mesh"] = str(folder / CUP)
     trajectory = evslip.simulate(evslip.draw(evslip.load_config("simple", changes), 0))
+    if picture.camera:
+        trajectory = seen_from(trajectory, picture.camera)
     return render_color(trajectory, round(1e6 * picture.t_s))
 
 
