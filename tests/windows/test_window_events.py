@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evslip.learn.networks.network import Geometry
-from evslip.learn.training.augment import Augmentation, flipped, merged, shifted, shot_noise
+from evslip.learn.training.augment import Augmentation, backwards, flipped, merged, shifted, shot_noise
 from evslip.learn.training.settings import TrainSettings
 from evslip.windows.window_events import WindowEvents, pack, unpack
 from evslip.windows.window_set import WindowSettings
@@ -68,13 +68,21 @@ def test_merging_keeps_all_events_in_order() -> None:
 @given(st.integers(0, 10**6))
 @settings(max_examples=20)
 def test_augmentation_is_a_window_again_and_obeys_its_generator(seed: int) -> None:
-    settings = TrainSettings(shift_px=20, time_dropout=0.5, event_dropout=0.5, noise_hz=0.1)
+    settings = TrainSettings(reverse=True, shift_px=20, time_dropout=0.5, event_dropout=0.5, noise_hz=0.1)
     augment = Augmentation(settings, WindowSettings())
     events = random_window(seed, 800)
     one, other = (augment(events, np.random.default_rng(seed)) for _ in range(2))
     assert one == other
     assert len(one.t_us) <= 800 + 1200 and (np.diff(one.t_us.astype(int)) >= 0).all()
     assert one.x.max(initial=0) < 200 and one.y.max(initial=0) < 250
+
+
+def test_what_is_played_backwards_twice_is_what_it_was() -> None:
+    events = random_window(3, 500)
+    back = backwards(events, GEOMETRY.length_us)
+    assert (np.diff(back.t_us.astype(int)) >= 0).all() and back.t_us.dtype == events.t_us.dtype
+    assert back.t_us[-1] == GEOMETRY.length_us - 1 - events.t_us[0] and back.p[-1] != events.p[0]
+    assert backwards(back, GEOMETRY.length_us) == events
 
 
 def test_shot_noise_comes_at_its_rate_from_every_pixel_and_at_every_time() -> None:

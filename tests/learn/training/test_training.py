@@ -85,6 +85,19 @@ def test_another_training_in_the_folder_is_refused(windows, tmp_path, monkeypatc
         train(windows, tmp_path, QUICK, quiet=True)
 
 
+def test_training_may_start_from_a_detector(windows, whole, tmp_path) -> None:
+    """Of the same network and windows; with no learning to speak of it stays what it was."""
+    settings = replace(QUICK, epochs=1, lr=1e-12, weight_decay=0.0, start=str(whole))
+    train(windows, tmp_path / "again", settings, quiet=True)
+    before, after = (load_model(folder)[0].state_dict() for folder in (whole, tmp_path / "again"))
+    learned = [name for name in before if "running" not in name and "num_batches" not in name]
+    assert learned and all(torch.allclose(before[name], after[name], atol=1e-9) for name in learned)
+    with pytest.raises(ConfigError, match=r"start: default is a countnet .*250 pixels.*; expected a voxelnet for"):
+        train(windows, tmp_path / "other", TrainSettings.of("voxelnet", start="default"), quiet=True)
+    with pytest.raises(DataError, match="nothing-here"):
+        train(windows, tmp_path / "none", replace(QUICK, start="nothing-here"), quiet=True)
+
+
 def test_a_loss_that_is_not_finite_leaves_the_last_good_state(windows, tmp_path, monkeypatch) -> None:
     step, calls = network_class("countnet").step, []
 

@@ -13,7 +13,7 @@ from evslip.windows.window_events import WindowEvents, pixel_dtype
 
 
 class Augmentation:
-    """Flip, shift, dropout in time and of events, and noise, in this order, as the settings say.
+    """Flip, reversal, shift, dropout in time and of events, and noise, in this order, as the settings say.
 
     Raises DataError when the recording of noise cannot be read or is shorter than a window.
     """
@@ -28,6 +28,8 @@ class Augmentation:
         s = self._settings
         if s.flip and rng.random() < 0.5:
             events = flipped(events, self._geometry.width)
+        if s.reverse and rng.random() < 0.5:
+            events = backwards(events, self._geometry.length_us)
         if s.shift_px:
             dx, dy = rng.integers(-s.shift_px, s.shift_px + 1, 2)
             events = shifted(events, int(dx), int(dy), self._geometry)
@@ -55,6 +57,12 @@ class Augmentation:
 def flipped(events: WindowEvents, width: int) -> WindowEvents:
     """Mirrored left to right."""
     return events.replace(x=(width - 1 - events.x.astype(np.int32)).astype(events.x.dtype))
+
+
+def backwards(events: WindowEvents, length_us: int) -> WindowEvents:
+    """Played backwards: what became brighter becomes darker."""
+    back = events[::-1]
+    return back.replace(t_us=(length_us - 1 - back.t_us.astype(np.int64)).astype(back.t_us.dtype), p=~back.p)
 
 
 def shifted(events: WindowEvents, dx: int, dy: int, geometry: Geometry) -> WindowEvents:

@@ -41,6 +41,8 @@ class TrainSettings:
     public code does; for comparison."""
     flip: bool = True
     """Mirror half of the windows left to right: gravity has no left."""
+    reverse: bool = False
+    """Play half of the windows backwards, with ON and OFF changed over: so an edge looks that moves the other way."""
     shift_px: int = 0
     """Move each window by up to so many pixels in both directions."""
     time_dropout: float = 0.0
@@ -52,6 +54,9 @@ class TrainSettings:
     small rates more often."""
     noise: str = ""
     """Recording whose events are added: to each window a part of random start, of which a random share is taken."""
+    start: str = ""
+    """Detector of the same network that training starts from, a folder or a name such as default, to go on with data of
+    your own."""
     seed: int = 0
     """Seed of initial weights, order and augmentation."""
 

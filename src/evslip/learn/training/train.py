@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch.nn.modules.batchnorm import _BatchNorm
 
-from evslip.learn.checkpoint import Description, save_model
+from evslip.learn.checkpoint import Description, load_model, save_model
 from evslip.learn.inference import BATCH, Answers, answers, probabilities
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
@@ -24,7 +24,7 @@ from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.training_state import STATE, TrainingState, training_of
 from evslip.utils import atomic
 from evslip.utils.console import console
-from evslip.utils.errors import DataError
+from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.progress import Step, shown
 from evslip.windows.label import Label
 from evslip.windows.window_set import Windows
@@ -77,7 +77,10 @@ def train(
     augmentation = Augmentation(settings, windows.settings)
     torch.manual_seed(settings.seed)
     network = build_model(settings.model, Geometry.of(windows.settings))
-    network.fit(training)
+    if settings.start:
+        load_start(network, settings)
+    else:
+        network.fit(training)
     network.to("cuda" if torch.cuda.is_available() else "cpu")
     optimiser = make_optimiser(network, settings)
     state, of = TrainingState(network, optimiser), training_of(windows, settings)
@@ -117,6 +120,21 @@ def split(windows: Windows, settings: TrainSettings) -> tuple[Windows, Windows]:
     if settings.protocol == "paper":
         return windows.split_as_paper(0)
     return windows.split_by_trajectory(settings.val_fraction, settings.seed)
+
+
+def load_start(network: Network, settings: TrainSettings) -> None:
+    """Give a network all that the detector that training starts from has learned. Raises DataError, and ConfigError for
+    one of another network or for windows of another size."""
+    known, description = load_model(settings.start)
+    there, here = _kind(description.model, known), _kind(settings.model, network)
+    if there != here:
+        raise ConfigError(f"start: {settings.start} is a {there}; expected a {here}")
+    network.load_state_dict(known.state_dict())
+
+
+def _kind(name: str, network: Network) -> str:
+    extent = network.geometry
+    return f"{name} for windows of {extent.width}x{extent.height} pixels and {extent.length_us / 1e6:g} s"
 
 
 def make_optimiser(network: Network, settings: TrainSettings) -> torch.optim.Optimizer | None:
