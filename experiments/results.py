@@ -1,4 +1,4 @@
-"""The page of results: a template's text, and tables of what has been measured."""
+"""The pages of results: templates' texts, and tables of what has been measured."""
 
 import json
 import shlex
@@ -17,7 +17,7 @@ from plan import VARIANTS, Plan
 from evslip.config.loading import load_config
 from evslip.data.dataset import Dataset
 
-TEMPLATE = Path(__file__).with_name("results_template.md")
+TEMPLATES = {"results.md": "results_template.md", "results-tables.md": "results_tables_template.md"}
 TABLES: dict[str, Callable[[Plan], str]] = {
     "data": tables.data,
     "windows": tables.windows,
@@ -36,12 +36,12 @@ FIRST_SEEDS = "wrote this page before every seed was run (a cell without a range
 
 
 def write(plan: Plan, command: Sequence[str]) -> list[str]:
-    """Write results.md, which says that `command` made all of it, and results.png. Returns what is not there, a line
-    each: tables with a gap, missing results."""
+    """Write results.md and results-tables.md, which say that `command` made all of it, and results.png. Returns what is
+    not there, a line each: tables with a gap, missing results."""
     parts = {name: make(plan) for name, make in TABLES.items()}
     holes = [f"the table of {name}" for name, text in parts.items() if MISSING in text]
     absent = [step.name for step in stages.results(plan) if not stages.result(step).exists()]
-    text = Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
+    words = dict(
         parts,
         verdict=goals.verdict(plan),
         size=size(plan),
@@ -54,8 +54,11 @@ def write(plan: Plan, command: Sequence[str]) -> list[str]:
         training=training_options(plan),
         window_hop_s=f"{plan.window_hop_s:g}",
         picture=picture(plan),
+        evaluation="evaluation.md",
     )
-    (plan.out / "results.md").write_text(text, encoding="utf-8")
+    for page, template in TEMPLATES.items():
+        text = Template(Path(__file__).with_name(template).read_text(encoding="utf-8"))
+        (plan.out / page).write_text(text.substitute(words), encoding="utf-8")
     return [*holes, *([f"{len(absent)} results, such as `{absent[0]}`"] if absent else [])]
 
 

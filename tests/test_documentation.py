@@ -1,6 +1,8 @@
 """The documentation against the repository: links, pages, commands, paths."""
 
 import re
+import subprocess
+import sys
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -13,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
 FILES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *PAGES]
 ROOMS = sorted(path.parent.name for path in (ROOT / "src" / "evslip").glob("*/__init__.py"))
+CHECK_DOCS = ROOT / "benchmarks" / "check_docs.py"
 ARCHITECTURE = ROOT / "docs" / "explanation" / "architecture.md"
 LINK = re.compile(r"\]\((?!\w+:)([^)\s#]*)(?:#([^)\s]+))?\)")
 CODE = re.compile(r"^```.*?^```$|`[^`\n]+`", re.MULTILINE | re.DOTALL)
@@ -82,3 +85,26 @@ def test_every_room_has_a_page_of_the_api():
 def test_the_repository_has_one_address():
     address = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["urls"]["Repository"]
     assert f'repository-code: "{address}"' in (ROOT / "CITATION.cff").read_text()
+
+
+def test_tables_of_figures_say_which_command_prints_them():
+    done = subprocess.run([sys.executable, CHECK_DOCS], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("said", "code"),
+    [
+        ("`python benchmarks/render.py simple 8`:", 0),
+        ("Nobody knows how:", 1),
+        ("`evslip train` was used:", 1),
+        ("<!-- figures: the data sheet -->", 0),
+    ],
+)
+def test_a_table_without_its_command_is_found(tmp_path, said, code):
+    page = tmp_path / "page.md"
+    table = "| | a | b |\n|---|---|---|\n| x | 1.5 | 20 % |\n| y | 2.5 | 1,000 |\n"
+    page.write_text(f"# Title\n\n`python benchmarks/events.py` is another's.\n\n## Speed\n\n{said}\n\n{table}")
+    done = subprocess.run([sys.executable, CHECK_DOCS, page], capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stdout
+    assert ("page.md:9: no command" in done.stdout) == bool(code)
