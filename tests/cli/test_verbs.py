@@ -1,16 +1,23 @@
 """The command line as a user meets it: separate processes, exit codes, one line for what is wrong."""
 
 import json
+import re
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from evslip.cli.doctor import OPTIONAL
 from evslip.codecs import read_events, write_events
+from evslip.config.loading import PRESETS
 from evslip.events import Events, load_noise_map
 from sample_records import random_events
+
+ROOT = Path(__file__).parents[2]
 
 
 def evslip(*arguments: object) -> subprocess.CompletedProcess:
@@ -215,11 +222,26 @@ def test_an_empty_folder_is_no_data_set_no_frames_no_model(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("verb", ["generate", "show", "warm-up"])
+def test_help_names_every_preset(verb):
+    assert ", ".join(PRESETS) in re.sub(r"[│\s]+", " ", evslip(verb, "--help").stdout)
+
+
 def test_doctor_names_packages_and_disk():
     result = evslip("doctor", "--count", 10)
     assert result.returncode == 0
     assert "mujoco" in result.stdout
-    assert "GB" in result.stdout
+    assert "10 samples need about 0.1 GB" in result.stdout
+    assert "ok       opencv-python-headless" in result.stdout  # imported as cv2
+
+
+def test_doctor_refuses_fewer_than_one_sample():
+    assert_one_line(evslip("doctor", "--count=-5"), "count: -5")
+
+
+def test_doctor_knows_every_extra():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert {extra for _, extra in OPTIONAL.values()} == set(extras) - {"dev", "docs"}
 
 
 def test_a_recording_is_converted(tmp_path):

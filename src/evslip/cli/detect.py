@@ -29,13 +29,13 @@ def evaluate(
 ) -> None:
     """Examine detectors on data that they have not been trained on, and compare them.
 
-    Scores with confidence intervals, detected slips, false alarms and latency, accuracy by circumstances, cost:
+    Scores with confidence intervals, detected slips, false alarms and latency, accuracy by conditions, cost:
     printed, and written as JSON, as a page and as pictures, those of the worst windows too.
 
     Args:
         models_and_data: Folders of models, or `default` or `default-wild`, of the package; then what to examine them
             on: a data set, a record, a folder of records, or a file of `evslip windows` (scores alone: alarms and
-            circumstances need records).
+            conditions need records).
         out: Folder for the files; default: the model's folder; of several models, or of `default`, `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
@@ -134,7 +134,7 @@ def export(model: Positional[Path], out: Positional[Path]) -> None:
 
     Args:
         model: Folder of a model of the network snn.
-        out: File to write, by custom *.nir.
+        out: File to write, OUT.nir.
     """
     from evslip.learn import load_model
     from evslip.learn.nir_graph import write_nir

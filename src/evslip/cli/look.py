@@ -167,7 +167,7 @@ def render(
     """Draw a stored record again, at any size, in colour, with either renderer: a video or a folder of pictures.
 
     Args:
-        record: The record, such as data/train/0000007.h5.
+        record: The record, such as data/samples/train/000/0000007.h5.
         out: Video (.mp4, .mkv, .mov, .avi; 30 pictures a second) or folder for PNG files.
         renderer: Raycast or pathtrace; default: the one that the record was made with.
         camera: Wrist, as the record has it, left or right of two cameras, or scene: the whole robot, for which

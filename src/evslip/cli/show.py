@@ -34,9 +34,9 @@ def show(
     """Print a configuration in full, what it draws, a camera, or a file's settings; write a sheet of textures.
 
     Args:
-        preset: Name of a preset (demo, simple, complex, complex-real), a TOML file, "parameters" for a table of all
-            keys, "camera" for the event cameras, "textures" for a contact sheet, or a file of `evslip events` (.h5,
-            .npz) or of `evslip generate` for the settings inside it.
+        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, lift, play), a TOML
+            file, "parameters" for a table of all keys, "camera" for the event cameras, "textures" for a contact sheet,
+            or a file of `evslip events` (.h5, .npz) or of `evslip generate` for the settings inside it.
         name: After "camera": preset of the event camera; default: a table of all. After "textures": a name, pattern or
             folder; default: the whole pool.
         set: Override, such as object.mass_kg=0.05; may be given several times.
