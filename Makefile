@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --no-compile -c constraints.txt
 
-.PHONY: demo test docs reproduce reproduce-small clean
+.PHONY: demo test docs dist reproduce reproduce-small clean
 
 demo: $(VENV)/demo
 	$(BIN)/evslip demo demo
@@ -19,6 +19,13 @@ test: $(VENV)/ready
 # The documentation's site, into site/; a broken link or a missing page is an error.
 docs: $(VENV)/ready
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+# Wheel and source distribution, into dist/, checked: metadata, contents, size.
+dist: $(VENV)/ready
+	rm -rf dist build
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/python -m twine check --strict dist/*
+	$(BIN)/python benchmarks/check_dist.py dist
 
 # The paper's experiment, whole (many hours; run it again to go on), and every stage of it once in less than ten minutes.
 reproduce: $(VENV)/ready

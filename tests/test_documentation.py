@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
 FILES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *PAGES]
 ROOMS = sorted(path.parent.name for path in (ROOT / "src" / "evslip").glob("*/__init__.py"))
+LOCK = ROOT / "constraints.txt"
 CHECK_DOCS = ROOT / "benchmarks" / "check_docs.py"
 ARCHITECTURE = ROOT / "docs" / "explanation" / "architecture.md"
 LINK = re.compile(r"\]\((?!\w+:)([^)\s#]*)(?:#([^)\s]+))?\)")
@@ -108,3 +109,11 @@ def test_a_table_without_its_command_is_found(tmp_path, said, code):
     done = subprocess.run([sys.executable, CHECK_DOCS, page], capture_output=True, text=True, check=False)
     assert done.returncode == code, done.stdout
     assert ("page.md:9: no command" in done.stdout) == bool(code)
+
+
+def test_the_lock_file_pins_every_dependency():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = {name: needs for name, needs in project["optional-dependencies"].items() if name != "cuda"}  # not tested
+    named = [*project["dependencies"], *(need for needs in extras.values() for need in needs)]
+    pinned = {name.replace("_", "-").lower() for name in re.findall(r"^([\w.-]+)==", LOCK.read_text(), re.MULTILINE)}
+    assert sorted(name for need in named if (name := re.match(r"[\w.-]+", need)[0].lower()) not in pinned) == []
