@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from evslip.data.intervals import Interval
 from evslip.data.record import Record
-from evslip.events.frame import BODIES, OBJECT
+from evslip.events.frame import BODIES, NO_BODY, OBJECT
 from evslip.events.stream import Events
 from evslip.physics.truth import Truth
 from evslip.utils.errors import ConfigError, DataError
@@ -19,6 +19,7 @@ from evslip.utils.progress import over
 from evslip.windows.alignment import laid_on
 from evslip.windows.distinct import Distinct
 from evslip.windows.label import Label
+from evslip.windows.object_events import ObjectEvents, extent_of, view_of
 from evslip.windows.window_events import WindowEvents, pack, pixel_dtype
 from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, balanced_choice, map_shape
 
@@ -58,19 +59,24 @@ def windows_of(
         cut = labelled(record, settings)
         if cut:
             seen.add(record)
+        chosen = []
         for movement, label in cut:
             if label == Label.UNCERTAIN:
                 dropped += 1
                 continue
             if kept is None or kept[found]:
-                _append(columns, record, settings, movement, label)
+                chosen.append((movement, label))
             found += 1
+        if chosen:
+            _append(columns, record, settings, chosen)
     if not columns:
         raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
     sizes = np.array([len(part) for part in columns["packed"]])
     arrays = {name: np.concatenate(columns.pop(name)) for name in list(columns)}
     last = np.cumsum(sizes)
-    windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, **arrays)
+    known = (arrays.pop(name) for name in ("flags", "extent", "view"))
+    objects = ObjectEvents.of(next(known), arrays["events"], *known)
+    windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, object_events=objects, **arrays)
     return windows.balanced(settings.seed, settings.ratio) if settings.balance and kept is None else windows
 
 
@@ -195,34 +201,36 @@ def crop(events: Events, settings: WindowSettings) -> Events:
 
 
 def _append(
-    columns: dict[str, list[np.ndarray]],
-    record: Record,
-    settings: WindowSettings,
-    movement: Movement,
-    label: int,
+    columns: dict[str, list[np.ndarray]], record: Record, settings: WindowSettings, chosen: list[tuple[Movement, Label]]
 ) -> None:
-    start_us = movement.start_us
-    events = record.events.between(start_us, start_us + round(settings.length_s * 1e6))
-    inside = crop(events, settings)
-    bodies = np.zeros(0, np.uint8) if inside.body is None else inside.body
-    packed = pack(WindowEvents.of(inside, start_us))
-    row = {
-        "events": inside.count,
-        "checksum": np.uint32(zlib.crc32(packed.data)),
-        "label": np.uint8(label),
-        "name": record.name,
-        "start_us": start_us,
-        "rotation_deg": np.float32(movement.rotation_deg),
-        "translation_mm": np.float32(movement.translation_mm),
-        "rotation_speed_deg_s": np.float32(movement.rotation_speed_deg_s),
-        "slide_speed_mm_s": np.float32(movement.slide_speed_mm_s),
-        "recent": moved_before(record, start_us, settings),
-        "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES)),
-        "object_map": _object_map(inside, settings),
-    }
-    columns["packed"].append(packed)
-    for name, value in row.items():
-        columns[name].append(np.array([value]))
+    """Add a record's windows to the columns."""
+    whole = crop(record.events, settings)
+    extent, view = extent_of(whole, settings), view_of(record)
+    for movement, label in chosen:
+        start_us = movement.start_us
+        inside = whole.between(start_us, start_us + round(settings.length_s * 1e6))
+        bodies = np.full(inside.count, NO_BODY, np.uint8) if inside.body is None else inside.body
+        packed = pack(WindowEvents.of(inside, start_us))
+        row = {
+            "events": inside.count,
+            "checksum": np.uint32(zlib.crc32(packed.data)),
+            "label": np.uint8(label),
+            "name": record.name,
+            "start_us": start_us,
+            "rotation_deg": np.float32(movement.rotation_deg),
+            "translation_mm": np.float32(movement.translation_mm),
+            "rotation_speed_deg_s": np.float32(movement.rotation_speed_deg_s),
+            "slide_speed_mm_s": np.float32(movement.slide_speed_mm_s),
+            "recent": moved_before(record, start_us, settings),
+            "by_body": np.bincount(bodies[bodies < len(BODIES)], minlength=len(BODIES)),
+            "object_map": _object_map(inside, settings),
+            "extent": extent,
+            "view": view,
+        }
+        columns["packed"].append(packed)
+        columns["flags"].append(np.packbits(bodies == OBJECT))
+        for name, value in row.items():
+            columns[name].append(np.array([value]))
 
 
 def _object_map(inside: Events, settings: WindowSettings) -> np.ndarray:

@@ -14,6 +14,7 @@ from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
 from evslip.windows.label import Label
 from evslip.windows.labelled_events import LabelledEvents
+from evslip.windows.object_events import ObjectEvents
 from evslip.windows.settings import WindowSettings, stored_settings
 from evslip.windows.window_events import WindowEvents, pixel_dtype, unpack
 
@@ -63,6 +64,8 @@ class Windows:
     """The object's events in parts of 16 x 16 pixels, at most 65,535; uint16 of shape (n, rows, columns)."""
     dropped: int = 0
     """Windows whose movement lay between hold and slip."""
+    object_events: ObjectEvents | None = None
+    """Which events are the object's, if samples told; None in files from before it was kept, and of recordings."""
 
     def __len__(self) -> int:
         return len(self.label)
@@ -107,7 +110,8 @@ class Windows:
 
     def take(self, which: slice | np.ndarray) -> "Windows":
         """The windows of a slice, an index array or a mask. Their events stay where they are."""
-        return replace(self, **{name: getattr(self, name)[which] for name in _PER_WINDOW})
+        some = replace(self, **{name: getattr(self, name)[which] for name in _PER_WINDOW})
+        return some if self.object_events is None else replace(some, object_events=self.object_events.take(which))
 
     def balanced(self, seed: int = 0, ratio: float = 1.0) -> "Windows":
         """Windows of which the commoner label has at most `ratio` for each of the rarer one, the others removed at
@@ -186,6 +190,8 @@ class Windows:
         for name, (kind, _) in _ARRAYS.items():
             values = changed.get(name, getattr(self, name))
             hdf5.put(file, name, values if name == "name" else values.astype(kind))
+        if self.object_events is not None:
+            self.object_events.fill(file, self.events)
         # Neither in pieces nor compressed: so it can be mapped into memory.
         packed = file.create_dataset("packed", (int(ends[-1]) if len(ends) else 0, 3), dtype)
         for i, end in enumerate(ends):
@@ -228,12 +234,13 @@ def open_windows(path: str | Path) -> Windows:
         settings = stored_settings(file.attrs, path)
         kinds = {name: np.dtype(dtype).kind for name, (dtype, _) in _ARRAYS.items()}
         there = [name for name in _ARRAYS if name in file or name not in _SPEEDS]
-        arrays = {name: hdf5.get(file, name, kinds[name], (None, *_ARRAYS[name][1])) for name in there}
+        arrays: dict[str, Any] = {name: hdf5.get(file, name, kinds[name], (None, *_ARRAYS[name][1])) for name in there}
         unknown = np.full(len(arrays["label"]), np.nan, np.float32)
         arrays |= {name: unknown for name in _SPEEDS if name not in there}
+        objects = ObjectEvents.read(file, arrays["events"], settings)
         packed = hdf5.mapped(file, "packed", VERSIONS[version], (None, 3))
         windows = Windows(settings, packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
-    return _checked(windows, path)
+    return replace(_checked(windows, path), object_events=objects)
 
 
 def _checked(windows: Windows, path: str | Path) -> Windows:

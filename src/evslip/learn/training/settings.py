@@ -41,6 +41,9 @@ class TrainSettings:
     public code does; for comparison."""
     flip: bool = True
     """Mirror half of the windows left to right: gravity has no left."""
+    recombine: float = 0.0
+    """Share of the windows whose object is shown over all the rest of another window, of a camera at the same mount.
+    Only for windows of simulated samples."""
     reverse: bool = False
     """Play half of the windows backwards, with ON and OFF changed over: so an edge looks that moves the other way."""
     shift_px: int = 0
@@ -76,6 +79,8 @@ class TrainSettings:
             )
         if not 0 < self.val_fraction < 1:
             raise ConfigError(f"val_fraction {self.val_fraction:g}: expected more than 0 and less than 1")
+        if not 0 <= self.recombine <= 1:
+            raise ConfigError(f"recombine {self.recombine:g}: expected 0 to 1")
         if not 0 <= self.noise_hz <= 1000:
             raise ConfigError(f"noise_hz {self.noise_hz:g}: expected 0 to 1000")
         if not (0 <= self.time_dropout < 1 and 0 <= self.event_dropout < 1 and 0 <= self.shift_px <= 100):

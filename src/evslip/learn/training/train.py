@@ -20,6 +20,7 @@ from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.training.augment import Augmentation
 from evslip.learn.training.calibration import calibrate
 from evslip.learn.training.logs import logs
+from evslip.learn.training.recombination import Recombination
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.training_state import STATE, TrainingState, training_of
 from evslip.utils import atomic
@@ -75,6 +76,7 @@ def train(
     with atomic.storage_errors(out):
         out.mkdir(parents=True, exist_ok=True)
     augmentation = Augmentation(settings, windows.settings)
+    recombined = Recombination(training, settings.recombine)
     torch.manual_seed(settings.seed)
     network = build_model(settings.model, Geometry.of(windows.settings))
     if settings.start:
@@ -94,7 +96,7 @@ def train(
     ):
         try:
             while not finished(state, settings):
-                row = _epoch(state, training, validation, settings, augmentation, course)
+                row = _epoch(state, recombined, validation, settings, augmentation, course)
                 state.history.append({"epoch": len(state.history) + 1, **row})
                 if row["val_loss"] < min((h["val_loss"] for h in state.history[:-1]), default=math.inf):
                     state.keep_best()
@@ -204,7 +206,7 @@ class _NotFinite(Exception):
 
 def _epoch(
     state: TrainingState,
-    training: Windows,
+    recombined: Recombination,
     validation: Windows,
     settings: TrainSettings,
     augmentation: Augmentation,
@@ -213,14 +215,14 @@ def _epoch(
     """One pass over the training windows; loss and accuracy on both sides after it."""
     network, optimiser = state.network, state.optimiser
     assert isinstance(network, Network)
-    epoch = len(state.history) + 1
+    epoch, training = len(state.history) + 1, recombined.windows
     rng = np.random.default_rng([settings.seed, 0x7A1, epoch])
     torch.manual_seed(int(rng.integers(2**62)))  # dropout
     steps = math.ceil(len(training) / settings.batch)
     network.train()
     total, right, seen = 0.0, 0, 0
     for number, chosen in enumerate(np.array_split(rng.permutation(len(training)), steps)):
-        inputs = [network.prepare(augmentation(training[int(i)], rng)) for i in chosen]
+        inputs = [network.prepare(augmentation(recombined(int(i), rng), rng)) for i in chosen]
         labels = torch.from_numpy(training.label[chosen].astype(np.int64)).to(network.device)
         if isinstance(network, SpeedNetwork):
             speeds = torch.from_numpy(_speeds(training)[chosen]).to(network.device)
