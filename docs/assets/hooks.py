@@ -12,6 +12,7 @@ from typing import Any
 from unittest.mock import patch
 
 ROOT = Path(__file__).resolve().parents[2]
+_SEARCH = 'data-md-component="search" role="dialog"'
 _LINK = re.compile(r"\]\((?!\w+:|#)([^)\s]+)\)")
 
 
@@ -38,6 +39,11 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
         return f"]({config.extra['repository']}/blob/main/{path})"
 
     return _LINK.sub(target, markdown)
+
+
+def on_post_page(output: str, page: Any, config: Any) -> str:
+    """A name for the theme's dialog of the search, which screen readers tell."""
+    return output.replace(_SEARCH, f'{_SEARCH} aria-label="Search"')
 
 
 def verbs() -> str:

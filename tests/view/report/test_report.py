@@ -319,13 +319,18 @@ def test_a_browser_draws_the_page(
         kind = page.evaluate(THETA_AXIS)
         page.click("[data-scale]")
         linear = page.evaluate(THETA_AXIS)
+        stuck = page.evaluate(STUCK)
         ground = page.evaluate("getComputedStyle(document.body).backgroundColor")
         browser.close()
     assert messages == []
     assert [url for url in requests if not url.startswith(("data:", "blob:", path.as_uri()))] == []
     assert width <= size[0]  # nothing sticks out to the side
+    assert stuck == []  # the keyboard scrolls what scrolls, and screen readers tell what it is
     assert (kind, linear) == ("log", "linear")
     assert (ground == "rgb(255, 255, 255)") == (scheme == "light")
 
 
+STUCK = """() => [...document.querySelectorAll("main *")]
+    .filter(one => ["auto", "scroll"].includes(getComputedStyle(one).overflowX) && one.scrollWidth > one.clientWidth)
+    .filter(one => one.tabIndex < 0 || !one.getAttribute("aria-label")).map(one => one.outerHTML.slice(0, 80))"""
 THETA_AXIS = "document.querySelector('[data-figure=theta]').layout.yaxis.type"
