@@ -1,13 +1,18 @@
 """Rate, loss and delay of the answers of `evslip live`, with a sender in a process of its own.
 
-python benchmarks/live.py [--rate 5e6] [--seconds 30] [--hop-s 0.001]
+python benchmarks/live.py [--rate 5e6] [--seconds 30] [--hop-s 0.001] [--records FILE ...]
 
 Sends noise at a rate all over the sensor for some seconds by UDP to this machine, as evslip's datagrams. Prints what
 was reached: events a second, what was lost and said to be, answers a second, skipped answers, and the delay of answers.
+
+With records it sends these instead, at their own pace, and measures alarms by the event that causes them: `detect` with
+an answer every hop finds the first answers that say slip. The newest event before such a moment is the cause. The delay
+is from when that event happens, at the pace of the record, to when the line of JSON with an alarm is read.
 """
 
 import argparse
 import json
+import resource
 import subprocess
 import sys
 import time
@@ -41,6 +46,73 @@ def send(port: int, rate: float, seconds: float) -> None:
     print(json.dumps({"sent": sent, "sent_hz": sent / taken_s, "behind_ms": behind_s * 1e3}))
 
 
+def send_record(port: int, path: str) -> None:
+    """Send a record at its own pace."""
+    from evslip.data.record_file import open_recording
+    from evslip.exchange.live import make_target
+    from evslip.exchange.live.pacing import Pace
+
+    record, _ = open_recording(path)
+    pace, behind_s = Pace(), 0.0
+    with make_target(f"udp://127.0.0.1:{port}", record.size) as target:
+        for piece, until_us in pace.slices(lambda: open_recording(path)[1], path):
+            ahead_s = pace.due_s(until_us) - time.monotonic()
+            behind_s = max(behind_s, -ahead_s)
+            time.sleep(max(ahead_s, 0))
+            target.send(piece, until_us)
+    print(json.dumps({"start_s": pace.start_s, "start_us": pace.start_us, "behind_ms": behind_s * 1e3}))
+
+
+def causes(path: str, hop_s: float) -> list[int]:
+    """Times of the newest events before the moments at which `detect` begins to say slip."""
+    from evslip.data.record_file import open_recording
+    from evslip.events.stream import concatenate
+    from evslip.learn.streaming.stream import detect
+
+    record, parts = open_recording(path)
+    events = concatenate(list(parts))
+    found = detect("default", events, record.size, hop_s=hop_s)
+    slips = found.p_slip >= found.threshold
+    begins = found.t_us[slips & ~np.concatenate([[False], slips[:-1]])]
+    return events.t_us[np.searchsorted(events.t_us, begins) - 1].tolist()
+
+
+def hear(port: int, hop_s: float) -> subprocess.Popen:
+    """`evslip live`, listening."""
+    words = ["-m", "evslip", "live", f"udp://127.0.0.1:{port}", "--json", "--once", "--hop-s", str(hop_s)]
+    hearing = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
+    assert hearing.stdout is not None
+    hearing.stdout.readline()  # the first status: it listens
+    return hearing
+
+
+def measure_alarms(records: list[str], hop_s: float, port: int) -> None:
+    """Print the delay of alarms after the events that cause them."""
+    delays, unheard = [], 0
+    for path in records:
+        expected, hearing = causes(path, hop_s), hear(port, hop_s)
+        options = ["--send", "--records", path, "--port", str(port)]
+        sending = subprocess.Popen([sys.executable, __file__, *options], stdout=subprocess.PIPE, text=True)
+        alarms, counters = [], {}
+        assert hearing.stdout is not None
+        for line in hearing.stdout:
+            row, now_s = json.loads(line), time.monotonic()
+            if row.get("alarm"):
+                alarms.append((row["t_us"], now_s))
+            counters = row.get("status", counters)
+        sent = json.loads(sending.communicate()[0])
+        for t_us, after in zip(expected, [*expected[1:], sys.maxsize], strict=True):
+            heard = [now_s for alarm_us, now_s in alarms if t_us < alarm_us <= after]
+            unheard += not heard
+            delays += [(now_s - sent["start_s"]) * 1e3 - (t_us - sent["start_us"]) / 1e3 for now_s in heard[:1]]
+        print(f"{path}: {len(expected)} causes, {len(alarms)} alarms, {counters['answers']:,} answers,", end=" ")
+        print(f"{counters['skipped']:,} skipped, {counters['lost']:,} lost, sender {sent['behind_ms']:.1f} ms behind")
+    print(f"alarms heard {len(delays)}, causes without one before the next {unheard}")
+    if delays:
+        quartiles = np.percentile(delays, [50, 90, 100])
+        print("alarm after its cause: median {:.1f} ms, 90 % {:.1f} ms, most {:.1f} ms".format(*quartiles))
+
+
 def main() -> None:
     """Measure."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -49,15 +121,19 @@ def main() -> None:
     parser.add_argument("--hop-s", type=float, default=0.001)
     parser.add_argument("--port", type=int, default=7790)
     parser.add_argument("--send", action="store_true")
+    parser.add_argument("--records", nargs="+", default=[])
     given = parser.parse_args()
+    if given.send and given.records:
+        send_record(given.port, given.records[0])
+        return
+    if given.records:
+        measure_alarms(given.records, given.hop_s, given.port)
+        return
     if given.send:
         send(given.port, given.rate, given.seconds)
         return
-    address = f"udp://127.0.0.1:{given.port}"
-    words = ["-m", "evslip", "live", address, "--json", "--once", "--hop-s", str(given.hop_s)]
-    hearing = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
+    hearing = hear(given.port, given.hop_s)
     assert hearing.stdout is not None
-    hearing.stdout.readline()  # the first status: it listens
     options = ["--send", "--rate", str(given.rate), "--seconds", str(given.seconds), "--port", str(given.port)]
     sending = subprocess.Popen([sys.executable, __file__, *options], stdout=subprocess.PIPE, text=True)
     delays, counters = [], {}
@@ -66,6 +142,8 @@ def main() -> None:
         if "delay_ms" in row:
             delays.append(row["delay_ms"])
         counters = row.get("status", counters)
+    hearing.wait()
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)  # of the receiver alone: the sender has not been waited for
     sent = json.loads(sending.communicate()[0])
     unsaid = sent["sent"] - counters["received"] - counters["lost"]
     print(f"sent {sent['sent']:,} events, {sent['sent_hz'] / 1e6:.2f} million a second (asked {given.rate / 1e6:g})")
@@ -74,6 +152,7 @@ def main() -> None:
     print(
         f"answers {counters['answers']:,} ({len(delays) / given.seconds:.0f} a second), skipped {counters['skipped']:,}"
     )
+    print(f"processor time of the receiver, start included: {used.ru_utime + used.ru_stime:.1f} s")
     if delays:
         quartiles = np.percentile(delays, [50, 90, 99])
         print("delay of an answer: median {:.1f} ms, 90 % {:.1f} ms, 99 % {:.1f} ms".format(*quartiles))

@@ -187,17 +187,14 @@ def live(
         raise ConfigError(f"size: {size[0]} x {size[1]}: expected width and height, each from 1 to 65536")
     if network is not None:
         register(network)
-    Detector(model, size=size, align=align, hop_s=hop_s)  # what is wrong shows now
+    make = partial(Detector, model, align=align, hop_s=hop_s, rolling=True)
+    make(size=size)  # what is wrong shows now
     feed = Feed(make_source(source), once=once, size=size)
     outlet = None if to is None else Outlet(to)
     if page is not None:
         check_page(page)
     end_s = float("inf") if duration_s is None else time.monotonic() + duration_s
-    detector = LiveDetector(
-        feed,
-        lambda found: Detector(model, size=found, align=align, hop_s=hop_s),
-        lambda: time.monotonic() >= end_s,
-    )
+    detector = LiveDetector(feed, lambda found: make(size=found), lambda: time.monotonic() >= end_s)
     # A thread that waits for the interpreter gets it sooner: datagrams wait in a buffer that is not large.
     sys.setswitchinterval(0.0005)
     feed.start()

@@ -61,9 +61,14 @@ def probabilities(network: Network, windows: Windows) -> np.ndarray:
     return answers(network, windows).p_slip
 
 
+def slip_columns(logits: torch.Tensor) -> torch.Tensor:
+    """Answers (n, COLUMNS) without speeds from logits (n, 2)."""
+    return torch.cat([logits.softmax(1)[:, 1:], logits.new_full((len(logits), COLUMNS - 1), np.nan)], 1)
+
+
 def _columns(network: Network, batch: Sequence[Any]) -> torch.Tensor:
     output = network(batch)
     if isinstance(network, SpeedNetwork):
         output = network.calibrated(output)
         return torch.cat([output[:, :2].softmax(1)[:, 1:], estimates(output[:, 2:])], 1)
-    return torch.cat([output.softmax(1)[:, 1:], output.new_full((len(output), COLUMNS - 1), np.nan)], 1)
+    return slip_columns(output)

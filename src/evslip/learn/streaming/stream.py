@@ -6,16 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.events.stream import Events, concatenate, empty_events
+from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
-from evslip.learn.inference import BATCH, Answers, predict
+from evslip.learn.inference import Answers
 from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.speed_estimate import SpeedEstimate
+from evslip.learn.streaming.following import following
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import require_sensor
-from evslip.windows.cutting import crop
 from evslip.windows.settings import Align
-from evslip.windows.window_events import NO_EVENTS, WindowEvents
 
 MOST_SILENCE_US = 3_600_000_000
 """A longer gap is a broken clock, not a silent scene."""
@@ -58,8 +57,9 @@ class Detector:
     `model` is the folder of a detector, or "default", the one of the package.
     `size` is the sensor's (width, height), by default that which the detector was trained on. Of another one, `align`
     says which pixels are looked at: as many around the "centre", or from the "corner"; those that it lacks stay
-    silent. Memory is bounded by the events of one window and one push. Raises DataError for a model that cannot be
-    read, and for another size without `align`.
+    silent. `rolling`: calculate only what changes from one answer to the next, where the network can (`countnet`); the
+    answers are equal but for rounding. Memory is bounded by the events of one window and one push. Raises DataError
+    for a model that cannot be read, and for another size without `align`.
     """
 
     def __init__(
@@ -69,20 +69,20 @@ class Detector:
         size: tuple[int, int] | None = None,
         align: Align | None = None,
         hop_s: float = 0.005,
+        rolling: bool = False,
     ):
         if not 0.001 <= hop_s <= 1000:
             raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected 0.001 to 1000")
         self._network, self.description = load_model(model)
         settings = self.description.windows
-        self._crop = require_sensor(settings, size or settings.sensor, align)
+        laid = require_sensor(settings, size or settings.sensor, align)
+        self._windows = following(self._network, laid, rolling)
         self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
-        self._kept = crop(empty_events(), self._crop)
         self._last_us: int | None = None
         self._next_us = 0
         self._newest = float("nan")
         self.skipped = 0
         """Hops that were left out so far, see `follow`."""
-        self._silent = predict(self._network, [self._network.prepare(NO_EVENTS)])
 
     @property
     def estimates_speeds(self) -> bool:
@@ -101,7 +101,8 @@ class Detector:
 
     def restart(self) -> None:
         """Forget the stream: the next events may be of any time."""
-        self._kept, self._last_us, self._next_us = crop(empty_events(), self._crop), None, 0
+        self._windows.restart()
+        self._last_us, self._next_us = None, 0
         self._newest = float("nan")
 
     def follow(self, events: Events, until_us: int | None = None, *, newest: int | None = None) -> Detection:
@@ -117,23 +118,15 @@ class Detector:
                 f"{(now - self._next_us) / 1e6:,.0f} s pushed at once, answered every {self._hop_us / 1e6:g} s: "
                 f"expected at most {MOST_ANSWERS:,} answers, a longer hop_s, or shorter pieces"
             )
-        self._kept = concatenate([self._kept, crop(Events(*events.columns), self._crop)])
+        self._windows.push(Events(*events.columns))
         ends = np.arange(self._next_us, now + 1, self._hop_us) if self._last_us is not None else np.empty(0, np.int64)
         if newest is not None and len(ends) > newest:
             self.skipped += len(ends) - newest
             ends = ends[-newest:]
-        bounds = np.searchsorted(self._kept.t_us, (ends - self._length_us, ends))
-        counts = bounds[1] - bounds[0]
-        columns = self._silent.repeat(len(ends), 0)
-        busy = np.flatnonzero(counts)
-        for chosen in np.array_split(busy, -(-len(busy) // BATCH) or 1):
-            windows = [
-                WindowEvents.of(self._kept.select(slice(*bounds[:, i])), int(ends[i]) - self._length_us) for i in chosen
-            ]
-            columns[chosen] = predict(self._network, [self._network.prepare(window) for window in windows])
+        columns, counts = self._windows.answers(ends)
         if len(ends):
             self._next_us = int(ends[-1]) + self._hop_us
-        self._kept = self._kept.between(self._next_us - self._length_us, now + 1)
+        self._windows.forget(self._next_us - self._length_us)
         answers = Answers.of(columns)
         speeds = answers[1:] if self.estimates_speeds else (None, None)
         return Detection(ends, answers.p_slip, counts, self.description.threshold, 0, *speeds)
