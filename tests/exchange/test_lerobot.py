@@ -93,6 +93,23 @@ def test_sums_over_all_rows_are_told(out: Path):
     assert np.array(stats[lerobot.EVENTS]["max"]).shape == (2, 8, 10)
 
 
+def test_statistics_of_each_episode_are_beside_it(out: Path):
+    info = json.loads((out / "meta" / "info.json").read_text())
+    episodes = parquet.read_table(out / "meta" / "episodes" / "chunk-000" / "file-000.parquet").to_pylist()
+    for number, episode in enumerate(episodes):
+        rows = parquet.read_table(out / "data" / "chunk-000" / f"file-{number:03d}.parquet")
+        for name in info["features"]:
+            assert episode[f"stats/{name}/count"] == [rows.num_rows]
+        force = rows["observation.grip_force"].to_numpy()
+        for name in ("min", "max", "mean", "std"):
+            told = episode[f"stats/observation.grip_force/{name}"]
+            assert told[0] == pytest.approx(getattr(force, name)(), rel=1e-3)
+        events = np.array(rows[lerobot.EVENTS].to_pylist())
+        np.testing.assert_array_equal(episode[f"stats/{lerobot.EVENTS}/max"], events.max(0))
+        assert np.array(episode[f"stats/{lerobot.CAMERA}/mean"]).shape == (3, 1, 1)
+    assert episodes[0]["stats/index/max"] != episodes[1]["stats/index/max"]
+
+
 def test_tasks_are_the_index_of_a_table_of_pandas(out: Path):
     table = parquet.read_table(out / "meta" / "tasks.parquet")
     assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == ["__index_level_0__"]

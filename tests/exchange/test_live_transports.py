@@ -13,6 +13,7 @@ from evslip.events.stream import Events, concatenate
 from evslip.exchange.live import make_source, make_target
 from evslip.exchange.live.feed import Feed
 from evslip.exchange.live.source import Unreachable
+from evslip.utils.errors import ConfigError
 
 pytest.importorskip("dv_processing")
 SIZE = (346, 260)
@@ -186,6 +187,89 @@ def test_what_is_published_on_zenoh_arrives():
         assert feed.size == SIZE and feed.counters.lost == 0
     finally:
         feed.stop()
+
+
+def messages_of_ros(events: Events, encoding: str, cut: int = 500) -> list[bytes]:
+    """EventPackets in CDR, serialised by rosbags."""
+    from evslip.codecs.prophesee import evt3
+    from evslip.codecs.ros.definitions import types
+
+    store, encoder, found = types(cdr=True), evt3.Encoder(), []
+    made = store.types
+    for seq, first in enumerate(range(0, events.count, cut)):
+        part = events.select(slice(first, first + cut))
+        base_ns = int(part.t_us[0]) * 1000
+        if encoding == "evt3":
+            content = encoder.encode(part).astype("<u2").view(np.uint8)
+        else:
+            t_us, x, y, p = (column.astype(np.uint64) for column in part.columns)
+            words = (t_us * np.uint64(1000) - np.uint64(base_ns)) | x << np.uint64(32) | y << np.uint64(48)
+            content = (words | p << np.uint64(63)).astype("<u8").view(np.uint8)
+        stamp = made["builtin_interfaces/msg/Time"](sec=1, nanosec=2)
+        header = made["std_msgs/msg/Header"](stamp=stamp, frame_id="camera")
+        message = made["event_camera_msgs/msg/EventPacket"](
+            header=header, height=SIZE[1], width=SIZE[0], seq=seq, time_base=base_ns, encoding=encoding,
+            is_bigendian=False, events=content,
+        )  # fmt: skip
+        found.append(bytes(store.serialize_cdr(message, "event_camera_msgs/msg/EventPacket")))
+    return found
+
+
+@pytest.mark.parametrize("encoding", ["mono", "evt3"])
+def test_a_topic_of_ros_2_over_zenoh_is_heard(encoding: str):
+    import zenoh
+
+    pytest.importorskip("rosbags")
+    place, events = f"tcp/127.0.0.1:{free_port()}", some_events()
+    messages = messages_of_ros(events, encoding)
+    feed = Feed(make_source(f"zenoh://0/event_camera/events?format=ros2&listen={place}"))
+    feed.start()
+    config = zenoh.Config()
+    config.insert_json5("connect/endpoints", f'["{place}"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    key = "0/event_camera/events/event_camera_msgs::msg::dds_::EventPacket_/RIHS01_" + 32 * "5e"
+    try:
+        with zenoh.open(config) as session:
+            publisher = session.declare_publisher(key)
+            wait_for(lambda: publisher.matching_status.matching)
+            for i, message in enumerate(messages):
+                if encoding == "evt3" or i not in (3, 4):
+                    publisher.put(message, attachment=b"sequence number, time and sender, as rmw_zenoh has them")
+            publisher.put(b"no message")
+            found = collected(feed, events.count - (1_000 if encoding == "mono" else 0))
+            wait_for(lambda: feed.counters.damaged == 1)
+        kept = np.arange(events.count) // 500
+        expected = events if encoding == "evt3" else events.select((kept != 3) & (kept != 4))
+        assert found == expected
+        assert feed.size == SIZE
+        assert feed.counters.lost_packets == (0 if encoding == "evt3" else 2)
+        assert feed.counters.as_json()["lost"] is None
+    finally:
+        feed.stop()
+
+
+def test_packets_of_a_publisher_that_begins_anew():
+    from evslip.exchange.live.transports.packets import PacketReceiver
+
+    messages = messages_of_ros(some_events(), "mono")
+    receiver = PacketReceiver()
+    assert receiver.piece(messages[:4], 0.0).restart
+    assert not receiver.piece(messages[4:6], 0.0).restart
+    again = receiver.piece(messages[:2], 0.0)
+    assert again.restart and again.lost_packets == 0 and again.events.count == 1_000
+
+
+@pytest.mark.parametrize(
+    "address, expected",
+    [
+        ("zenoh://event_camera/events?format=ros2", "zenoh://DOMAIN/TOPIC"),
+        ("zenoh://0?format=ros2", "zenoh://DOMAIN/TOPIC"),
+        ("zenoh://0/events?format=cdr", "expected evslip or ros2"),
+    ],
+)
+def test_wrong_addresses_of_topics_are_told(address: str, expected: str):
+    with pytest.raises(ConfigError, match=expected):
+        make_source(address)
 
 
 def test_without_a_camera_one_line_says_so():

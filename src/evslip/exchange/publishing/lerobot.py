@@ -49,8 +49,10 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
                 path.parent.mkdir(parents=True, exist_ok=True)
                 parquet.write_table(_table(columns), path)
                 _write_video(temporary / VIDEO.format(video_key=CAMERA, **places), episode.images, how.fps)
-                stats.add(columns, episode.images)
-                rows.append(_episode_row(number, first, len(episode.t_us), how.fps))
+                own = _Stats()
+                for one in (own, stats):
+                    one.add(columns, episode.images)
+                rows.append(_episode_row(number, first, len(episode.t_us), how.fps) | own.row())
                 first += len(episode.t_us)
                 progress()
             meta = temporary / "meta"
@@ -243,6 +245,10 @@ class _Stats:
             four = {"min": low, "max": high, "mean": mean, "std": deviation}
             told[name] = {key: values.reshape(shape).tolist() for key, values in four.items()} | {"count": [frames]}
         return told
+
+    def row(self) -> dict[str, Any]:
+        """All of them as columns of meta/episodes."""
+        return {f"stats/{name}/{key}": value for name, stats in self.table().items() for key, value in stats.items()}
 
 
 def _card(name: str, how: Publication, episodes: int, frames: int) -> str:

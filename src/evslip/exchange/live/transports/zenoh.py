@@ -1,4 +1,4 @@
-"""Events over zenoh, the transport that ROS 2 may run on: evslip's datagrams under a key."""
+"""Events over zenoh: evslip's datagrams under a key, or a topic of ROS 2, which may run on it."""
 
 import contextlib
 import queue
@@ -12,12 +12,14 @@ from evslip.exchange.live.source import LiveSource, Piece, Unreachable
 from evslip.exchange.live.target import EventTarget
 from evslip.exchange.live.transports.datagrams import Receiver
 from evslip.exchange.live.transports.packet import Packer
+from evslip.exchange.live.transports.packets import PacketReceiver, topic_key
 from evslip.utils.errors import ConfigError, MissingExtraError
 
 MOST_WAITING = 4_096
 """Messages that wait to be read; more are thrown away, which their numbers tell."""
 MOST_AT_ONCE = 512
 MESSAGE_BYTES = 65_536
+FORMATS = ("evslip", "ros2")
 
 
 def open_session(address: Address) -> Any:
@@ -32,6 +34,8 @@ def open_session(address: Address) -> Any:
     if not address.place:
         raise ConfigError(f"{address.text}: expected zenoh://KEY, such as zenoh://robot/events")
     for name, place in address.options.items():
+        if name == "format":
+            continue
         _set(zenoh, config, f"{name}/endpoints", f'["{place}"]', address)
         _set(zenoh, config, "scouting/multicast/enabled", "false", address)
     try:
@@ -44,11 +48,15 @@ def open_session(address: Address) -> Any:
         raise Unreachable(f"{address.text}: nobody answers ({' '.join(str(error).split())[:120]})") from None
 
 
-def check_options(address: Address) -> None:
+def check_options(address: Address, formats: tuple[str, ...] = FORMATS) -> None:
     """Raise ConfigError for options that are none."""
-    for name in address.options:
-        if name not in ("connect", "listen"):
-            raise ConfigError(f"{address.text}: {name} is unknown; expected connect or listen, such as tcp/HOST:7447")
+    for name, value in address.options.items():
+        if name not in ("connect", "listen", "format"):
+            raise ConfigError(
+                f"{address.text}: {name} is unknown; expected connect or listen, such as tcp/HOST:7447, or format"
+            )
+        if name == "format" and value not in formats:
+            raise ConfigError(f"{address.text}: format {value!r} is unknown; expected {' or '.join(formats)}")
 
 
 def _set(zenoh: Any, config: Any, key: str, value: str, address: Address) -> None:
@@ -59,7 +67,7 @@ def _set(zenoh: Any, config: Any, key: str, value: str, address: Address) -> Non
 
 
 class ZenohSource(LiveSource):
-    """Subscriber to a key. Loss is known to the event."""
+    """Subscriber to a key. Loss is known to the event; of a topic of ROS 2, to the packet."""
 
     may_be_silent = False
 
@@ -67,7 +75,9 @@ class ZenohSource(LiveSource):
         self.name, self._address = address.text, address
         check_options(address)
         self._session: Any = None
-        self._receiver = Receiver()
+        is_ros2 = address.options.get("format") == "ros2"
+        self._key, self.tells_loss = (topic_key(address), False) if is_ros2 else (address.place, True)
+        self._receiver = PacketReceiver() if is_ros2 else Receiver()
         self._waiting: queue.Queue[bytes] = queue.Queue(MOST_WAITING)
 
     @property
@@ -77,7 +87,7 @@ class ZenohSource(LiveSource):
     def open(self) -> None:
         self.close()
         self._session = open_session(self._address)
-        self._session.declare_subscriber(self._address.place, self._take)
+        self._session.declare_subscriber(self._key, self._take)
 
     def close(self) -> None:
         if self._session is not None:
@@ -106,6 +116,7 @@ class ZenohTarget(EventTarget):
 
     def __init__(self, address: Address, size: tuple[int, int]):
         self.name = address.text
+        check_options(address, FORMATS[:1])
         self._session = open_session(address)
         self._publisher = self._session.declare_publisher(address.place)
         self._packer = Packer(size, secrets.randbits(64), MESSAGE_BYTES)
