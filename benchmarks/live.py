@@ -1,6 +1,6 @@
 """Rate, loss and delay of the answers of `evslip live`, with a sender in a process of its own.
 
-python benchmarks/live.py [--rate 5e6] [--seconds 30] [--hop-s 0.001] [--records FILE ...]
+python benchmarks/live.py [--rate 5e6] [--seconds 30] [--hop-s 0.001] [--records FILE ... | --cost]
 
 Sends noise at a rate all over the sensor for some seconds by UDP to this machine, as evslip's datagrams. Prints what
 was reached: events a second, what was lost and said to be, answers a second, skipped answers, and the delay of answers.
@@ -8,6 +8,9 @@ was reached: events a second, what was lost and said to be, answers a second, sk
 With records it sends these instead, at their own pace, and measures alarms by the event that causes them: `detect` with
 an answer every hop finds the first answers that say slip. The newest event before such a moment is the cause. The delay
 is from when that event happens, at the pace of the record, to when the line of JSON with an alarm is read.
+
+With --cost it sends nothing: it prints the processor time of an answer, whole windows beside rolling ones, which says
+what a machine can do that is busy with other work at the moment.
 """
 
 import argparse
@@ -44,6 +47,41 @@ def send(port: int, rate: float, seconds: float) -> None:
             sent += number
     taken_s = time.monotonic() - start_s
     print(json.dumps({"sent": sent, "sent_hz": sent / taken_s, "behind_ms": behind_s * 1e3}))
+
+
+def noise(rng: np.random.Generator, start_us: int, length_us: int, rate: float):
+    """Events all over the sensor."""
+    from evslip.events.stream import Events
+
+    number = round(rate * length_us / 1e6)
+    t_us = np.sort(rng.integers(0, length_us, number)) + start_us
+    x, y = rng.integers(0, SIZE[0], number, np.uint16), rng.integers(0, SIZE[1], number, np.uint16)
+    return Events(t_us, x, y, rng.integers(0, 2, number) == 1)
+
+
+def measure_cost(hop_s: float) -> None:
+    """Print the processor time of an answer, without that of reading the network."""
+    import torch
+
+    from evslip.learn.streaming.stream import Detector
+
+    torch.set_num_threads(1)
+    print("| million events/s | answered at once | whole windows, ms | rolling, ms |\n|---|---|---|---|")
+    for rate in (0.3e6, 1e6, 5e6):
+        for at_once in (1, 4):
+            rng, found = np.random.default_rng(0), []
+            step_us = round(at_once * hop_s * 1e6)
+            for rolling in (False, True):
+                detector = Detector("default", hop_s=hop_s, rolling=rolling)
+                detector.follow(noise(rng, 0, 200_000, rate), 200_000, newest=1)
+                pieces = [noise(rng, 200_001 + i * step_us, step_us, rate) for i in range(20)]
+                costs = []
+                for piece in pieces:
+                    began_s = time.thread_time()
+                    answers = len(detector.follow(piece).t_us)
+                    costs.append((time.thread_time() - began_s) / max(answers, 1))
+                found.append(np.median(costs) * 1e3)
+            print(f"| {rate / 1e6:g} | {at_once} | {found[0]:.2f} | {found[1]:.2f} |", flush=True)
 
 
 def send_record(port: int, path: str) -> None:
@@ -122,7 +160,11 @@ def main() -> None:
     parser.add_argument("--port", type=int, default=7790)
     parser.add_argument("--send", action="store_true")
     parser.add_argument("--records", nargs="+", default=[])
+    parser.add_argument("--cost", action="store_true")
     given = parser.parse_args()
+    if given.cost:
+        measure_cost(given.hop_s)
+        return
     if given.send and given.records:
         send_record(given.port, given.records[0])
         return

@@ -80,7 +80,7 @@ def test_silence_is_answered_too(model: Path) -> None:
     answers = detector.follow(empty_events(), until_us=1_500_000)
     assert answers.t_us.tolist() == [1_160_000, 1_260_000, 1_360_000, 1_460_000]
     assert answers.events.tolist() == [1, 0, 0, 0]
-    assert len(detector._windows._kept.t_us) == 0
+    assert isinstance(detector._windows, WholeWindows) and len(detector._windows._kept.t_us) == 0
 
 
 def test_memory_is_bounded_by_a_window(model: Path) -> None:
@@ -88,6 +88,7 @@ def test_memory_is_bounded_by_a_window(model: Path) -> None:
     detector = Detector(model, hop_s=0.02)
     for i in range(0, events.count, 500):
         detector.follow(events.select(slice(i, i + 500)))
+        assert isinstance(detector._windows, WholeWindows)
         kept = detector._windows._kept
         assert not len(kept.t_us) or kept.t_us[-1] - kept.t_us[0] <= 160_000
 
