@@ -10,6 +10,7 @@ from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.inference import Answers, predict, probabilities
+from evslip.learn.streaming.following import WholeWindows
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.cutting import crop, windows_of
 from evslip.windows.window_events import WindowEvents
