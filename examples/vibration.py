@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 import evslip
-from evslip.physics.grip import TCP_M
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering import render_span
 

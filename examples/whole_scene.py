@@ -14,8 +14,11 @@ from matplotlib.figure import Figure
 import evslip
 from evslip.physics import scene_model
 from evslip.physics.motion.servo_plan import tool_path
+from evslip.physics.robots.arms import PANDA
+from evslip.physics.robots.grippers import PANDA_HAND
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.geometry.hand import load_mesh
+from evslip.rendering.geometry.hand import part_mesh
+from evslip.rendering.geometry.links import link_mesh
 from evslip.rendering.poses import matrices
 from evslip.rendering.raycast.setting import make_lamp
 from evslip.scene.shapes import surface_of
@@ -25,8 +28,6 @@ from evslip.scene.textures.library import linear_to_srgb
 EYE, LOOK_AT, ZOOM = np.array([1.45, -1.3, 0.95]), np.array([0.3, -0.08, 0.32]), 1450.0
 SIZE = (1000, 800)
 TABLE_M, TILES = ((-0.25, 0.85), (-0.6, 0.5)), 44
-MESHES = {f"panda_link{k}": f"link{k}" for k in range(8)} | {"panda_hand": "hand"}
-MESHES |= {"panda_leftfinger": "finger", "panda_rightfinger": "finger"}
 
 
 class Triangles(NamedTuple):
@@ -54,8 +55,11 @@ def robot_and_object(trajectory: Any, index: int) -> list[Triangles]:
     data.qpos[:9] = trajectory.joints[index]
     mujoco.mj_kinematics(model, data)
     parts = []
-    for body, name in MESHES.items():
-        mesh, turn = load_mesh(name), data.body(body).xmat.reshape(3, 3)
+    meshes = {f"panda_link{k}": link_mesh(PANDA, k) for k in range(8)}
+    meshes |= {PANDA_HAND.hand: part_mesh(PANDA_HAND.palm)}
+    meshes |= dict.fromkeys(PANDA_HAND.fingers, part_mesh(PANDA_HAND.finger))
+    for body, mesh in meshes.items():
+        turn = data.body(body).xmat.reshape(3, 3)
         if body == "panda_rightfinger":
             turn = turn @ np.diag([-1.0, -1.0, 1.0])
         parts.append(Triangles(mesh.corners @ turn.T + data.body(body).xpos, mesh.albedo))

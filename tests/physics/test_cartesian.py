@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 import evslip
 from evslip.config.params import Params
-from evslip.physics.grip import TCP_M
 from evslip.physics.motion.servo_plan import tool_path
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.simulation import simulate
 from evslip.physics.truth import measure
 

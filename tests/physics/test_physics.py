@@ -9,10 +9,10 @@ import pytest
 import evslip
 from evslip.config.params import Params
 from evslip.physics import grip, scene_model
-from evslip.physics.grip import TCP_M
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.motion.servo_plan import plan, tool_path
-from evslip.physics.robot import ARM_JOINTS
+from evslip.physics.robots.arms import PANDA
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.simulation import simulate
 from evslip.physics.truth import measure
 from evslip.scene.motions.steps import minimum_jerk
@@ -132,7 +132,7 @@ def test_the_plan_stays_inside_joint_limits_and_is_smooth():
     params = params_with()
     model = scene_model.build(params)
     planned = plan(params, model)
-    for joint, angles in zip(ARM_JOINTS, planned.joints.T, strict=True):
+    for joint, angles in zip(PANDA.joints, planned.joints.T, strict=True):
         low, high = model.joint(joint).range
         assert low < angles.min() <= angles.max() < high
     assert np.abs(np.diff(planned.joints, axis=0)).max() < 0.005

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import evslip
-from evslip.physics.grip import TCP_M
 from evslip.physics.motion.phases import phase_times
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import angular_difference, measure
 

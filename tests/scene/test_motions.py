@@ -10,7 +10,8 @@ from evslip.config.params import Params
 from evslip.physics import scene_model
 from evslip.physics.motion import servo_plan
 from evslip.physics.motion.phases import PHASE_NAMES, hanging_phases, phase_times
-from evslip.physics.robot import MOST_ACCELERATION_RAD_S2, MOST_SPEED_RAD_S
+from evslip.physics.robots.arms import PANDA
+from evslip.physics.robots.grippers import PANDA_HAND
 from evslip.scene.motions import KINDS
 from evslip.utils.errors import ConfigError, PlanRejected
 
@@ -109,8 +110,8 @@ def test_times_of_ones_own_lengthen_or_shorten_the_whole(lift, tilt, lower, dura
 def test_plans_keep_to_the_pandas_limits(kind):
     arm = planned(with_values(kind)).joints
     speed = np.gradient(arm, 0.001, axis=0)
-    assert (np.abs(speed) <= MOST_SPEED_RAD_S).all()
-    assert (np.abs(np.gradient(speed, 0.001, axis=0)) <= 1.01 * MOST_ACCELERATION_RAD_S2).all()
+    assert (np.abs(speed) <= PANDA.most_speed_rad_s).all()
+    assert (np.abs(np.gradient(speed, 0.001, axis=0)) <= 1.01 * np.array(PANDA.most_acceleration_rad_s2)).all()
 
 
 @pytest.mark.parametrize(
@@ -134,14 +135,14 @@ def test_what_the_robot_cannot_do_is_rejected_with_the_reason(kind, overrides, w
 
 def test_the_arm_itself_stays_above_the_table():
     from evslip.physics.motion.clearance import check_arm
-    from evslip.physics.robot import HOME_RAD
 
     model = scene_model.build(with_values())
-    check_arm(model, np.zeros(1), HOME_RAD[None])
-    low = HOME_RAD.copy()
+    rest = np.array(PANDA.rest_rad)
+    check_arm(model, PANDA, PANDA_HAND, np.zeros(1), rest[None])
+    low = rest.copy()
     low[1] += 1.5
     with pytest.raises(PlanRejected, match=r"panda_\w+ .* mm into the table at 0\.00 s"):
-        check_arm(model, np.zeros(1), low[None])
+        check_arm(model, PANDA, PANDA_HAND, np.zeros(1), low[None])
 
 
 @pytest.mark.parametrize(

@@ -94,13 +94,13 @@ def _line(distribution: str, purpose: str, remedy: str) -> str:
 
 
 def _robot() -> str:
-    from evslip.physics.robot import description_folder
+    from evslip.physics.robots.urdf import robots_folder
 
     try:
-        description_folder()
+        robots_folder()
     except MissingExtraError as error:
         return f"missing  {error}"
-    return "ok       the Panda's URDF and meshes are readable"
+    return "ok       the robots' URDF and meshes are readable"
 
 
 def _gpu() -> str:

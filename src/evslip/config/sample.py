@@ -51,8 +51,16 @@ class SampleSpec(Section, Generic[N, S]):
 
     @model_validator(mode="after")
     def _check_tremor(self) -> "SampleSpec[N, S]":
-        if self.vibration.tremor_hz is not None and self.robot.kind != "panda":
-            raise wrong("vibration.tremor_hz", "needs robot.kind = 'panda', whose joints tremble")
+        if self.vibration.tremor_hz is not None and self.robot.kind == "cartesian":
+            raise wrong("vibration.tremor_hz", "needs an arm whose joints tremble; a cartesian hand has none")
+        return self
+
+    @model_validator(mode="after")
+    def _check_gripper(self) -> "SampleSpec[N, S]":
+        if self.robot.gripper == "panda" and self.robot.kind not in ("panda", "cartesian"):
+            raise wrong(
+                "robot.gripper", "'panda' fits robot.kind = 'panda' or 'cartesian' alone; expected small or large"
+            )
         return self
 
 

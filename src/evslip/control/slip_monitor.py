@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evslip.physics.episodes import ONSET_DEG, ONSET_M, REST_S, SLIP_DEG, SLIP_M
-from evslip.physics.grip import TCP_M
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.displacement import without_vibration
 

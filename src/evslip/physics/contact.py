@@ -10,15 +10,15 @@ from evslip.utils.errors import PlanRejected
 
 PAD_HALF_M = 0.0085
 """Half side of the Panda's square finger pad. The least grip.depth_m follows from it: config.sections.grip."""
+PAD_STIFFNESS_PA_M = 1e9
+"""Pressure by depth of indentation. An assumption: 2 mm of silicone rubber of Young's modulus 2 MPa."""
 ELEMENTS = 12
 """Elements along a side of a flat patch for sums over it: Gauss points, they give an onset within 0.2 %."""
 CONTACTS = np.array([(longer, shorter) for longer in (-0.7, 0.0, 0.7) for shorter in (-0.565, 0.565)])
 """Points that share the force equally, as shares of a rectangle's longer and shorter half side. For every direction of
 slip and sides up to 8 : 1 their limit surface is within 0.96-1.04 of that of even pressure over the rectangle."""
-PAD_STIFFNESS_PA_M = 1e9
-"""Pressure by depth of indentation. An assumption: 2 mm of silicone rubber of Young's modulus 2 MPa."""
-CELLS = round(2 * PAD_HALF_M / 0.0005)
-"""Lines of sight along each side of the pad, half a millimetre apart: they find the patch, ..."""
+CELL_M = 0.0005
+"""Distance of the lines of sight along each side of the pad: they find the patch, ..."""
 FINE_CELLS = 24
 """... and these along each side of its bounding rectangle give, in two steps, its pressure."""
 SIDE_CELLS = 64
@@ -27,6 +27,18 @@ FLAT_M = 0.001
 """Depth up to which what stands back belongs to the flat side that the pad slides on."""
 LEAST_M = 0.0005
 """Smallest side of a patch on a flat side."""
+
+
+class Pad(NamedTuple):
+    """A flat square pad with a thin compliant layer."""
+
+    half_m: float = PAD_HALF_M
+    """Half its side."""
+    stiffness_pa_m: float = PAD_STIFFNESS_PA_M
+    """Pressure by depth of indentation."""
+
+
+PANDA_PAD = Pad()
 
 
 class Patch(NamedTuple):
@@ -47,13 +59,15 @@ class Patch(NamedTuple):
     the object's own side."""
 
 
-def flat_patch(shape: Shape, side: int, point: tuple[float, float], force_n: float, friction: float) -> Patch:
+def flat_patch(
+    shape: Shape, side: int, point: tuple[float, float], force_n: float, friction: float, pad: Pad = PANDA_PAD
+) -> Patch:
     """On a flat side as large as the bounding box's the pressure is even over the overlap.
 
     `point` is the tool centre (x, z) from the object's centre. Raises PlanRejected where the pad misses the object.
     """
     half = shape.half_m[[0, 2]]
-    low, high = np.maximum(-PAD_HALF_M, -half - point), np.minimum(PAD_HALF_M, half - point)
+    low, high = np.maximum(-pad.half_m, -half - point), np.minimum(pad.half_m, half - point)
     if (high - low < LEAST_M).any():
         raise _missed(shape, point)
     node, weight = np.polynomial.legendre.leggauss(ELEMENTS)
@@ -69,20 +83,23 @@ def flat_patch(shape: Shape, side: int, point: tuple[float, float], force_n: flo
     )
 
 
-def pressed_patch(shape: Shape, side: int, point: tuple[float, float], force_n: float, friction: float) -> Patch:
+def pressed_patch(
+    shape: Shape, side: int, point: tuple[float, float], force_n: float, friction: float, pad: Pad = PANDA_PAD
+) -> Patch:
     """Patch that a flat pad with a thin compliant layer touches when pressed, unturned, on any shape with force_n.
 
     The layer is an elastic foundation: its pressure is proportional to its depth of indentation (Johnson, Contact
     Mechanics, 1985, section 4.3). Arguments as of flat_patch. Raises PlanRejected where the pad misses the object, or
     where its edge alone touches a slope that is too steep for the friction.
     """
-    cell = 2 * PAD_HALF_M / CELLS
-    steps = (np.arange(CELLS + 2) - (CELLS + 1) / 2) * cell  # with a rim one cell wide around the pad
+    cells = round(2 * pad.half_m / CELL_M)
+    cell = 2 * pad.half_m / cells
+    steps = (np.arange(cells + 2) - (cells + 1) / 2) * cell  # with a rim one cell wide around the pad
     wide = shape.heights(side, point[0] + steps, point[1] + steps)
     heights, steps = wide[1:-1, 1:-1], steps[1:-1]
     if np.isinf(heights).all():
         raise _missed(shape, point)
-    pressure = _indent(heights, force_n / cell**2)
+    pressure = _indent(heights, force_n / cell**2, pad)
     if pressure[_rising(wide, friction * cell)].sum() > 0.5 * pressure.sum():
         raise PlanRejected(
             "grip",
@@ -90,12 +107,12 @@ def pressed_patch(shape: Shape, side: int, point: tuple[float, float], force_n: 
             f"{np.degrees(np.arctan(friction)):.0f} deg, too steep for grip.friction {friction:g}; grip nearer to "
             "where the object is thickest",
         )
-    middles, low, high = np.stack([steps, steps], axis=1), np.full(2, -PAD_HALF_M), np.full(2, PAD_HALF_M)
+    middles, low, high = np.stack([steps, steps], axis=1), np.full(2, -pad.half_m), np.full(2, pad.half_m)
     for _ in range(2):
         low, high = _around(pressure, low, high)
         middles = low + (high - low) * ((np.arange(FINE_CELLS) + 0.5) / FINE_CELLS)[:, None]
         heights = shape.heights(side, point[0] + middles[:, 0], point[1] + middles[:, 1])
-        pressure = _indent(heights, force_n / float(np.prod((high - low) / FINE_CELLS)))
+        pressure = _indent(heights, force_n / float(np.prod((high - low) / FINE_CELLS)), pad)
     touched = pressure > 0
     x, z = np.meshgrid(middles[:, 0], middles[:, 1], indexing="ij")
     points, weights = np.stack([x[touched], z[touched]], axis=1), pressure[touched] / pressure.sum()
@@ -113,14 +130,14 @@ def _around(pressure: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np
     return np.maximum(low, low + (first - 1) * cell), np.minimum(high, low + (last + 2) * cell)
 
 
-def _indent(heights: np.ndarray, force_per_area: float) -> np.ndarray:
+def _indent(heights: np.ndarray, force_per_area: float, pad: Pad) -> np.ndarray:
     """Pressure (relative) of a foundation on heights (p, q), such that it sums up to a force divided by a cell's area.
 
     The deepest n cells touch at the depth that carries the force, for the one n that fits.
     """
     gaps = np.sort((heights.max() - heights).ravel())
     gaps = gaps[np.isfinite(gaps)]
-    depths = (force_per_area / PAD_STIFFNESS_PA_M + np.cumsum(gaps)) / np.arange(1, len(gaps) + 1)
+    depths = (force_per_area / pad.stiffness_pa_m + np.cumsum(gaps)) / np.arange(1, len(gaps) + 1)
     depth = depths[np.flatnonzero(depths > gaps)[-1]]
     return np.maximum(0.0, depth - (heights.max() - heights))
 

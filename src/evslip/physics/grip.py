@@ -6,21 +6,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.physics.contact import PAD_HALF_M, Patch, flat_patch, pressed_patch
+from evslip.physics.contact import Pad, Patch, flat_patch, pressed_patch
+from evslip.physics.robots.catalogue import robot_of
 from evslip.scene.mounts import MOUNTS, place_on_hand
 from evslip.scene.shapes import shape_of, shape_of_spec
 from evslip.utils.errors import PlanRejected
 
-TCP_M = np.array([0.0, 0.0, 0.1034])
-"""Tool centre, the middle between the pads, in the frame of the hand (panda_hand)."""
-FINGER_Z_M = 0.0584
-"""Origin of the finger frames in the hand frame (the URDF's finger joints)."""
 LEFT, RIGHT = range(2)
 """Pads. At the start the left one is on the object's side y < 0, the right one on y > 0."""
 OPEN_BY_M = 0.006
-"""Way that each finger opens beyond the object, ..."""
-WIDEST_M = 0.039
-"""... at most to here."""
+"""Way that each finger opens beyond the object, at most by the gripper's stroke."""
 
 
 class Grasp(NamedTuple):
@@ -41,9 +36,15 @@ class Grasp(NamedTuple):
         return (self.pads[RIGHT].face_m - self.pads[LEFT].face_m) / 2
 
 
+def pad_of(params: Params) -> Pad:
+    """A pad of the gripper."""
+    gripper = robot_of(params.robot).gripper
+    return Pad(gripper.pad_half_m, gripper.pad_stiffness_pa_m)
+
+
 def tcp_offset_m(params: Params) -> float:
     """Tool centre from where the object's centre is planned to be, along its width."""
-    return shape_of(params).reach_m(PAD_HALF_M) * params.grip.offset
+    return shape_of(params).reach_m(pad_of(params).half_m) * params.grip.offset
 
 
 def grip_point_m(params: Params) -> np.ndarray:
@@ -58,14 +59,14 @@ def planned_grasp(params: Params) -> Grasp:
     """The grasp of an object that stands where it is planned to. Raises PlanRejected."""
     point = (tcp_offset_m(params), params.object.height_m / 2 - params.grip.depth_m)
     spec: Any = params.object
-    return _grasp(spec, point, params.grip.force_n, params.grip.friction)
+    return _grasp(spec, point, params.grip.force_n, params.grip.friction, pad_of(params))
 
 
 def grasp(params: Params) -> Grasp:
     """The grasp of the object where it stands. Raises PlanRejected when the pads miss it or cannot hold on to it."""
     x, z = grip_point_m(params)
     spec: Any = params.object
-    return _grasp(spec, (float(x), float(z)), params.grip.force_n, params.grip.friction)
+    return _grasp(spec, (float(x), float(z)), params.grip.force_n, params.grip.friction, pad_of(params))
 
 
 def camera_place_m(params: Params) -> np.ndarray:
@@ -84,14 +85,19 @@ def contact_elements(params: Params) -> tuple[np.ndarray, np.ndarray]:
 
 def open_travel_m(params: Params) -> float:
     """Travel of each finger before it closes."""
-    return min(WIDEST_M, params.object.depth_m / 2 + abs(planned_grasp(params).middle_m) + OPEN_BY_M)
+    return min(
+        robot_of(params.robot).gripper.stroke_m,
+        params.object.depth_m / 2 + abs(planned_grasp(params).middle_m) + OPEN_BY_M,
+    )
 
 
 def check_opening(params: Params) -> None:
     """Raise PlanRejected if the hand comes down on the object instead of around it."""
     grip, opened = params.grip, open_travel_m(params)
     yaw = abs(np.radians(grip.error_yaw_deg))
-    half_m = params.object.depth_m / 2 / np.cos(yaw) + min(PAD_HALF_M, params.object.width_m / 2) * np.tan(yaw)
+    half_m = params.object.depth_m / 2 / np.cos(yaw) + min(pad_of(params).half_m, params.object.width_m / 2) * np.tan(
+        yaw
+    )
     reach = half_m + abs(grip.error_y_m - planned_grasp(params).middle_m)
     if reach > opened:
         raise PlanRejected(
@@ -103,8 +109,8 @@ def check_opening(params: Params) -> None:
 
 
 @lru_cache(maxsize=8)
-def _grasp(spec: Any, point: tuple[float, float], force_n: float, friction: float) -> Grasp:
+def _grasp(spec: Any, point: tuple[float, float], force_n: float, friction: float, pad: Pad) -> Grasp:
     shape = shape_of_spec(spec)
     press = flat_patch if shape.solid_sides else pressed_patch
-    left, right = (press(shape, side, point, force_n, friction) for side in (-1, 1))
+    left, right = (press(shape, side, point, force_n, friction, pad) for side in (-1, 1))
     return Grasp(np.array(point), (left, right))

@@ -1,4 +1,4 @@
-"""The physical scene: the Panda, an object on a surface, and the contacts between them."""
+"""The physical scene: the robot, an object on a surface, and the contacts between them."""
 
 from typing import Any
 
@@ -8,9 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
 from evslip.physics.contact import CONTACTS, Patch
-from evslip.physics.grip import FINGER_Z_M, TCP_M, grasp
+from evslip.physics.grip import grasp
 from evslip.physics.inertia import inertia_kg_m2
-from evslip.physics.robot import FINGERS, HAND, ROBOTS
+from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.robots.description import FINGER_Z_M, TCP_M
+from evslip.physics.robots.model import spec_of
 from evslip.physics.trajectory import rounded
 from evslip.scene.shapes import shape_of
 from evslip.scene.shapes.shape import Shape
@@ -44,7 +46,7 @@ FORCE_BITS, TORQUE_BITS = 10, 20
 
 def build(params: Params) -> mujoco.MjModel:
     """The model of one sample. Sensors report poses, joints and contact forces; see `split_sensors`."""
-    return assemble(ROBOTS[params.robot.kind](params.grip.force_n), params)
+    return assemble(spec_of(robot_of(params.robot), params.grip.force_n), params)
 
 
 def assemble(robot: Any, params: Params) -> mujoco.MjModel:
@@ -106,7 +108,7 @@ def _collision_geom(spec: Any, shape: Shape) -> dict[str, Any]:
 
 def _add_pads(spec: Any, params: Params) -> None:
     friction = params.grip.friction
-    for finger, side, pad in zip(FINGERS, (1, -1), grasp(params).pads, strict=True):
+    for finger, side, pad in zip(_fingers(params), (1, -1), grasp(params).pads, strict=True):
         face = _face(spec, finger, side, pad)
         for i, (x, z_up) in enumerate(pad.contacts):
             name = f"{finger}_pad{i}"
@@ -114,6 +116,10 @@ def _add_pads(spec: Any, params: Params) -> None:
             sphere = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [PAD_RADIUS_M, 0, 0], **IN_PAIRS}
             spec.body(finger).add_geom(name=name, pos=place, **sphere)
             spec.add_pair(geomname1=name, geomname2=face, condim=3, friction=[friction, friction, 0.0065, 1e-4, 1e-4])
+
+
+def _fingers(params: Params) -> tuple[str, str]:
+    return robot_of(params.robot).gripper.fingers
 
 
 def _face(spec: Any, finger: str, side: int, pad: Patch) -> str:
@@ -139,7 +145,8 @@ def set_compliance(model: mujoco.MjModel, force_n: float) -> None:
     """
     regularisation = PAD_SLACK_M_S2 / force_n
     stiffness = PAD_SLACK_M_S2 / (PAD_POINTS * PAD_GIVE_M)
-    inverse_mass = model.body(OBJECT).invweight0[0] + model.body(FINGERS[0]).invweight0[0]
+    touching = model.geom_bodyid[[model.pair_geom1[0], model.pair_geom2[0]]]
+    inverse_mass = model.body_invweight0[touching, 0].sum()
     impedance = inverse_mass / (inverse_mass + regularisation)
     model.pair_solimp[:, :2] = impedance
     model.pair_solref[:] = -impedance * stiffness * np.array([1, PAD_RELAXATION_S])
@@ -148,12 +155,12 @@ def set_compliance(model: mujoco.MjModel, force_n: float) -> None:
 
 def _add_sensors(spec: Any, params: Params) -> None:
     sensor, kind = mujoco.mjtSensor, mujoco.mjtObj
-    for body in (HAND, OBJECT):
+    for body in (robot_of(params.robot).gripper.hand, OBJECT):
         spec.add_sensor(type=sensor.mjSENS_FRAMEPOS, objtype=kind.mjOBJ_XBODY, objname=body)
         spec.add_sensor(type=sensor.mjSENS_FRAMEQUAT, objtype=kind.mjOBJ_XBODY, objname=body)
     for joint in [j.name for j in spec.joints if j.name != OBJECT]:
         spec.add_sensor(type=sensor.mjSENS_JOINTPOS, objtype=kind.mjOBJ_JOINT, objname=joint)
-    for finger, pad in zip(FINGERS, grasp(params).pads, strict=True):
+    for finger, pad in zip(_fingers(params), grasp(params).pads, strict=True):
         for i in range(PAD_POINTS):
             face, name = _face_name(finger, pad), f"{finger}_pad{i}"
             _add_force_sensor(spec, name, face, reduce=1, data=FORCE | PLACE | NORMAL | TANGENT)

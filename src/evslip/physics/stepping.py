@@ -9,7 +9,6 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.physics import scene_model
-from evslip.physics.grip import TCP_M
 from evslip.physics.inertia import gyration_m2
 from evslip.physics.inputs.actuator import Actuator, response_of
 from evslip.physics.inputs.carried_object import CarriedObject
@@ -17,7 +16,8 @@ from evslip.physics.inputs.disturbance import conditions_of
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.motion.servo_plan import plan
 from evslip.physics.onset import PADS, load_wrench, pad_surface
-from evslip.physics.robot import FINGER_JOINTS, HAND
+from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.samples import SampleLog, SensorReader
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.stepped import SteppedVibration
@@ -57,8 +57,9 @@ class SteppedSimulation:
         self._data, self._scratch = data, _ = mujoco.MjData(model), mujoco.MjData(model)
         data.qpos[: self.plan.command.shape[1]] = np.r_[self.plan.joints[0], self.plan.command[0, -2:]]
         mujoco.mj_forward(model, data)
-        self._hand_body = model.body(HAND).id
-        self._fingers = [model.actuator(name).id for name in FINGER_JOINTS]
+        gripper = robot_of(params.robot).gripper
+        self._hand_body = model.body(gripper.hand).id
+        self._fingers = [model.actuator(name).id for name in gripper.finger_joints]
         self._actuator = Actuator(response_of(params.grip), params.grip.force_n, scene_model.TIMESTEP_S)
         self._target_n: float | None = None
         steps = len(self.plan.command)

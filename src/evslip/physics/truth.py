@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
 from evslip.physics.episodes import SLIP_DEG, SLIP_M, Episode, slips_of
-from evslip.physics.grip import TCP_M
 from evslip.physics.held import held_span, recorded
 from evslip.physics.motion.phases import PHASE_NAMES, phase_times
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory, rounded
 from evslip.physics.vibration.displacement import without_vibration
 

@@ -9,7 +9,10 @@ from scipy.spatial.transform import Rotation
 from evslip.config.params import Params
 from evslip.config.sections.camera import CAMERAS
 from evslip.config.views import one_camera
-from evslip.physics.grip import TCP_M, camera_place_m
+from evslip.physics.grip import camera_place_m
+from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.robots.description import TCP_M, Gripper
+from evslip.physics.robots.grippers import PANDA_HAND
 from evslip.rendering.distortion import NO_DISTORTION, Distortion
 from evslip.rendering.geometry.hand import FINGERS, LEFT, RIGHT
 from evslip.scene.mounts import MOUNTS
@@ -40,6 +43,8 @@ class Camera(NamedTuple):
     """Whether it is fixed to the hand. If not, it stands in the world, and position and rotation are in that frame."""
     fingers: tuple[int, ...] = FINGERS
     """Fingers, LEFT and RIGHT of `geometry.hand`, that are not clear: the others are not seen and throw no shadow."""
+    gripper: Gripper = PANDA_HAND
+    """That it is fixed to."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Image positions (x right, y down, in pixels) and depths in metres of points (..., 3) given in camera axes.
@@ -118,7 +123,8 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     focal_px = 0.5 * width / math.tan(math.radians(settings.fov_deg) / 2)
     distortion = Distortion(settings.k1, settings.k2, settings.p1, settings.p2)
     axes = _look_at(backward) @ turn.as_matrix()
-    camera = Camera(position, axes, width, height, focal_px, distortion, fingers=opaque_fingers(params))
+    gripper = robot_of(params.robot).gripper
+    camera = Camera(position, axes, width, height, focal_px, distortion, True, opaque_fingers(params), gripper)
     camera.pinhole()  # a lens that folds the image is refused here
     return camera
 

@@ -8,7 +8,7 @@ from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble
-from evslip.rendering.geometry.links import LINKS, hulls, posed
+from evslip.rendering.geometry.links import MOST_LINKS, hulls, posed
 from evslip.rendering.geometry.supersampling import NEAR_M
 from evslip.rendering.poses import ScenePoses
 from evslip.scene.shapes import surface_of
@@ -20,7 +20,7 @@ OUTPUTS = ("depth", "normal", "motion")
 HALF_STEP_US = 500
 """Motion is measured between poses this long before and after: together one step of the simulation's record."""
 OBJECT, SURFACE, SKY, FIRST_LINK = RIGHT + 1, RIGHT + 2, RIGHT + 3, RIGHT + 4
-FIRST_DISTRACTOR = FIRST_LINK + LINKS
+FIRST_DISTRACTOR = FIRST_LINK + MOST_LINKS
 """Parts of the scene, after those of the gripper in `hand`; the last two are the first of the arm's links and the first
 of the distractors."""
 
@@ -80,7 +80,7 @@ class PixelRays:
         self._meet(corners, body.normals @ axes.T, np.full(len(corners), OBJECT), depth, normal, part)
         links = poses.links
         if links is not None:
-            parts, arm = hulls(), posed(links.places[index], links.turns[index])
+            parts, arm = hulls(links.arm), posed(links, index)
             corners = ((arm.vertices - origin) @ turn)[arm.faces]
             self._meet(corners, arm.normals @ turn, parts.link_of_face + FIRST_LINK, depth, normal, part)
         for number, one in enumerate(poses.distractors):
@@ -133,7 +133,7 @@ class PixelRays:
         if travel_m != self._travel_m or poses.mounts is not None:
             shape = self._rays.shape[:2]
             self._seen = np.full(shape, np.inf), np.zeros((*shape, 3)), np.full(shape, SKY, np.uint8)
-            mesh, parts = assemble(travel_m, camera.fingers)
+            mesh, parts = assemble(travel_m, camera.fingers, camera.gripper)
             corners = (mesh.corners - camera.position) @ camera.rotation
             self._meet(corners, mesh.normals @ camera.rotation, parts.astype(np.int64), *self._seen)
             self._travel_m = travel_m if poses.mounts is None else None

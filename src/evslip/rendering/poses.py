@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from evslip.physics.robots.catalogue import robot_of
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera
 from evslip.rendering.distractors.distractor import Distractor, distractors_of
@@ -101,8 +102,11 @@ class ScenePoses:
     @cached_property
     def links(self) -> LinkPoses | None:
         """The arm's links; None where no arm carries the hand."""
-        traj = self._traj
-        if traj.params.robot.kind != "panda" or not carries(traj.joints[0, :7], traj.gripper_pose[0, :3]):
+        traj, robot = self._traj, robot_of(self._traj.params.robot)
+        if robot.arm is None:
             return None
-        joints = [np.interp(self.at_us, traj.t_us, traj.joints[:, k]) for k in range(7)]
-        return link_poses(np.stack(joints, 1))
+        count = len(robot.arm.joints)
+        if not carries(robot, traj.joints[0, :count], traj.gripper_pose[0, :3]):
+            return None
+        joints = [np.interp(self.at_us, traj.t_us, traj.joints[:, k]) for k in range(count)]
+        return link_poses(robot.arm, np.stack(joints, 1))

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from evslip.data.record import Record
 from evslip.events.overlay import OFF_COLOR, ON_COLOR
+from evslip.physics.robots.catalogue import robot_of
 from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.geometry.links import link_poses
 from evslip.rendering.poses import ScenePoses
@@ -132,8 +133,11 @@ def _log_poses(stream: Any, record: Record, t_us: int) -> None:
         camera = ScenePoses(trajectory, camera, np.array([t_us])).mounted(camera, 0)
         stream.log(f"{root}/hand/camera", _place_of(camera))
     joints = trajectory.joints[row]
-    chain = [*link_poses(joints[None, :7]).places[0], trajectory.gripper_pose[row, :3]]
-    stream.log(f"{root}/arm", rr.LineStrips3D([chain], radii=0.02))
+    arm = robot_of(trajectory.params.robot).arm
+    if arm is not None:
+        links = link_poses(arm, joints[None, : len(arm.joints)])
+        chain = [*links.places[0], trajectory.gripper_pose[row, :3]]
+        stream.log(f"{root}/arm", rr.LineStrips3D([chain], radii=0.02))
     fingers = [[0, side * (travel + 0.005), 0.095] for side, travel in zip((1, -1), joints[7:], strict=True)]
     stream.log(f"{root}/hand/fingers", rr.Boxes3D(centers=fingers, half_sizes=[[0.01, 0.005, 0.02]] * 2))
 

@@ -9,9 +9,12 @@ from brute_force import seen_share, triangles
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.events.frame import ARM, GRIPPER, OBJECT
-from evslip.physics.robot import HOME_RAD, panda
+from evslip.physics.robots.arms import PANDA
+from evslip.physics.robots.description import Robot
+from evslip.physics.robots.grippers import PANDA_HAND
+from evslip.physics.robots.model import spec_of
 from evslip.rendering.camera import hand_camera
-from evslip.rendering.geometry.links import CASTERS, LINKS, carries, hulls, in_view, link_poses, posed, solids
+from evslip.rendering.geometry.links import carries, hulls, in_view, link_poses, posed, solids
 from evslip.rendering.outputs import FIRST_LINK, PixelRays
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.renderer import Raycaster
@@ -21,10 +24,13 @@ from evslip.rendering.timing.schedule import image_motion
 from made_up import still
 from shadows import seen
 
+ROBOT = Robot(PANDA, PANDA_HAND)
+CASTERS, LINKS = 7, 8
+
 
 @pytest.fixture(scope="module")
 def model():
-    model = panda(10.0).compile()
+    model = spec_of(ROBOT, 10.0).compile()
     return model, mujoco.MjData(model)
 
 
@@ -40,7 +46,9 @@ def carried(model, **overrides):
     params = draw(load_config("simple", {"camera.width": 138, "camera.height": 104, **overrides}), 0)
     traj = still(params, 0.2)
     share = np.linspace(0, 1, len(traj.t_us))[:, None]
-    traj.joints[:, :7] = HOME_RAD + (0, 0.25, 0, 0, 0, -0.25, 0) + share * (0.05, 0.05, 0, 0.02, 0, 0.05, 0)
+    traj.joints[:, :7] = (
+        np.array(PANDA.rest_rad) + (0, 0.25, 0, 0, 0, -0.25, 0) + share * (0.05, 0.05, 0, 0.02, 0, 0.05, 0)
+    )
     for k, joints in enumerate(traj.joints):
         data = at(model, joints[:7])
         traj.gripper_pose[k, :3], traj.gripper_pose[k, 3:] = data.body("panda_hand").xpos, data.body("panda_hand").xquat
@@ -52,18 +60,18 @@ def carried(model, **overrides):
 def test_links_are_where_the_simulation_has_them(model):
     rng = np.random.default_rng(0)
     joints = rng.uniform(-1.5, 1.5, (5, 7))
-    links = link_poses(joints)
+    links = link_poses(PANDA, joints)
     for k in range(5):
         data = at(model, joints[k])
         for link in range(LINKS):
             assert links.places[k, link] == pytest.approx(data.body(f"panda_link{link}").xpos, abs=1e-6)
             assert links.turns[k, link] == pytest.approx(data.body(f"panda_link{link}").xmat.reshape(3, 3), abs=1e-6)
         hand = data.body("panda_hand").xpos
-        assert carries(joints[k], hand) and not carries(joints[k], hand + 0.01)
+        assert carries(ROBOT, joints[k], hand) and not carries(ROBOT, joints[k], hand + 0.01)
 
 
 def test_hulls_are_closed_and_convex():
-    parts = hulls()
+    parts = hulls(PANDA)
     facets, starts = parts.facets, parts.starts
     for link in range(LINKS):
         (v0, f0, e0), (v1, f1, e1) = starts[link : link + 2]
@@ -99,7 +107,7 @@ def test_no_arm_in_view_from_the_side(model):
     traj = carried(model, **{"camera.mount": "side"})
     camera = hand_camera(traj.params)
     poses = ScenePoses(traj, camera, np.array([0]))
-    parts, slopes = hulls(), (camera.width / 2 / camera.focal_px, camera.height / 2 / camera.focal_px)
+    parts, slopes = hulls(PANDA), (camera.width / 2 / camera.focal_px, camera.height / 2 / camera.focal_px)
     view = poses.camera_position[0], poses.camera_rotation[0]
     assert poses.links is not None
     places, turns = poses.links.places[0], poses.links.turns[0]
@@ -114,17 +122,17 @@ def test_no_arm_in_view_from_the_side(model):
 
 @pytest.mark.parametrize("radius", [0.3, 2.0])
 def test_the_arm_s_shadow_on_the_table_matches_rays(model, radius):
-    joints = HOME_RAD[None]
-    links = link_poses(joints)
+    joints = np.array([PANDA.rest_rad])
+    links = link_poses(PANDA, joints)
     lamp = np.array([-14.0, 9.0, 24.0])
     rng = np.random.default_rng(0)
     points = np.concatenate([rng.uniform((-0.1, -0.6), (1.0, 0.5), (512, 2)), np.zeros((512, 1))], 1)
     points = points[np.lexsort((points[:, 1], points[:, 0] // 0.1))]
     places, turns = links.places[0, :CASTERS], links.turns[0, :CASTERS]
-    outlines = outlines_of(solids(), places, turns, lamp, np.array([0.0, 1.0, 0.0]))
-    boxes = turns, links.middles[0, :CASTERS], hulls().halves[:CASTERS]
+    outlines = outlines_of(solids(PANDA), places, turns, lamp, np.array([0.0, 1.0, 0.0]))
+    boxes = turns, links.middles[0, :CASTERS], hulls(PANDA).halves[:CASTERS]
     found = seen(points, lamp, radius, boxes, np.full(CASTERS, ARM_PART), outlines=outlines)
-    facets, parts = posed(links.places[0], links.turns[0]), hulls()
+    facets, parts = posed(links, 0), hulls(PANDA)
     own = parts.link_of_face < CASTERS
     faces = facets.faces[own]
     uv, normals = np.zeros((len(faces), 3, 2)), np.ones((len(faces), 3, 3))
@@ -144,7 +152,7 @@ def test_frames_follow_the_arm(model):
     camera = hand_camera(traj.params)
     poses = ScenePoses(traj, camera, traj.t_us)
     motion = image_motion(poses, camera, traj.params)
-    parts, links = hulls(), poses.links
+    parts, links = hulls(PANDA), poses.links
     assert links is not None
     for link in range(3):
         corner = links.places[:, link] + links.turns[:, link] @ (parts.centres[link] + parts.halves[link])

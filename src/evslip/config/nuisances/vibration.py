@@ -32,7 +32,7 @@ class VibrationSpec(Section, Generic[N, S]):
     object_deg: Annotated[N, Within(0.0, 5.0)] = usual(0.0)
     """... and about the closing axis, through the tool centre."""
     tremor_hz: Annotated[N | None, Within(0.5, 60.0, "the servos follow no faster")] = None
-    """Middle of the band in which the joints of the Panda's arm tremble,"""
+    """Middle of the band in which the joints of the arm tremble,"""
     tremor_band_hz: Annotated[N, Within(0.1, 60.0)] = usual(4.0)
     """... and its width."""
     tremor_deg: Annotated[N, Within(0.0, 0.5)] = usual(0.0)

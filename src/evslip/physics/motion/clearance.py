@@ -4,33 +4,44 @@ import mujoco
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.physics.contact import PAD_HALF_M
-from evslip.physics.grip import TCP_M, check_opening, tcp_offset_m
+from evslip.physics.grip import check_opening, pad_of, tcp_offset_m
 from evslip.physics.motion.phases import phase_bounds_s
-from evslip.physics.robot import ARM_JOINTS, HAND, collision_hull
+from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.robots.description import TCP_M, Arm, Gripper
+from evslip.physics.robots.hulls import link_corners, part_corners
+from evslip.physics.robots.urdf import chain
 from evslip.utils.errors import PlanRejected
 
-TIP_BELOW_TCP_M = round(PAD_HALF_M + 0.001, 9)
-"""Way from the tool centre down to the finger tips, a millimetre beyond the pads."""
+TIP_M = 0.001
+"""The finger tips reach so far beyond the pads."""
 TOUCH_M = 0.001
 """The object may be planned this deep into the table: it is set down, not dropped."""
-_MOVING = {f"panda_link{k}": f"link{k}" for k in range(2, 8)} | {HAND: "hand"}
-"""Bodies that can come down to the table, and their meshes."""
+FIRST_MOVING = 2
+"""Number of the first link that can come down to the table; the base is link 0."""
+
+
+def tip_below_tcp_m(params: Params) -> float:
+    """Way from the tool centre down to the finger tips."""
+    return round(pad_of(params).half_m + TIP_M, 9)
 
 
 def check_grip(params: Params) -> None:
     """Raise PlanRejected if the grasp itself puts the finger tips into the table or onto the object, or the object into
     the palm."""
     check_opening(params)
-    obj, grip = params.object, params.grip
-    deepest = obj.height_m - TIP_BELOW_TCP_M
+    obj, grip, gripper = params.object, params.grip, robot_of(params.robot).gripper
+    if grip.force_n > gripper.most_n:
+        raise PlanRejected(
+            "grip", f"grip.force_n: {grip.force_n:g} is more than the {gripper.name} gripper's {gripper.most_n:g} N"
+        )
+    deepest = obj.height_m - tip_below_tcp_m(params)
     if grip.depth_m > deepest:
         raise PlanRejected(
             "collision",
             f"grip.depth_m: {grip.depth_m:g} puts the finger tips into the table for object.height_m {obj.height_m:g}; "
             f"expected at most {deepest:.4g}",
         )
-    palm = TCP_M[2] - collision_hull("hand")[:, 2].max()
+    palm = TCP_M[2] - part_corners(gripper.palm)[:, 2].max()
     if grip.depth_m > palm:
         raise PlanRejected(
             "collision", f"grip.depth_m: {grip.depth_m:g} puts the object into the palm; expected at most {palm:.3g}"
@@ -47,7 +58,7 @@ def check_object(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: 
     carried = (t_s >= bounds["lift"][0]) & (t_s <= bounds["placement"][1])
     sides, ends = (middle - obj.width_m / 2, middle + obj.width_m / 2), (depth, depth - obj.height_m)
     corners = np.array([(x, z) for x in sides for z in ends])
-    tips = np.array([(0.0, -TIP_BELOW_TCP_M)])
+    tips = np.array([(0.0, -tip_below_tcp_m(params))])
     for name, points in (("object", corners), ("finger tips", tips)):
         below = np.stack([-np.sin(tilt_rad), np.cos(tilt_rad)], axis=1) @ points.T
         lowest = np.where(carried, tool_m[:, 2] + below.min(axis=1), np.inf)
@@ -55,17 +66,19 @@ def check_object(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: 
         _require_above(-TOUCH_M, t_s, lowest, f"the {name}", remedy)
 
 
-def check_arm(model: mujoco.MjModel, t_s: np.ndarray, angles_rad: np.ndarray) -> None:
-    """Raise PlanRejected if a link or the hand goes into the table at joint angles (n, 7) of times (n,)."""
+def check_arm(model: mujoco.MjModel, arm: Arm, gripper: Gripper, t_s: np.ndarray, angles_rad: np.ndarray) -> None:
+    """Raise PlanRejected if a link or the hand goes into the table at joint angles (n, k) of times (n,)."""
     data = mujoco.MjData(model)
-    bodies = np.array([model.body(name).id for name in _MOVING])
+    moving = {link.name: link_corners(link) for link in chain(arm.urdf, arm.joints)[FIRST_MOVING:]}
+    moving[gripper.hand] = part_corners(gripper.palm)
+    bodies = np.array([model.body(name).id for name in moving])
     down, height = np.empty((len(t_s), len(bodies), 3)), np.empty((len(t_s), len(bodies)))
     for k, angles in enumerate(angles_rad):
-        data.qpos[: len(ARM_JOINTS)] = angles
+        data.qpos[: len(angles)] = angles
         mujoco.mj_kinematics(model, data)
         down[k], height[k] = data.xmat[bodies, 6:], data.xpos[bodies, 2]
-    for body, (name, mesh) in enumerate(_MOVING.items()):
-        lowest = height[:, body] + (down[:, body] @ collision_hull(mesh).T).min(axis=1)
+    for body, (name, corners) in enumerate(moving.items()):
+        lowest = height[:, body] + (down[:, body] @ corners.T).min(axis=1, initial=np.inf)
         _require_above(0.0, t_s, lowest, name, "lift higher (motion.lift_m) or grip a higher object")
 
 

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.physics.grip import TCP_M
-from evslip.physics.robot import ARM_JOINTS, HAND, HOME_RAD
+from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.robots.description import TCP_M, Arm
 from evslip.utils.errors import PlanRejected
 
 REACHED = 1e-4
@@ -15,21 +15,21 @@ SETTLED_RAD = 1e-5
 
 
 def joint_path(
-    params: Params, model: mujoco.MjModel, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: np.ndarray
+    params: Params, arm: Arm, model: mujoco.MjModel, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: np.ndarray
 ) -> np.ndarray:
-    """Joint angles (n, 7) for tool centres (n, 3) and tilts (n,): of all that reach a pose those nearest the rest pose,
-    by damped least squares. Raises PlanRejected."""
+    """Joint angles (n, k) of an arm for tool centres (n, 3) and tilts (n,): of all that reach a pose those nearest the
+    rest pose, by damped least squares. Raises PlanRejected."""
     data = mujoco.MjData(model)
-    hand = model.body(HAND).id
+    hand, count, rest = model.body(robot_of(params.robot).gripper.hand).id, len(arm.joints), np.array(arm.rest_rad)
     jac_p, jac_r = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-    arm = slice(0, len(ARM_JOINTS))
-    limits = np.array([model.joint(name).range for name in ARM_JOINTS])
-    data.qpos[arm] = HOME_RAD
-    angles = np.empty((len(t_s), len(ARM_JOINTS)))
+    own = slice(0, count)
+    limits = np.array([model.joint(name).range for name in arm.joints])
+    data.qpos[own] = rest
+    angles = np.empty((len(t_s), count))
     for k, (position, tilt) in enumerate(zip(tool_m, tilt_rad, strict=True)):
         wanted = _hand_rotation(tilt)
         if k > 1:
-            data.qpos[arm] = 2 * angles[k - 1] - angles[k - 2]
+            data.qpos[own] = 2 * angles[k - 1] - angles[k - 2]
         error = np.full(6, np.inf)
         for _ in range(200 if k == 0 else 30):
             mujoco.mj_kinematics(model, data)
@@ -38,34 +38,36 @@ def joint_path(
             tcp = data.xpos[hand] + rotation @ TCP_M
             error = np.r_[position - tcp, _rotation_vector(wanted @ rotation.T)]
             mujoco.mj_jac(model, data, jac_p, jac_r, tcp, hand)
-            jac = np.vstack([jac_p, jac_r])[:, arm]
+            jac = np.vstack([jac_p, jac_r])[:, own]
             inverse = jac.T @ np.linalg.inv(jac @ jac.T + 1e-8 * np.eye(6))
-            spare = (np.eye(7) - inverse @ jac) @ (HOME_RAD - data.qpos[arm])
+            spare = (np.eye(count) - inverse @ jac) @ (rest - data.qpos[own])
             if np.linalg.norm(error) < 1e-7 and np.linalg.norm(spare) < SETTLED_RAD:
                 break
-            data.qpos[arm] += np.clip(inverse @ error + spare, -0.2, 0.2)
+            data.qpos[own] += np.clip(inverse @ error + spare, -0.2, 0.2)
         if not np.linalg.norm(error) < REACHED:
-            raise PlanRejected("unreachable", _unreachable(params, position, float(t_s[k])))
-        outside = (data.qpos[arm] < limits[:, 0]) | (data.qpos[arm] > limits[:, 1])
+            raise PlanRejected("unreachable", _unreachable(params, arm, position, float(t_s[k])))
+        outside = (data.qpos[own] < limits[:, 0]) | (data.qpos[own] > limits[:, 1])
         if outside.any():
             joint = int(outside.argmax())
             low, high = limits[joint]
-            needs = f"{ARM_JOINTS[joint]} at {data.qpos[joint]:.3f} rad, outside {low:g} to {high:g}"
-            raise PlanRejected("joint_limit", f"{_unreachable(params, position, float(t_s[k]))} ({needs})")
-        angles[k] = data.qpos[arm]
+            needs = f"{arm.joints[joint]} at {data.qpos[joint]:.3f} rad, outside {low:g} to {high:g}"
+            raise PlanRejected("joint_limit", f"{_unreachable(params, arm, position, float(t_s[k]))} ({needs})")
+        angles[k] = data.qpos[own]
     return angles
 
 
-def _unreachable(params: Params, position: np.ndarray, t_s: float) -> str:
+def _unreachable(params: Params, arm: Arm, position: np.ndarray, t_s: float) -> str:
     obj, motion = params.object, params.motion
     x, y, z = position
     goal = {
         "pick_and_place": f" with motion.move_x_m {motion.move_x_m:g}, motion.move_y_m {motion.move_y_m:g}",
         "waypoints": " with motion.waypoints",
     }.get(motion.kind, "")
+    near, far = arm.reach_m
     return (
-        f"object.x_m {obj.x_m:g}, object.y_m {obj.y_m:g}{goal}: the Panda cannot reach ({x:.3f}, {y:.3f}, {z:.3f}) m, "
-        f"where its hand must be at {t_s:.2f} s; keep the whole path 0.3 to 0.7 m from the robot's base"
+        f"object.x_m {obj.x_m:g}, object.y_m {obj.y_m:g}{goal}: the {arm.name} cannot reach "
+        f"({x:.3f}, {y:.3f}, {z:.3f}) m, where its hand must be at {t_s:.2f} s; keep the whole path {near:g} to "
+        f"{far:g} m from the robot's base"
     )
 
 

@@ -1,6 +1,5 @@
 """The way of the tool centre and of the fingers, and the plan of the robot that follows it."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import mujoco
@@ -8,7 +7,6 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from evslip.config.params import Params
-from evslip.config.sections.robot import RobotKind
 from evslip.physics.grip import open_travel_m, planned_grasp, tcp_offset_m
 from evslip.physics.inputs import disturbance
 from evslip.physics.motion import clearance
@@ -16,13 +14,9 @@ from evslip.physics.motion.inverse_kinematics import joint_path
 from evslip.physics.motion.pace import pace_of
 from evslip.physics.motion.phases import phase_bounds_s, planned_bounds_s
 from evslip.physics.motion.shaking import shaking_m
-from evslip.physics.robot import (
-    ARM_JOINTS,
-    ARM_SERVOS,
-    CARTESIAN_RATE_RAD_S,
-    MOST_ACCELERATION_RAD_S2,
-    MOST_SPEED_RAD_S,
-)
+from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.robots.description import Arm
+from evslip.physics.robots.model import CARTESIAN_RATE_RAD_S
 from evslip.physics.scene_model import TIMESTEP_S
 from evslip.physics.vibration.tremor import tremor_rad
 from evslip.scene.motions import KINDS
@@ -46,11 +40,11 @@ class ServoPlan(NamedTuple):
     """Servo commands, one row a time step."""
 
     joints: np.ndarray
-    """Desired positions of the robot's joints: angles of the arm (n, 7), or x, y, z, tilt of the cartesian hand (n, 4);
+    """Desired positions of the robot's joints: angles of the arm (n, k), or x, y, z, tilt of the cartesian hand (n, 4);
     in radians and metres."""
     command: np.ndarray
-    """Commands to the servos: the joints' positions led by their lag, then the two fingers; of shape (n, 9) or
-    (n, 6)."""
+    """Commands to the servos: the joints' positions led by their lag, then the two fingers; of shape (n, k + 2)
+    or (n, 6)."""
 
 
 def duration_s(params: Params) -> float:
@@ -104,20 +98,21 @@ def plan(params: Params, model: mujoco.MjModel) -> ServoPlan:
     coarse_s = np.linspace(0, duration, round(duration * RATE_HZ) + 1)
     clearance.check_object(params, coarse_s, *tool_path(params, coarse_s))
     t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S
-    joints, command = FOLLOW[params.robot.kind](params, model, coarse_s, t_s)
+    arm = robot_of(params.robot).arm
+    joints, command = _with_slides(params, t_s) if arm is None else _with_arm(params, arm, model, coarse_s, t_s)
     fingers = finger_travel(params, t_s)[:, None].repeat(2, axis=1)
     return ServoPlan(joints, np.hstack([command, fingers]))
 
 
 def _with_arm(
-    params: Params, model: mujoco.MjModel, coarse_s: np.ndarray, t_s: np.ndarray
+    params: Params, arm: Arm, model: mujoco.MjModel, coarse_s: np.ndarray, t_s: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Angles of the arm's joints and the commands to their servos, each (n, 7), at times (n,)."""
-    angles = joint_path(params, model, coarse_s, *tool_path(params, coarse_s))
-    clearance.check_arm(model, coarse_s, angles)
+    """Angles of the arm's joints and the commands to their servos, each (n, k), at times (n,)."""
+    angles = joint_path(params, arm, model, coarse_s, *tool_path(params, coarse_s))
+    clearance.check_arm(model, arm, robot_of(params.robot).gripper, coarse_s, angles)
     spline = CubicSpline(coarse_s, angles)
-    _check_speed(t_s, spline(t_s, 1), spline(t_s, 2))
-    lag_s = np.array([servo.damping / servo.stiffness for servo in ARM_SERVOS])
+    _check_speed(arm, t_s, spline(t_s, 1), spline(t_s, 2))
+    lag_s = np.array([servo.damping / servo.stiffness for servo in arm.servos])
     next_s = t_s + TIMESTEP_S  # the discrete integrator's servos act on where a step ends
     joints, command = spline(t_s), spline(next_s) + lag_s * spline(next_s, 1)
     if params.vibration.tremor_hz is None:
@@ -127,9 +122,7 @@ def _with_arm(
     return joints + trembling[:-1], command + leading[1:]
 
 
-def _with_slides(
-    params: Params, model: mujoco.MjModel, coarse_s: np.ndarray, t_s: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _with_slides(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions of the cartesian hand's joints and the commands to their servos, each (n, 4), at times (n,)."""
     before, now, after = (np.column_stack(tool_path(params, t_s + k * TIMESTEP_S)) for k in (0, 1, 2))
     speed = (after - before) / (2 * TIMESTEP_S)
@@ -137,20 +130,16 @@ def _with_slides(
     return before, now + 2 / CARTESIAN_RATE_RAD_S * speed + acceleration / CARTESIAN_RATE_RAD_S**2
 
 
-FOLLOW: dict[RobotKind, Callable[..., tuple[np.ndarray, np.ndarray]]] = {"panda": _with_arm, "cartesian": _with_slides}
-"""Joints and commands of each robot that follows the path."""
-
-
-def _check_speed(t_s: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> None:
+def _check_speed(arm: Arm, t_s: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> None:
     for values, most, unit in (
-        (speed, MOST_SPEED_RAD_S, "rad/s"),
-        (acceleration, MOST_ACCELERATION_RAD_S2, "rad/s2"),
+        (speed, arm.most_speed_rad_s, "rad/s"),
+        (acceleration, arm.most_acceleration_rad_s2, "rad/s2"),
     ):
-        share = np.abs(values) / most
+        share = np.abs(values) / np.array(most)
         when, joint = np.unravel_index(share.argmax(), share.shape)
         if share[when, joint] > 1:
             raise PlanRejected(
                 "too_fast",
-                f"motion: {ARM_JOINTS[joint]} would need {abs(values[when, joint]):.3g} {unit} at {t_s[when]:.2f} s, "
-                f"the Panda's limit is {most[joint]:g}; give the motion more time or a shorter way",
+                f"motion: {arm.joints[joint]} would need {abs(values[when, joint]):.3g} {unit} at {t_s[when]:.2f} s, "
+                f"the {arm.name}'s limit is {most[joint]:g}; give the motion more time or a shorter way",
             )

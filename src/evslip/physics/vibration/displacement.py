@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 from evslip.config.nuisances.vibration import VibrationSpec
 from evslip.config.params import Params
 from evslip.config.views import camera_names, seen_by
-from evslip.physics.grip import TCP_M, camera_place_m
+from evslip.physics.grip import camera_place_m
 from evslip.physics.held import held_span, recorded
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.noise import shaped_noise
 from evslip.physics.vibration.resonance import Resonance

@@ -7,8 +7,9 @@ motion, and it fades out after a touch or a loss, not before.
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.physics.grip import TCP_M, camera_place_m
+from evslip.physics.grip import camera_place_m
 from evslip.physics.motion.phases import phase_times
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.displacement import (
     CAMERA,

@@ -6,8 +6,8 @@ import numpy as np
 
 from evslip.config.sections.camera import CAMERAS
 from evslip.config.views import seen_by
-from evslip.physics.grip import TCP_M
 from evslip.physics.motion.phases import phase_times
+from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import matrices

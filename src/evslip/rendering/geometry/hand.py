@@ -1,20 +1,23 @@
-"""The Panda's hand as the camera on it sees it: meshes, and boxes that cast its shadow."""
+"""The gripper as the camera on it sees it: meshes, and boxes that cast its shadow."""
 
-import math
 import warnings
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from evslip.physics.grip import FINGER_Z_M
-from evslip.physics.robot import description_folder
+from evslip.physics.robots.description import FINGER_Z_M, Box, Gripper, Part, corners_of
+from evslip.physics.robots.grippers import PANDA_HAND
+from evslip.physics.robots.urdf import file_of
 from evslip.scene.textures.library import srgb_to_linear
 from evslip.utils.errors import MissingExtraError
 
 WHITEST = 0.85
 """The meshes' white plastic is not a perfect mirror of light."""
+PLAIN = np.full(3, 0.7)
+"""Colour of meshes that have none, linear."""
 HAND, LEFT, RIGHT = range(3)
 FINGERS = (LEFT, RIGHT)
 
@@ -40,26 +43,52 @@ class Boxes(NamedTuple):
 
 
 @cache
-def load_mesh(name: str) -> Mesh:
-    """A visual mesh of the robot's description. Raises MissingExtraError."""
+def read_mesh(path: Path) -> Mesh:
+    """A mesh file in its own frame. Raises MissingExtraError."""
     import trimesh
 
-    path = description_folder() / "meshes" / "visual" / f"{name}.dae"
+    file = file_of(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(path)
+            scene = trimesh.load_scene(file)
     except (ImportError, ValueError) as error:
-        raise MissingExtraError(f"{path}: cannot be read ({error}); pip install trimesh pycollada") from None
+        raise MissingExtraError(f"{file}: cannot be read ({error}); pip install trimesh pycollada") from None
     corners, normals, albedo = [], [], []
     for node in scene.graph.nodes_geometry:
         place, geometry = scene.graph[node]
         part = scene.geometry[geometry]
         corners.append((part.vertices @ place[:3, :3].T + place[:3, 3])[part.faces])
         normals.append((part.vertex_normals @ place[:3, :3].T)[part.faces])
-        colour = srgb_to_linear(np.asarray(part.visual.material.main_color[:3]) / 255.0)
+        material = getattr(part.visual, "material", None)
+        colour = PLAIN if material is None else srgb_to_linear(np.asarray(material.main_color[:3]) / 255.0)
         albedo.append(np.repeat(np.minimum(colour, WHITEST)[None], len(part.faces), 0))
     return Mesh(np.concatenate(corners), np.concatenate(normals), np.concatenate(albedo))
+
+
+def joined(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes in one frame as one."""
+    return Mesh(*(np.concatenate(arrays) for arrays in zip(*meshes, strict=True)))
+
+
+@cache
+def part_mesh(part: Part) -> Mesh:
+    """What is seen of a palm or of the left finger, in its own frame. Raises MissingExtraError."""
+    return joined([_box_mesh(box) for box in part.boxes]) if part.mesh is None else read_mesh(part.mesh)
+
+
+def _box_mesh(box: Box) -> Mesh:
+    corners = corners_of((box,)).reshape(2, 2, 2, 3)
+    squares, normals = [], []
+    for axis in range(3):
+        sides = np.moveaxis(corners, axis, 0).reshape(2, 4, 3)[:, [0, 1, 3, 2]]
+        outward = np.array(box.axes)[:, axis]
+        for square, sign in zip(sides, (-1.0, 1.0), strict=True):
+            around = np.cross(square[1] - square[0], square[2] - square[0]) @ outward
+            squares.append(square if around * sign > 0 else square[::-1])
+            normals.append(sign * outward)
+    faces = np.array(squares)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    return Mesh(faces, np.array(normals).repeat(6, 0).reshape(-1, 3, 3), np.full((len(faces), 3), box.albedo))
 
 
 def finger_turn(part: int) -> np.ndarray:
@@ -72,27 +101,18 @@ def finger_place(part: int, travel_m: float) -> np.ndarray:
     return np.array([0.0, -travel_m if part == RIGHT else travel_m, FINGER_Z_M])
 
 
-def assemble(travel_m: float, fingers: Sequence[int] = FINGERS) -> tuple[Mesh, np.ndarray]:
+def assemble(
+    travel_m: float, fingers: Sequence[int] = FINGERS, gripper: Gripper = PANDA_HAND
+) -> tuple[Mesh, np.ndarray]:
     """Hand and fingers in the hand frame, and for each triangle its part (HAND, LEFT, RIGHT). fingers: those that are
     not clear."""
-    hand, finger = load_mesh("hand"), load_mesh("finger")
-    meshes, parts = [hand], [np.zeros(len(hand.corners), np.uint8)]
+    palm, finger = part_mesh(gripper.palm), part_mesh(gripper.finger)
+    meshes, parts = [palm], [np.zeros(len(palm.corners), np.uint8)]
     for part in fingers:
         turn, place = finger_turn(part), finger_place(part, travel_m)
         meshes.append(Mesh(finger.corners @ turn.T + place, finger.normals @ turn.T, finger.albedo))
         parts.append(np.full(len(finger.corners), part, np.uint8))
-    return Mesh(*(np.concatenate(arrays) for arrays in zip(*meshes, strict=True))), np.concatenate(parts)
-
-
-_TILTED = np.array([[1, 0, 0], [0, math.cos(math.pi / 6), -0.5], [0, 0.5, math.cos(math.pi / 6)]])
-_FLANGE = (np.eye(3), (0.0, 0.0, -0.055), (0.04, 0.04, 0.05))
-_PALM = (np.eye(3), (0.0, 0.0, 0.030), (0.0215, 0.1, 0.035))
-_FINGER = (
-    (np.eye(3), (0.0, 0.0184, 0.010), (0.0105, 0.0069, 0.010)),
-    (_TILTED, (0.0, 0.0159, 0.02835), (0.00875, 0.0035, 0.01175)),
-    (np.eye(3), (0.0, 0.0072, 0.045), (0.009, 0.0072, 0.009)),
-)
-_WHOLE_FINGER = (np.eye(3), (0.0, 0.0115, 0.027), (0.0098, 0.0115, 0.027))
+    return joined(meshes), np.concatenate(parts)
 
 
 def block_parts(fingers: Sequence[int]) -> np.ndarray:
@@ -100,29 +120,26 @@ def block_parts(fingers: Sequence[int]) -> np.ndarray:
     return np.array([HAND, *fingers])
 
 
-def box_parts(fingers: Sequence[int]) -> np.ndarray:
+def box_parts(fingers: Sequence[int], gripper: Gripper = PANDA_HAND) -> np.ndarray:
     """Part of each box in `shadow_boxes`."""
-    return np.array([HAND, HAND, *np.repeat(fingers, len(_FINGER))])
+    return np.array([*[HAND] * len(gripper.palm.boxes), *np.repeat(fingers, len(gripper.finger.boxes))])
 
 
-def shadow_boxes(travel_m: float, fingers: Sequence[int] = FINGERS) -> Boxes:
-    """The palm, the flange above it, and three boxes a finger: fitted to slices of the meshes. fingers: those that are
-    not clear."""
-    boxes = [_PALM, _FLANGE]
-    for part in fingers:
-        turn, place = finger_turn(part), finger_place(part, travel_m)
-        boxes += [(turn @ axes, tuple(turn @ np.array(middle) + place), half) for axes, middle, half in _FINGER]
-    turns, places, halves = zip(*boxes, strict=True)
-    return Boxes(np.array(turns), np.array(places), np.array(halves))
+def shadow_boxes(travel_m: float, fingers: Sequence[int] = FINGERS, gripper: Gripper = PANDA_HAND) -> Boxes:
+    """Boxes of palm and fingers. fingers: those that are not clear."""
+    return _placed(gripper.palm.boxes, gripper.finger.boxes, travel_m, fingers)
 
 
-def blocking_boxes(travel_m: float, fingers: Sequence[int] = FINGERS) -> Boxes:
+def blocking_boxes(travel_m: float, fingers: Sequence[int] = FINGERS, gripper: Gripper = PANDA_HAND) -> Boxes:
     """A box for the palm and one for each finger: coarse, for light from all around. fingers: those that are not
     clear."""
-    boxes = [_PALM]
+    return _placed((gripper.palm.blocker,), (gripper.finger.blocker,), travel_m, fingers)
+
+
+def _placed(palm: Sequence[Box], finger: Sequence[Box], travel_m: float, fingers: Sequence[int]) -> Boxes:
+    boxes = [(np.array(box.axes), box.place_m, box.half_m) for box in palm]
     for part in fingers:
         turn, place = finger_turn(part), finger_place(part, travel_m)
-        axes, middle, half = _WHOLE_FINGER
-        boxes.append((turn @ axes, tuple(turn @ np.array(middle) + place), half))
+        boxes += [(turn @ box.axes, tuple(turn @ np.array(box.place_m) + place), box.half_m) for box in finger]
     turns, places, halves = zip(*boxes, strict=True)
     return Boxes(np.array(turns), np.array(places), np.array(halves))

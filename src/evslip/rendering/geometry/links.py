@@ -1,10 +1,9 @@
 """The links of the arm that carries the hand: where they are and what shadow they cast.
 
-Each is the convex hull that the robot's description has for collisions. The last one is fixed to the hand, whose boxes
-include its shadow.
+Each is the convex hull of what the robot's description has for collisions. The last one is fixed to the hand, whose
+boxes include its shadow.
 """
 
-import xml.etree.ElementTree as ET
 from functools import cache
 from typing import NamedTuple
 
@@ -12,15 +11,17 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from evslip.physics.robot import collision_hull, description_folder
+from evslip.physics.robots.description import MOST_JOINTS, TCP_M, Arm, Robot
+from evslip.physics.robots.hulls import link_corners
+from evslip.physics.robots.urdf import Link, chain
 from evslip.rendering.geometry.facets import Facets, prepare_facets
+from evslip.rendering.geometry.hand import Mesh, joined, read_mesh
 from evslip.rendering.scratch import kernel
 from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.scene.shapes.surface import corner_normals
 
-LINKS = 8
-"""Links of the arm, from the base to the one that the hand is fixed to."""
-CASTERS = LINKS - 1
+MOST_LINKS = MOST_JOINTS + 1
+"""Most links of an arm, from the base to the one that the hand is fixed to."""
 FINE, COARSE = 64, 24
 """Directions in which a hull keeps its farthest corner, for the arm's look and for its shadow, which has no sharp edge
 on what the camera sees."""
@@ -36,57 +37,67 @@ class Hulls(NamedTuple):
     link_of_vertex: np.ndarray
     link_of_face: np.ndarray
     starts: np.ndarray
-    """First vertex, face and edge of each link, then their numbers; int64 of shape (LINKS + 1, 3)."""
+    """First vertex, face and edge of each link, then their numbers; int64 of shape (links + 1, 3)."""
     centres: np.ndarray
-    """Middles of boxes around the links, in metres, of shape (LINKS, 3)."""
+    """Middles of boxes around the links, in metres, of shape (links, 3)."""
     halves: np.ndarray
-    """Half sides of these boxes, of shape (LINKS, 3)."""
+    """Half sides of these boxes, of shape (links, 3)."""
 
 
 class LinkPoses(NamedTuple):
-    """Poses of the links in the world, at n times."""
+    """Poses of the links of an arm in the world, at n times."""
 
+    arm: Arm
     places: np.ndarray
-    """Origins of the links' frames in metres, of shape (n, LINKS, 3)."""
+    """Origins of the links' frames in metres, of shape (n, links, 3)."""
     turns: np.ndarray
-    """Their axes as columns, of shape (n, LINKS, 3, 3)."""
+    """Their axes as columns, of shape (n, links, 3, 3)."""
     middles: np.ndarray
-    """Centres of the boxes around them, of shape (n, LINKS, 3)."""
+    """Centres of the boxes around them, of shape (n, links, 3)."""
 
 
-def link_poses(joints_rad: np.ndarray) -> LinkPoses:
-    """The links of an arm whose base is at the world's origin; joints_rad of shape (n, 7)."""
-    shifts, turns = _joints()[0]
+def links_of(arm: Arm) -> tuple[Link, ...]:
+    """The links from the base to the one that the hand is fixed to."""
+    return chain(arm.urdf, arm.joints)
+
+
+def caster_count(arm: Arm) -> int:
+    """Number of links that throw a shadow of their own."""
+    return len(arm.joints)
+
+
+def link_poses(arm: Arm, joints_rad: np.ndarray) -> LinkPoses:
+    """The links of an arm whose base is at the world's origin; joints_rad of shape (n, k), a column a joint."""
     place, turn = np.zeros((len(joints_rad), 3)), np.tile(np.eye(3), (len(joints_rad), 1, 1))
     places, axes = [place], [turn]
-    for shift, fixed, angle in zip(shifts, turns, joints_rad.T, strict=True):
-        place = place + turn @ shift
-        turn = turn @ fixed @ Rotation.from_euler("z", angle[:, None]).as_matrix()
+    for link, angle in zip(links_of(arm)[1:], joints_rad.T, strict=True):
+        place = place + turn @ link.origin.place
+        spun = Rotation.from_euler("z", angle[:, None]).as_matrix()
+        turn = turn @ link.origin.turn @ link.axis_turn @ spun @ link.axis_turn.T
         places.append(place)
         axes.append(turn)
     origins, columns = np.stack(places, 1), np.ascontiguousarray(np.stack(axes, 1))
-    return LinkPoses(origins, columns, origins + np.einsum("nkij,kj->nki", columns, hulls().centres))
+    return LinkPoses(arm, origins, columns, origins + np.einsum("nkij,kj->nki", columns, hulls(arm).centres))
 
 
-def carries(joints_rad: np.ndarray, hand_m: np.ndarray) -> bool:
-    """Whether joints (7,) put the hand where it is, (3,)."""
-    links, (_, hand) = link_poses(joints_rad[None]), _joints()
+def carries(robot: Robot, joints_rad: np.ndarray, hand_m: np.ndarray) -> bool:
+    """Whether joints (k,) of its arm put the hand where it is, (3,)."""
+    if robot.arm is None:
+        return False
+    links, face = link_poses(robot.arm, joints_rad[None]), Rotation.from_euler("xyz", robot.arm.mount_rpy)
+    hand = np.array(robot.arm.mount_m) + face.apply([0.0, 0.0, robot.gripper.length_m - TCP_M[2]])
     return bool(np.linalg.norm(links.places[0, -1] + links.turns[0, -1] @ hand - hand_m) < AWAY_M)
 
 
 @cache
-def _joints() -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """Shifts (7, 3) and turns (7, 3, 3) of the joints in the frame of the link before; the hand in the last link's."""
-    root = ET.parse(description_folder() / "urdf" / "panda.urdf").getroot()
-    origins = {}
-    for joint in root.iter("joint"):
-        origin = joint.find("origin")
-        if origin is not None:
-            numbers = [np.array([float(x) for x in origin.attrib[key].split()]) for key in ("xyz", "rpy")]
-            origins[joint.attrib["name"]] = numbers
-    named = [origins[f"panda_joint{k}"] for k in range(1, LINKS)]
-    turns = np.array([Rotation.from_euler("xyz", rpy).as_matrix() for _, rpy in named])
-    return (np.array([xyz for xyz, _ in named]), turns), origins["panda_joint8"][0]
+def link_mesh(arm: Arm, number: int) -> Mesh:
+    """What is seen of a link, in its frame. Raises MissingExtraError."""
+    meshes = []
+    for shape in links_of(arm)[number].looks:
+        mesh, turn = read_mesh(shape.file), shape.origin.turn
+        corners = (mesh.corners * shape.scale) @ turn.T + shape.origin.place
+        meshes.append(Mesh(corners, mesh.normals @ turn.T, mesh.albedo))
+    return joined(meshes) if meshes else Mesh(*(np.zeros((0, 3, 3)),) * 2, np.zeros((0, 3)))
 
 
 def _directions(count: int) -> np.ndarray:
@@ -97,11 +108,12 @@ def _directions(count: int) -> np.ndarray:
 
 
 @cache
-def hulls(directions: int = FINE) -> Hulls:
-    """All links, each with the corners that lie farthest in so many directions, and with the volume that it had."""
+def hulls(arm: Arm, directions: int = FINE) -> Hulls:
+    """All links of an arm, each with the corners that lie farthest in so many directions, and with the volume that it
+    had."""
     vertices, faces, owners = [], [], []
-    for link in range(LINKS):
-        corners = collision_hull(f"link{link}")
+    for number, link in enumerate(links_of(arm)):
+        corners = link_corners(link)
         volume, middle = ConvexHull(corners).volume, corners.mean(0)
         corners = corners[np.unique((corners @ _directions(directions).T).argmax(0))]
         corners = middle + (corners - middle) * np.cbrt(volume / ConvexHull(corners).volume)
@@ -113,10 +125,10 @@ def hulls(directions: int = FINE) -> Hulls:
         used, index = np.unique(triangles, return_inverse=True)
         faces.append(index.reshape(-1, 3) + sum(len(v) for v in vertices))
         vertices.append(corners[used])
-        owners.append(np.full(len(triangles), link))
+        owners.append(np.full(len(triangles), number))
     whole, triangles, owner = np.concatenate(vertices), np.concatenate(faces), np.concatenate(owners)
     # Links lie in frames of their own: moved apart, so that no two corners of different links are taken for one.
-    apart = np.repeat(np.arange(LINKS), [len(v) for v in vertices])[:, None] * (10.0, 0.0, 0.0)
+    apart = np.repeat(np.arange(len(vertices)), [len(v) for v in vertices])[:, None] * (10.0, 0.0, 0.0)
     facets = prepare_facets(
         whole + apart, triangles, np.zeros((len(triangles), 3, 2)), corner_normals(whole, triangles)
     )
@@ -132,25 +144,25 @@ def hulls(directions: int = FINE) -> Hulls:
     facets = facets._replace(
         vertices=vertex, faces=rank[facets.faces], planes=planes, edges=edges, crease=facets.crease[edge_order]
     )
-    numbers = [np.searchsorted(keys, np.arange(LINKS + 1)) for keys in (at[order], owner, owner[edges[:, 2]])]
+    numbers = [np.searchsorted(keys, np.arange(len(vertices) + 1)) for keys in (at[order], owner, owner[edges[:, 2]])]
     low, high = (np.array([f(v, axis=0) for v in vertices]) for f in (np.min, np.max))
     return Hulls(facets, at[order], owner, np.stack(numbers, 1), (low + high) / 2, (high - low) / 2)
 
 
 @cache
-def solids() -> tuple[Solid, ...]:
+def solids(arm: Arm) -> tuple[Solid, ...]:
     """Meshes of the links that cast shadows, each in its own frame."""
-    parts, found = hulls(COARSE), []
-    for k in range(CASTERS):
+    parts, found = hulls(arm, COARSE), []
+    for k in range(caster_count(arm)):
         (_, face, edge), (_, last_face, last_edge) = parts.starts[k], parts.starts[k + 1]
         edges = parts.facets.edges[edge:last_edge] - (0, 0, face, face)
         found.append(Solid(parts.facets.vertices, parts.facets.planes[face:last_face], edges))
     return tuple(found)
 
 
-def posed(places: np.ndarray, turns: np.ndarray) -> Facets:
-    """The whole arm as one mesh in the world; places (LINKS, 3), turns (LINKS, 3, 3)."""
-    parts = hulls()
+def posed(links: LinkPoses, index: int) -> Facets:
+    """The whole arm as one mesh in the world, at one of the times."""
+    parts, places, turns = hulls(links.arm), links.places[index], links.turns[index]
     facets, vertex, face = parts.facets, parts.link_of_vertex, parts.link_of_face
     normals = np.einsum("fij,fj->fi", turns[face], facets.planes[:, :3])
     offsets = facets.planes[:, 3] + np.sum(normals * places[face], 1)

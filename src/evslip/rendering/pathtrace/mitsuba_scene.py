@@ -154,9 +154,10 @@ def frames_of(poses: ScenePoses, index: int) -> dict[str, tuple[np.ndarray, np.n
         own = finger_place(part, float(poses.travel_m[index]))
         frames[name] = hand @ finger_turn(part), place + hand @ own
     # Without an arm that carries the hand, its links are put away under the table.
-    away = np.broadcast_to(UNDER_M, (len(LINKS), 3)), np.broadcast_to(np.eye(3), (len(LINKS), 3, 3))
-    places, turns = away if poses.links is None else (poses.links.places[index], poses.links.turns[index])
-    frames |= {link: (turns[k], places[k]) for k, link in enumerate(LINKS)}
+    frames |= dict.fromkeys(LINKS, (np.eye(3), np.array(UNDER_M)))
+    if poses.links is not None:
+        moved = zip(poses.links.turns[index], poses.links.places[index], strict=True)
+        frames |= dict(zip(LINKS, moved, strict=False))
     others = zip(names_of(poses.distractors), poses.distractors, strict=True)
     frames |= {name: (one.axes, one.places(poses.at_us[index])) for name, one in others}
     return frames

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.physics.robots.catalogue import robot_of
 from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.geometry import hand, links
 from evslip.rendering.geometry.facets import prepare_facets
-from evslip.rendering.geometry.hand import Mesh, load_mesh
+from evslip.rendering.geometry.hand import Mesh, part_mesh
 from evslip.rendering.materials.paint import GRIPPER_GLOSS, OBJECT_GLOSS, SURFACE_GLOSS
 from evslip.rendering.pathtrace.materials import Paint, broad, painted_object, textured
 from evslip.scene.shapes import surface_of
@@ -18,8 +19,8 @@ from evslip.scene.shapes.surface import Surface
 
 OBJECT, TABLE, HAND = "object", "table", "hand"
 FINGERS = {hand.LEFT: "left", hand.RIGHT: "right"}
-LINKS = tuple(f"link{k}" for k in range(links.LINKS))
-"""From the arm's base to the link that carries the hand."""
+LINKS = tuple(f"link{k}" for k in range(links.MOST_LINKS))
+"""Of arms with as many, from the arm's base to the link that carries the hand."""
 LEAST_AREA_M2 = 1e-14
 """Smaller triangles have no direction."""
 _RINGS = (0.25, 1.0, 4.0, 16.0, 64.0, 256.0)
@@ -47,14 +48,16 @@ def parts_of(
 
     Raises ConfigError, MissingExtraError.
     """
+    robot = robot_of(params.robot)
     parts = [
         _table(params),
         _textured(OBJECT, surface_of(params), partial(painted_object, params.object)),
-        *_painted(HAND, load_mesh("hand")),
+        *_painted(HAND, part_mesh(robot.gripper.palm)),
     ]
-    parts += [part for finger in fingers for part in _painted(FINGERS[finger], load_mesh("finger"))]
-    if arm and params.robot.kind == "panda":
-        parts += [part for link in LINKS for part in _painted(link, load_mesh(link))]
+    parts += [part for finger in fingers for part in _painted(FINGERS[finger], part_mesh(robot.gripper.finger))]
+    if arm and robot.arm is not None:
+        for k in range(len(links.links_of(robot.arm))):
+            parts += _painted(LINKS[k], links.link_mesh(robot.arm, k))
     others = zip(names_of(distractors), distractors, strict=True)
     for name, one in others:
         parts.append(_textured(name, one.shape.surface(), partial(textured, one.texture, gloss=OBJECT_GLOSS)))

@@ -39,10 +39,10 @@ class Arm:
     def cover(self, links: LinkPoses, index: int, view: View) -> bool:
         """Find the pixels that show the arm; whether any may."""
         places, turns = links.places[index], links.turns[index]
-        parts = hulls()
+        parts = hulls(links.arm)
         if not in_view(places, turns, parts.centres, parts.halves, view.camera, view.turn, *self._slopes):
             return False
-        facets = posed(places, turns)
+        facets = posed(links, index)
         self._raster = self._raster or make_raster(facets, self.total.shape[1], self.total.shape[0])
         world = view._replace(place=np.zeros(3), axes=np.eye(3))
         self._count = trace(*world, facets, self._raster, self.total, self.touched, self._full)

@@ -69,7 +69,7 @@ def displaced(seen: Displaceable, camera: Camera) -> Layers:
 
 def _supersampled(camera: Camera, travel_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """As `supersampling.rasterise`, with LUMA."""
-    mesh, parts = clip_near(*assemble(travel_m, camera.fingers), camera, NEAR_M)
+    mesh, parts = clip_near(*assemble(travel_m, camera.fingers, camera.gripper), camera, NEAR_M)
     size = camera.width, camera.height, camera.focal_px
     seen = turned_here(mesh.corners, camera.position, camera.rotation, size)
     image = camera.project((mesh.corners[seen] - camera.position) @ camera.rotation)

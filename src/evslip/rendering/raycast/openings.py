@@ -101,7 +101,7 @@ def _open_share(camera: Camera, fragments: np.ndarray, blockers: Boxes) -> np.nd
 
 
 def _boxes(camera: Camera, travel_m: float) -> tuple[Boxes, Boxes]:
-    gripper = travel_m, camera.fingers
+    gripper = travel_m, camera.fingers, camera.gripper
     return _turned(camera, shadow_boxes(*gripper)), _turned(camera, blocking_boxes(*gripper))
 
 

@@ -10,7 +10,7 @@ from evslip.rendering.camera import Camera
 from evslip.rendering.distractors.bodies import DistractorBodies
 from evslip.rendering.distractors.distractor import Distractor
 from evslip.rendering.geometry.hand import Boxes, block_parts, box_parts
-from evslip.rendering.geometry.links import CASTERS, hulls, solids
+from evslip.rendering.geometry.links import MOST_LINKS, caster_count, hulls, solids
 from evslip.rendering.geometry.supersampling import RED
 from evslip.rendering.lens import SPREAD, Lens
 from evslip.rendering.materials.paint import GRIPPER_GLOSS
@@ -80,7 +80,7 @@ class Raycaster:
         self.params = params
         self.albedo_row, self._is_glossy = RED + channel, self.setting.table.reflectance > 0
         # Body of each caster, and of each box that keeps light from all around away.
-        self._casting = np.array([OBJECT_PART, *box_parts(camera.fingers), *[ARM_PART] * CASTERS])
+        self._casting = np.array([OBJECT_PART, *box_parts(camera.fingers, camera.gripper), *[ARM_PART] * MOST_LINKS])
         self._blocking = np.array([OBJECT_PART, *block_parts(camera.fingers)])
         self._body = make_body(params, camera, channel)
         self._arm = Arm(camera, GRIPPER_GLOSS)
@@ -270,12 +270,14 @@ class Raycaster:
             meshes, turns, places, numbers[0] = [solid], own.turns, own.places, 0
         if self._links is not None:
             poses, index = self._links
-            links = Boxes(turn @ poses.turns[index], (poses.middles[index] - view.camera) @ turn.T, hulls().halves)
-            boxes = _joined(boxes, Boxes(*(part[:CASTERS] for part in links)))
-            numbers = np.concatenate([numbers, len(meshes) + np.arange(CASTERS)])
-            origins = (poses.places[index, :CASTERS] - view.camera) @ turn.T
-            meshes = [*meshes, *solids()]
-            turns, places = np.concatenate([turns, links.turns[:CASTERS]]), np.concatenate([places, origins])
+            arm, count = poses.arm, caster_count(poses.arm)
+            middles = (poses.middles[index] - view.camera) @ turn.T
+            links = Boxes(turn @ poses.turns[index], middles, hulls(arm).halves)
+            boxes = _joined(boxes, Boxes(*(part[:count] for part in links)))
+            numbers = np.concatenate([numbers, len(meshes) + np.arange(count)])
+            origins = (poses.places[index, :count] - view.camera) @ turn.T
+            meshes = [*meshes, *solids(arm)]
+            turns, places = np.concatenate([turns, links.turns[:count]]), np.concatenate([places, origins])
         parts, others = self._casting[: len(numbers)], self._distractor_bodies.boxes(self._at_us, view)
         if len(self._distractor_bodies):
             round_ones = np.array([one is not None for one in self._distractor_bodies.solids])

@@ -7,9 +7,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from evslip.config.params import Params
+from evslip.physics.robots.description import Arm
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera, hand_camera
-from evslip.rendering.geometry.links import LINKS, hulls, in_view
+from evslip.rendering.geometry.links import hulls, in_view
 from evslip.rendering.geometry.supersampling import X, Z
 from evslip.rendering.lamp import lamp_position
 from evslip.rendering.poses import ScenePoses
@@ -153,12 +154,13 @@ def passing_shadow_motion(poses: ScenePoses, camera: Camera, params: Params) -> 
 
 def arm_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
     """Farthest movement of the corners of the arm's links, (m - 1,); 0 where there is no arm."""
-    links, parts = poses.links, hulls()
+    links = poses.links
     if links is None:
         return 0.0
+    parts = hulls(links.arm)
     slopes = camera.width / 2 / camera.focal_px, camera.height / 2 / camera.focal_px
     motion = np.zeros(len(poses.camera_position) - 1)
-    for k in range(LINKS):
+    for k in range(len(parts.centres)):
         one = slice(k, k + 1)
         looks = range(0, len(poses.camera_position), LINK_CHECKS)
         if any(
@@ -169,14 +171,14 @@ def arm_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
             for i in looks
         ):  # fmt: skip
             motion = np.maximum(
-                motion, _corner_motion(poses, camera, links.places[:, k], links.turns[:, k], link_corners(k))
+                motion, _corner_motion(poses, camera, links.places[:, k], links.turns[:, k], link_corners(links.arm, k))
             )
     return motion
 
 
-def link_corners(k: int) -> np.ndarray:
+def link_corners(arm: Arm, k: int) -> np.ndarray:
     """Corners (8, 3) of the box around a link, in its frame."""
-    parts = hulls()
+    parts = hulls(arm)
     return parts.centres[k] + SIGNS * parts.halves[k]
 
 

@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.config.params import Params
+from evslip.physics.robots.catalogue import robot_of
 from evslip.rendering.camera import Camera
 from evslip.rendering.geometry.hand import shadow_boxes
-from evslip.rendering.geometry.links import CASTERS
+from evslip.rendering.geometry.links import caster_count
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
 from evslip.rendering.scratch import TILE_H, TILE_W, kernel
@@ -313,13 +314,13 @@ class _Ground(NamedTuple):
 def _bodies(poses: ScenePoses, params: Params) -> Iterator[np.ndarray]:
     """Corners (m, k, 3) of all that casts shadows: object, gripper, links and distractors."""
     yield posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
-    boxes = shadow_boxes(float(np.median(poses.travel_m)))
+    boxes = shadow_boxes(float(np.median(poses.travel_m)), gripper=robot_of(params.robot).gripper)
     corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
     yield posed_corners(poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
     links = poses.links
     if links is not None:
-        for k in range(CASTERS):
-            yield posed_corners(links.places[:, k], links.turns[:, k], link_corners(k))
+        for k in range(caster_count(links.arm)):
+            yield posed_corners(links.places[:, k], links.turns[:, k], link_corners(links.arm, k))
     yield from distractor_corners(poses)
 
 

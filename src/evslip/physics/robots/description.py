@@ -1,0 +1,126 @@
+"""Description of a robot: what physics and both renderers know of an arm and of its gripper.
+
+The frame of every hand is the same: its tool centre, the middle between the pads, lies at TCP_M, z points to the
+tool, and the fingers close along y. A pad is the square of its half side around the tool centre. The frame of a finger
+lies at FINGER_Z_M, with the face of the pad at y = 0; the right finger's is the left one's.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+Vector = tuple[float, float, float]
+TCP_M = np.array([0.0, 0.0, 0.1034])
+"""Tool centre, the middle between the pads, in the frame of the hand; in the Panda's, panda_hand, it lies there."""
+FINGER_Z_M = 0.0584
+"""Origin of the finger frames in the hand frame, that of the Panda's finger joints."""
+MOST_JOINTS = 7
+"""Columns of a record that hold joints of an arm."""
+STRAIGHT: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Servo:
+    """A position servo: torque = stiffness * (command - position) - damping * velocity, limited."""
+
+    stiffness: float
+    damping: float
+    limit: float
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm of revolute joints in a row, from its URDF."""
+
+    name: str
+    """What messages call it."""
+    urdf: Path
+    """File, or its place in the package example-robot-data."""
+    joints: tuple[str, ...]
+    """From the base on."""
+    flange: str
+    """Link that carries the hand; the last of the joints moves it."""
+    mount_m: Vector
+    """Place of the face on which a gripper is mounted, in the frame of that link."""
+    mount_rpy: Vector
+    """Roll, pitch and yaw of that face, in radians: its z points to the tool, the fingers close along its y."""
+    servos: tuple[Servo, ...]
+    rest_rad: tuple[float, ...]
+    """Rest pose, hand pointing down: where a pose leaves a joint free, the arm stays near it."""
+    most_speed_rad_s: tuple[float, ...]
+    most_acceleration_rad_s2: tuple[float, ...]
+    reach_m: tuple[float, float]
+    """Distances from the base between which a path is likely to be reached; for messages."""
+    hand: str | None = None
+    """Link of a hand that the URDF has; another gripper takes its place."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box in the frame of the hand or the left finger."""
+
+    place_m: Vector
+    """Its centre."""
+    half_m: Vector
+    """Half its sides, along its own axes."""
+    axes: tuple[Vector, Vector, Vector] = STRAIGHT
+    """Rows of the matrix whose columns are its axes."""
+    albedo: float = 0.5
+    """Share of light that it reflects, where it is seen itself."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The palm or the left finger."""
+
+    boxes: tuple[Box, ...]
+    """What throws its shadow; also what is seen, where it has no mesh."""
+    blocker: Box
+    """A coarse box that keeps light from all around away."""
+    mesh: Path | None = None
+    """What is seen; as `Arm.urdf`."""
+    hull: Path | None = None
+    """Convex mesh (STL) that must not touch the table; as `Arm.urdf`. None: the boxes."""
+    mass_kg: float = 0.0
+
+
+@dataclass(frozen=True)
+class Gripper:
+    """A hand with two fingers that slide along y."""
+
+    name: str
+    """In robot.gripper."""
+    palm: Part
+    finger: Part
+    pad_half_m: float
+    """Half side of its square pads."""
+    stroke_m: float
+    """Travel of each finger when wide open."""
+    most_n: float
+    """Largest grip force."""
+    length_m: float
+    """From the face that it is mounted with to the tool centre."""
+    pad_stiffness_pa_m: float = 1e9
+    """Pressure of the pads by depth of indentation. An assumption: 2 mm of silicone rubber of Young's modulus 2 MPa."""
+    hand: str = "hand"
+    """Names of its bodies and joints in the model, and in its URDF, if it has one."""
+    fingers: tuple[str, str] = ("left_finger", "right_finger")
+    finger_joints: tuple[str, str] = ("left_finger_joint", "right_finger_joint")
+    urdf: Path | None = None
+    """Inertias of a hand that is part of an arm's URDF; as `Arm.urdf`."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """What moves the hand, and the hand."""
+
+    arm: Arm | None
+    """None: a cartesian hand."""
+    gripper: Gripper
+
+
+def corners_of(boxes: tuple[Box, ...]) -> np.ndarray:
+    """Corners of boxes in the frame of their part, in metres, of shape (8 n, 3)."""
+    signs = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    return np.concatenate([box.place_m + (signs * box.half_m) @ np.array(box.axes).T for box in boxes])

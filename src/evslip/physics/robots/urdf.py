@@ -1,0 +1,168 @@
+"""What a URDF says of links and joints, and where its meshes are."""
+
+import xml.etree.ElementTree as ET
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from evslip.utils.errors import MissingExtraError
+
+_ROBOTS = "share/example-robot-data/robots"
+
+
+@cache
+def robots_folder() -> Path:
+    """Folder of the robots in the package example-robot-data. Raises MissingExtraError."""
+    try:
+        root = Path(str(metadata.distribution("example-robot-data").locate_file("")))
+    except metadata.PackageNotFoundError:
+        raise MissingExtraError("the models of robots are missing; pip install example-robot-data") from None
+    for folder in [root / "cmeel.prefix" / _ROBOTS, *(parent / _ROBOTS for parent in root.parents)]:
+        if (folder / "panda_description" / "urdf" / "panda.urdf").is_file():
+            return folder
+    raise MissingExtraError(f"example-robot-data is installed, but {_ROBOTS} is not in it; reinstall it")
+
+
+def file_of(path: Path) -> Path:
+    """The file itself of a path of a description. Raises MissingExtraError."""
+    return path if path.is_absolute() else robots_folder() / path
+
+
+class Origin(NamedTuple):
+    """Place and turn of a frame in another."""
+
+    place: np.ndarray
+    """In metres, of shape (3,)."""
+    turn: np.ndarray
+    """Axes as columns, of shape (3, 3)."""
+
+
+class Shape(NamedTuple):
+    """A mesh of a link."""
+
+    file: Path
+    origin: Origin
+    scale: np.ndarray
+    """Of shape (3,)."""
+
+
+class Link(NamedTuple):
+    """A link of an arm, in its own frame."""
+
+    name: str
+    origin: Origin
+    """Its frame in that of the link before, at joint angle 0."""
+    axis_turn: np.ndarray
+    """Turn (3, 3) of z to the axis of the joint that moves it."""
+    looks: tuple[Shape, ...]
+    collisions: tuple[Shape, ...]
+
+
+@cache
+def tree(path: Path) -> ET.Element:
+    """The URDF's root. Raises MissingExtraError."""
+    return ET.parse(file_of(path)).getroot()
+
+
+def bare(path: Path, base: str, without: str | None = None) -> str:
+    """The URDF from link `base` on, up to link `without`, without geometry: MuJoCo loads it without looking for mesh
+    files."""
+    root = ET.fromstring(ET.tostring(tree(path)))
+    joints = root.findall("joint")
+    parents = {_link(joint, "child"): _link(joint, "parent") for joint in joints}
+
+    def kept(link: str) -> bool:
+        return link != without and (link == base or (link in parents and kept(parents[link])))
+
+    for link in root.findall("link"):
+        for part in [*link.findall("visual"), *link.findall("collision")]:
+            link.remove(part)
+        if not kept(link.attrib["name"]):
+            root.remove(link)
+    for joint in joints:
+        if not (kept(_link(joint, "parent")) and kept(_link(joint, "child"))):
+            root.remove(joint)
+    extension = ET.SubElement(root, "mujoco")
+    ET.SubElement(extension, "compiler", fusestatic="false", autolimits="true")
+    return ET.tostring(root, encoding="unicode")
+
+
+@cache
+def chain(path: Path, joints: tuple[str, ...]) -> tuple[Link, ...]:
+    """The base and the links that the joints move, one after the other. Fixed joints between count to the link after
+    them."""
+    root = tree(path)
+    named = {joint.attrib["name"]: joint for joint in root.findall("joint")}
+    above = {_link(joint, "child"): joint for joint in named.values()}
+    links = {link.attrib["name"]: link for link in root.findall("link")}
+    base = _link(named[joints[0]], "parent")
+    found, before = [_described(path, links[base], Origin(np.zeros(3), np.eye(3)), np.eye(3))], base
+    for name in joints:
+        joint, link = named[name], _link(named[name], "child")
+        origin, at = origin_of(joint), _link(named[name], "parent")
+        while at != before:
+            place, turn = origin_of(above[at])
+            origin, at = Origin(place + turn @ origin.place, turn @ origin.turn), _link(above[at], "parent")
+        axis = joint.find("axis")
+        along = np.array([1.0, 0.0, 0.0]) if axis is None else _numbers(axis.attrib["xyz"])
+        found.append(_described(path, links[link], origin, _turn_to(along)))
+        before = link
+    return tuple(found)
+
+
+def origin_of(part: ET.Element) -> Origin:
+    """Origin that an element says."""
+    origin = part.find("origin")
+    attributes = {} if origin is None else origin.attrib
+    place, rpy = (_numbers(attributes.get(key, "0 0 0")) for key in ("xyz", "rpy"))
+    return Origin(place, Rotation.from_euler("xyz", rpy).as_matrix())
+
+
+def _turn_to(axis: np.ndarray) -> np.ndarray:
+    z = np.array([0.0, 0.0, 1.0])
+    if np.array_equal(axis, z):
+        return np.eye(3)
+    return Rotation.align_vectors(axis[None], z[None])[0].as_matrix()
+
+
+def _described(path: Path, link: ET.Element, origin: Origin, axis_turn: np.ndarray) -> Link:
+    looks, collisions = (
+        tuple(_shape(path, part) for part in link.findall(kind) if part.find("geometry/mesh") is not None)
+        for kind in ("visual", "collision")
+    )
+    return Link(link.attrib["name"], origin, axis_turn, looks, collisions)
+
+
+def _shape(path: Path, part: ET.Element) -> Shape:
+    mesh = part.find("geometry/mesh")
+    assert mesh is not None  # asked before
+    scale = _numbers(mesh.attrib.get("scale", "1 1 1"))
+    return Shape(mesh_file(path, mesh.attrib["filename"]), origin_of(part), scale)
+
+
+def mesh_file(urdf: Path, name: str) -> Path:
+    """File that a URDF means by a name: beside it, or in a package that is a folder above it."""
+    if name.startswith("package://example-robot-data/robots/"):
+        return robots_folder() / name.removeprefix("package://example-robot-data/robots/")
+    if name.startswith("package://"):
+        package, _, rest = name.removeprefix("package://").partition("/")
+        for folder in file_of(urdf).parents:
+            if folder.name == package:
+                return folder / rest
+            if (folder / package / rest).is_file():
+                return folder / package / rest
+        return file_of(urdf).parent / rest
+    return file_of(urdf).parent / name.removeprefix("file://")
+
+
+def _numbers(text: str) -> np.ndarray:
+    return np.array([float(x) for x in text.split()])
+
+
+def _link(joint: ET.Element, end: str) -> str:
+    part = joint.find(end)
+    return "" if part is None else part.attrib["link"]
