@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from evslip.config.params import Params
 from evslip.physics import scene_model
 from evslip.physics.grip import grip_point_m
-from evslip.physics.robot import FINGER_JOINTS, HAND, add_finger_servos, hand
+from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.robots.model import add_finger_servos, hand
 from evslip.scene.motions.steps import step
 
 CLOSED_S, LOADED_S, END_S = 0.35, 0.75, 1.25
@@ -64,9 +65,10 @@ def hang(
 def _model(params: Params) -> mujoco.MjModel:
     obj, point = params.object, grip_point_m(params)
     tcp = (obj.x_m + float(point[0]), obj.y_m, obj.height_m / 2 + float(point[1]))
-    robot = hand()
-    robot.body(HAND).pos += tcp
-    add_finger_servos(robot, params.grip.force_n)
+    gripper = robot_of(params.robot).gripper
+    robot = hand(gripper)
+    robot.body(gripper.hand).pos += tcp
+    add_finger_servos(robot, gripper, params.grip.force_n)
     model = scene_model.assemble(robot, params)
     surface = model.geom(scene_model.SURFACE)
     surface.contype[:], surface.conaffinity[:] = 0, 0  # let it fall
@@ -85,7 +87,7 @@ def _hang(params: Params, model: mujoco.MjModel, regrip_n: float | None, swing: 
     force = np.interp(t_s, [CLOSED_S, CLOSED_S + max(change_s, 1e-9)], [first_n, last_n])
     share, hz = swing
     force *= 1 + share * np.sin(2 * np.pi * hz * np.maximum(t_s - loading_s, 0))
-    servos = [model.actuator(name).id for name in FINGER_JOINTS]
+    servos = [model.actuator(name).id for name in robot_of(params.robot).gripper.finger_joints]
     data.qpos[:2] = fingers[0]
     rows = np.empty((len(t_s), model.nsensordata))
     for k in range(len(t_s)):

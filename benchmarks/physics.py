@@ -7,6 +7,7 @@ creep    --count random draws at 0.1-0.7 times the onset: the largest movement w
 chatter  normal forces while an object slides, with the pads' compliance and without
 cost     processor seconds of draw, plan and simulation, and memory over --count samples
 
+With --robot all: every robot, with each of its grippers, one after the other.
 With --grip-varies: onset, creep and chatter under a grip force that changes, and slips that are stopped by it.
 
 Without --count every table has the size that docs/explanation/physics.md quotes. Equal --seed, equal results.
@@ -29,6 +30,7 @@ from physics_cases import (
     CREEP_MM,
     CUBOID,
     RATIO,
+    ROBOTS,
     VARIED,
     bisected,
     gripped,
@@ -57,14 +59,15 @@ def main() -> None:
     parser.add_argument("--grip-varies", action="store_true", help="tables of a force that changes instead")
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--robot", choices=("panda", "cartesian"), default="panda")
+    parser.add_argument("--robot", choices=(*ROBOTS, "all"), default="panda")
     options = parser.parse_args()
     kept = []
     chosen = GRIP_TABLES if options.grip_varies else {name: TABLES[name] for name in options.only}
-    for name, (table, count) in chosen.items():
+    robots = ROBOTS if options.robot == "all" else (options.robot,)
+    for robot, (name, (table, count)) in itertools.product(robots, chosen.items()):
         start = time.process_time()
-        print(f"\n## {name}\n", flush=True)
-        kept.append(table(options.count or count, options.seed, options.robot))
+        print(f"\n## {name}, {robot}\n" if len(robots) > 1 else f"\n## {name}\n", flush=True)
+        kept.append(table(options.count or count, options.seed, robot))
         print(f"\n{'kept' if kept[-1] else 'NOT KEPT'}; {time.process_time() - start:.0f} CPU-s", flush=True)
     sys.exit(not all(kept))
 

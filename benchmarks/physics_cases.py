@@ -22,6 +22,8 @@ CREEP_DEG, CREEP_MM = 0.01, 0.06
 """Movement of a held object within a window ..."""
 WINDOW_S = 0.16
 """... of this length."""
+ROBOTS = ("panda", "cartesian", "ur5-small", "ur5-large", "xarm7-small", "xarm7-large")
+"""Kinds of robots with their grippers."""
 CUBOID = {"object.width_m": 0.05, "object.depth_m": 0.05, "object.height_m": 0.1}
 VARIED = {
     "grip.force_n": {"min": 1.0, "max": 10.0},
@@ -56,8 +58,10 @@ def bisected(params: Params, low: float = 0.8, high: float = 1.25, regrip_n: flo
 
 
 def params_of(index: int, seed: int, robot: str, overrides: dict[str, Any]) -> Params:
-    """A draw of preset complex."""
-    config = evslip.load_config("complex", {"seed": seed, "robot.kind": robot, **overrides})
+    """A draw of preset complex. robot: its kind, or kind-gripper."""
+    kind, _, gripper = robot.partition("-")
+    named = {"robot.kind": kind} | ({"robot.gripper": gripper} if gripper else {})
+    config = evslip.load_config("complex", {"seed": seed, **named, **overrides})
     return evslip.draw(config, index)
 
 
