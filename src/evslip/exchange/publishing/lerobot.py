@@ -38,11 +38,13 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise DataError(f"{out}: is there already; expected a new folder")
     temporary = out.with_name(f".{out.name}.{uuid.uuid4().hex[:8]}.tmp")
-    rows, first, stats, size = [], 0, _Stats(), (0, 0)
+    rows, first, stats, size, robots = [], 0, _Stats(), (0, 0), set()
     try:
         with atomic.storage_errors(out):
             for number, record in enumerate(samples):
                 episode, size = episode_of(record, how.fps), _same_size(size, record.size, source)
+                assert record.params is not None  # episode_of has asked for a simulated record
+                robots.add(record.params.robot.kind)
                 columns = _columns(episode, how.fps, number, first)
                 places = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
                 path = temporary / DATA.format(**places)
@@ -59,7 +61,7 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
             (meta / "episodes" / "chunk-000").mkdir(parents=True)
             _write_rows(meta / "episodes" / "chunk-000" / "file-000.parquet", rows)
             _write_tasks(meta / "tasks.parquet")
-            info = _info(len(rows), first, how.fps, size)
+            info = _info(", ".join(sorted(robots)), len(rows), first, how.fps, size)
             for name, value in {"info.json": info, "stats.json": stats.table()}.items():
                 (meta / name).write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8")
             name = how.name or Path(source).resolve().name
@@ -171,7 +173,7 @@ def _write_tasks(path: Path) -> None:
     parquet.write_table(table.replace_schema_metadata({"pandas": json.dumps(about)}), path)
 
 
-def _info(episodes: int, frames: int, fps: int, size: tuple[int, int]) -> dict[str, Any]:
+def _info(robot: str, episodes: int, frames: int, fps: int, size: tuple[int, int]) -> dict[str, Any]:
     width, height = size
     even = width + width % 2, height + height % 2
 
@@ -190,7 +192,7 @@ def _info(episodes: int, frames: int, fps: int, size: tuple[int, int]) -> dict[s
     }
     return {
         "codebase_version": "v3.0",
-        "robot_type": "panda",
+        "robot_type": robot,
         "total_episodes": episodes,
         "total_frames": frames,
         "total_tasks": 1,
