@@ -1,6 +1,9 @@
 """The parameters table of the documentation, made from the schema itself."""
 
+import ast
+import inspect
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 from evslip.config.config import Config
@@ -19,23 +22,40 @@ def parameters_table() -> str:
     Markdown."""
     presets = {name: load_config(name) for name in PRESETS}
     lines = [f"| key | limits | meaning | `{USUAL}` | other presets |", "|---|---|---|---|---|"]
+    meanings = _meanings(Config)
     for name, field in Config.model_fields.items():
         if name not in {"share", *SampleSpec.model_fields}:
             values = {preset: getattr(config, name) for preset, config in presets.items()}
-            lines.append(_row(name, field.metadata, field.description, values))
+            lines.append(_row(name, field.metadata, meanings.get(name, ""), values))
     for section, field in Config.model_fields.items():
         model = field.annotation
         if not (isinstance(model, type) and issubclass(model, Section)):
             continue
+        meanings = _meanings(model)
         for name, leaf in model.model_fields.items():
             values = {preset: getattr(getattr(config, section), name) for preset, config in presets.items()}
-            lines.append(_row(f"{section}.{name}", leaf.metadata, leaf.description, values))
+            lines.append(_row(f"{section}.{name}", leaf.metadata, meanings.get(name, ""), values))
     return "\n".join(lines) + "\n"
 
 
-def _row(key: str, metadata: list[Any], description: str | None, values: Mapping[str, Any]) -> str:
+def _meanings(model: type[Section]) -> dict[str, str]:
+    """Docstring of each field that has one, from the classes' source: pydantic would read it at every import, for
+    which it searches all modules there are."""
+    found: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if not issubclass(base, Section) or base.__pydantic_generic_metadata__["origin"]:
+            continue
+        (tree,) = ast.parse(inspect.getsource(base)).body
+        assert isinstance(tree, ast.ClassDef)
+        for field, text in pairwise(tree.body):
+            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+                found[ast.unparse(field.target)] = str(text.value.value)
+    return found
+
+
+def _row(key: str, metadata: list[Any], meaning: str, values: Mapping[str, Any]) -> str:
     limits = next((f"{limit.low:g} to {limit.high:g}" for limit in metadata if isinstance(limit, Within)), "")
-    meaning = " ".join((description or "").split()).replace("|", "\\|")
+    meaning = " ".join(meaning.split()).replace("|", "\\|")
     shown = {preset: _show(value) for preset, value in values.items()}
     usual, others = shown[USUAL], dict[str, list[str]]()
     for preset, text in shown.items():

@@ -70,9 +70,9 @@ stays as it was."""
 
 
 class Section(BaseModel):
-    """Frozen fields; the docstring of each is its line in docs/parameters.md."""
+    """Frozen fields; the docstring of each is its line in the table of parameters."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     @model_validator(mode="after")
     def _check_limits(self) -> "Section":

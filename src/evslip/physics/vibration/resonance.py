@@ -4,7 +4,6 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import signal
 
 
 class Resonance(NamedTuple):
@@ -23,6 +22,8 @@ class Resonance(NamedTuple):
     def response(self, acceleration: np.ndarray, step_s: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """x at the times of the acceleration (n, k), and the state (2, k) after them, from that before, which is zero
         at rest; exact where the acceleration is made of straight lines."""
+        from scipy import signal  # takes longer to import than the rest of the physics
+
         above, below = _filter(self, step_s)
         return signal.lfilter(above, below, acceleration, axis=0, zi=state)
 
@@ -30,6 +31,8 @@ class Resonance(NamedTuple):
 @lru_cache(maxsize=8)
 def _filter(resonance: Resonance, step_s: float) -> tuple[np.ndarray, np.ndarray]:
     """Numerator and denominator of the response from sample to sample."""
+    from scipy import signal
+
     w = 2 * np.pi * resonance.hz
     continuous = [-1.0], [1.0, 2 * resonance.damping * w, w * w]
     discrete: Any = signal.cont2discrete(continuous, step_s, method="foh")
