@@ -1,4 +1,4 @@
-"""The command line as a user meets it: separate processes, exit codes, one line for what is wrong."""
+"""The command line as a user meets it: what is printed, exit codes, one line for what is wrong."""
 
 import json
 import re
@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from command_line import Done, evslip
+from evslip.cli import VERBS
 from evslip.cli.doctor import OPTIONAL
 from evslip.codecs import read_events, write_events
 from evslip.config.loading import PRESETS
@@ -20,12 +22,7 @@ from sample_records import random_events
 ROOT = Path(__file__).parents[2]
 
 
-def evslip(*arguments: object) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "evslip", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-
-
-def assert_one_line(result: subprocess.CompletedProcess, *words: str) -> None:
+def assert_one_line(result: Done | subprocess.CompletedProcess, *words: str) -> None:
     assert result.returncode == 2, result.stderr
     assert "Traceback" not in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1, result.stderr
@@ -33,11 +30,17 @@ def assert_one_line(result: subprocess.CompletedProcess, *words: str) -> None:
 
 
 def test_help_names_every_verb():
-    from evslip.cli import VERBS
-
     result = evslip("--help")
     assert result.returncode == 0
     assert all(verb in result.stdout for verb in VERBS)
+
+
+def test_a_process_of_its_own_says_the_same():
+    for words in (["show", "simple"], ["show", "nope"]):
+        command = [sys.executable, "-m", "evslip", *words]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+        assert (done.returncode, done.stdout, done.stderr) == evslip(*words)
+    assert_one_line(done, "nope", "complex")
 
 
 @pytest.mark.parametrize(

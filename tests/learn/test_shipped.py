@@ -1,9 +1,6 @@
 """The detector that comes with the package, by name, wherever a model is named."""
 
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-import evslip
+from command_line import evslip as run
 from evslip.cli import detect as verbs
 from evslip.config.loading import config_from_text
 from evslip.data import record_file
@@ -79,13 +76,12 @@ def test_a_package_without_a_model_says_so(tmp_path: Path, monkeypatch: pytest.M
     assert "\n" not in str(caught.value)
 
 
-def test_view_and_detect_say_so_before_they_begin(tmp_path: Path, recording: Path) -> None:
-    environment = os.environ | {"PYTHONPATH": str(Path(evslip.__file__).parents[1])}
-    bare = "from pathlib import Path; from evslip.learn import checkpoint; checkpoint.FOLDER = Path('absent')"
+def test_view_and_detect_say_so_before_they_begin(
+    tmp_path: Path, recording: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path / "absent")
     for verb in ("detect", "view"):
-        program = f"{bare}; from evslip.cli import main; main()"
-        line = [sys.executable, "-c", program, verb, "--model", "default", str(recording)]
-        done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+        done = run(verb, "--model", "default", recording)
         assert done.returncode == 2
         assert done.stderr.startswith("evslip: default: no model is shipped")
         assert len(done.stderr.splitlines()) == 1

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import evslip
+from command_line import evslip as run
 from evslip.data import record_file
 from evslip.utils.errors import ConfigError, DataError, StorageError
 from evslip.windows.cutting import crop, windows_of
@@ -90,8 +91,7 @@ def test_a_crop_may_be_the_sensor(wide, tmp_path):
 def test_whole_sensor_on_the_command_line(tmp_path):
     for number, record in enumerate(slip_records(4)):
         record_file.write(tmp_path / "set" / f"{number}.h5", replace(record, kind="recording", split=None))
-    words = ["windows", str(tmp_path / "set"), str(tmp_path / "w.h5"), "--whole-sensor"]
-    subprocess.run([sys.executable, "-m", "evslip", *words], check=True, capture_output=True)
+    assert run("windows", tmp_path / "set", tmp_path / "w.h5", "--whole-sensor").returncode == 0
     settings = evslip.open_windows(tmp_path / "w.h5").settings
     assert settings == settings.of_whole_sensor() and settings.sensor == SIZE
 

@@ -1,13 +1,12 @@
 """The whole examination of a detector, on records of known truth."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 import torch
 
+from command_line import evslip
 from evslip.data.record import Record
 from evslip.learn import build_model, evaluate
 from evslip.learn.checkpoint import Description, load_model, save_model
@@ -193,19 +192,12 @@ def test_wrong_data_are_refused_in_one_line(model, tmp_path) -> None:
 @pytest.mark.slow
 def test_the_command_line_evaluates_a_file_of_windows(model, tmp_path) -> None:
     windows_of(slip_records(4), WindowSettings()).save(tmp_path / "w.h5")
-    command = [sys.executable, "-m", "evslip.cli", "evaluate"]
-    run = [sys.executable, "-c", "from evslip.cli import main; main()", *command[3:]]
-    done = subprocess.run(
-        [*run, str(model), str(tmp_path / "w.h5"), "--out", str(tmp_path / "out"), "--resamples", "50"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = evslip("evaluate", model, tmp_path / "w.h5", "--out", tmp_path / "out", "--resamples", 50)
     assert done.returncode == 0, done.stderr
     assert "AUROC" in done.stdout and (tmp_path / "out" / "evaluation.html").exists()
-    alone = subprocess.run([*run, str(model)], capture_output=True, text=True, check=False)
+    alone = evslip("evaluate", model)
     assert alone.returncode == 2 and "expected one or more models" in alone.stderr
-    missing = subprocess.run([*run, str(model), "nothing", str(tmp_path / "w.h5")], capture_output=True, text=True)
+    missing = evslip("evaluate", model, "nothing", tmp_path / "w.h5")
     assert missing.returncode == 2 and "nothing" in missing.stderr and not missing.stdout
 
 

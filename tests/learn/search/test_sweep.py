@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from command_line import evslip
 from evslip.learn import Range, Space, SweepSettings, sweep
 from evslip.learn.search.spaces import PRESETS, space_of
 from evslip.learn.search.sweep import JOURNAL, STALE_S, _claim, _is_dead, _open, _take_up, read_sweep
@@ -217,8 +218,7 @@ def test_a_trial_s_command_trains_the_same_again(windows, tmp_path) -> None:
     windows.save(tmp_path / "windows.h5")
     words = settings.training(best.settings).words()
     assert "--no-flip" in words and "--val-fraction" in words
-    command = [sys.executable, "-c", "from evslip.cli import main; main()", "train"]
-    subprocess.run([*command, str(tmp_path / "windows.h5"), str(tmp_path / "again"), *words], check=True)
+    assert evslip("train", tmp_path / "windows.h5", tmp_path / "again", *words).returncode == 0
     names = ("model.safetensors", "model.json")
     pairs = [(tmp_path / "sweep" / best.folder / name, tmp_path / "again" / name) for name in names]
     assert all(one.read_bytes() == other.read_bytes() for one, other in pairs)
