@@ -35,7 +35,8 @@ def params_of(kind, gripper, mass_of_onset=None, **overrides):
 
 @pytest.fixture(scope="module", params=OTHERS, ids="-".join)
 def held(request):
-    return simulate(params_of(*request.param, 0.85))
+    kind, gripper = request.param
+    return simulate(params_of(kind, gripper, 0.85))
 
 
 @pytest.mark.parametrize("kind", [kind for kind, arm in ARMS.items() if arm])

@@ -14,18 +14,13 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 
 @cache
 def mesh_corners(path: Path) -> np.ndarray:
-    """Corners of a mesh in its own frame, of shape (n, 3)."""
+    """Corners of a binary STL in its own frame, in metres, of shape (n, 3). Raises MissingExtraError."""
     file = file_of(path)
     data = file.read_bytes()
-    if file.suffix.lower() == ".stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
-        corners = np.frombuffer(data, _TRIANGLE, offset=84)["corners"].reshape(-1, 3)
-        return np.unique(corners, axis=0).astype(np.float64)
-    try:
-        import trimesh
-
-        return np.unique(np.asarray(trimesh.load_scene(file).to_geometry().vertices, np.float64), axis=0)
-    except (ImportError, ValueError) as error:
-        raise MissingExtraError(f"{file}: cannot be read ({error}); pip install trimesh pycollada") from None
+    if len(data) != 84 + 50 * int.from_bytes(data[80:84], "little"):
+        raise MissingExtraError(f"{file}: is no binary STL; reinstall example-robot-data")
+    corners = np.frombuffer(data, _TRIANGLE, offset=84)["corners"].reshape(-1, 3)
+    return np.unique(corners, axis=0).astype(np.float64)
 
 
 def link_corners(link: Link) -> np.ndarray:

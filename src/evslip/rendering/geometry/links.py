@@ -97,7 +97,7 @@ def link_mesh(arm: Arm, number: int) -> Mesh:
         mesh, turn = read_mesh(shape.file), shape.origin.turn
         corners = (mesh.corners * shape.scale) @ turn.T + shape.origin.place
         meshes.append(Mesh(corners, mesh.normals @ turn.T, mesh.albedo))
-    return joined(meshes) if meshes else Mesh(*(np.zeros((0, 3, 3)),) * 2, np.zeros((0, 3)))
+    return joined(meshes) if meshes else Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3)))
 
 
 def _directions(count: int) -> np.ndarray:
