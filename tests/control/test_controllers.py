@@ -7,7 +7,7 @@ from evslip.control.controllers import CONTROLLERS, make_controller
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.controllers.grip_force import GripForce, Relaxation
 from evslip.control.episode_truth import GripTruth
-from evslip.control.senses import Senses
+from evslip.control.senses import GRAVITY_M_S2, Senses
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import ConfigError
 
@@ -15,8 +15,9 @@ STEP_US = 10_000
 SETUP = Setup((346, 260), STEP_US, 0, 2.0, 0.5, 10.0)
 
 
-def senses(step, force_n=2.0):
-    return Senses(step * STEP_US, np.full(2, force_n), 0.05, np.zeros(3), 0.0, force_n)
+def senses(step, force_n=2.0, load=1.0):
+    acceleration = np.array([0.0, 0.0, load * GRAVITY_M_S2])
+    return Senses(step * STEP_US, np.full(2, force_n), 0.05, acceleration, 0.0, force_n)
 
 
 def events(step, count, seed=0):
@@ -74,6 +75,29 @@ def test_a_force_falls_to_a_guard_above_where_the_object_slipped():
     assert force.value_n == SETUP.most_n
 
 
+def test_a_force_follows_the_load_that_the_hand_feels():
+    force = GripForce(SETUP, Relaxation())
+    assert [force.command_n(senses(0, load=load)) for load in (1.0, 1.5, 5.0, 0.0)] == pytest.approx([2, 3, 4, 1.6])
+    assert GripForce(SETUP, Relaxation(follow=0.0)).command_n(senses(0, load=1.5)) == 2.0
+    assert force.value_n == 2.0
+
+
+def test_clusters_of_alarms_raise_a_force_no_further_than_a_multiple():
+    force = GripForce(SETUP._replace(most_n=50.0), Relaxation(most=3.0, share_s=0.0))
+    for _ in range(20):
+        force.slipped_at(2.0)
+        force.raise_to(2 * force.value_n)
+        for _ in range(40):  # 0.4 s of quiet: not enough to come back
+            force.rest()
+    assert force.value_n <= 6.0
+    for _ in range(400):
+        force.rest()
+    assert force.value_n == pytest.approx(2.6, rel=0.02)
+    force.slipped_at(force.value_n)
+    force.raise_to(100.0)
+    assert force.value_n == pytest.approx(3 * 2.6, rel=0.02)
+
+
 def test_a_force_that_has_not_failed_yet_is_given_back_slowly_but_never_wholly():
     force = GripForce(SETUP, Relaxation(quiet_s=0.1, share_s=0.1))
     course = []
@@ -95,6 +119,17 @@ def test_the_oracle_acts_on_the_truth_and_is_refused_without_it():
     assert controller.step(empty_events(), senses(2)) == 3.0 and controller.alarm
     truth = truth._replace(is_sliding=False)
     assert controller.step(empty_events(), senses(3)) == pytest.approx(1.65)
+
+
+def test_an_oracle_of_the_cone_gives_force_back():
+    truth = GripTruth(False, 1.0, True)
+    controller = make_controller("cone-oracle", margin=1.2)
+    controller.reset(SETUP._replace(truth=lambda: truth))
+    assert controller.step(empty_events(), senses(1)) == 1.2
+    truth = GripTruth(True, 1.5, True)
+    assert controller.step(empty_events(), senses(2)) == 3.0 and controller.alarm
+    truth = GripTruth(False, 0.1, True)
+    assert controller.step(empty_events(), senses(3)) == SETUP.least_n
 
 
 def test_a_late_oracle_knows_later():

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+GRAVITY_M_S2 = 9.81
+
 
 class Senses(NamedTuple):
     """Readings at one time."""

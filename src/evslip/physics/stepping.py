@@ -1,6 +1,6 @@
 """The pick-and-place of one sample, stepped, with a grip force that follows commands."""
 
-from copy import copy
+from copy import copy, deepcopy
 from functools import cached_property
 from typing import NamedTuple
 
@@ -162,6 +162,18 @@ class SteppedSimulation:
     def trajectory(self, since_us: int = 0) -> Trajectory:
         """Samples from a time on, like those of `simulate`. They never change, whatever comes after them."""
         return self._log.read(min(max(-(-since_us // STEP_US), 0), self._last + 1), self._last + 1)
+
+    def foreseen(self) -> Trajectory | None:
+        """All samples, those to come as they will be with the last command; those of `simulate` before the first one.
+        None where vibration is added to the samples: it would be seen twice."""
+        if self._vibration is not None:
+            return None
+        ahead = copy(self)
+        ahead._model, ahead._data = copy(self._model), copy(self._data)
+        ahead._log, ahead._actuator = deepcopy(self._log), deepcopy(self._actuator)
+        ahead._object = self._object.moved_to(ahead._model)
+        ahead.advance(ahead.end_us)
+        return ahead.trajectory()
 
     def least_force_n(self) -> float:
         """Least grip force that holds at this instant: by the limit surface of the pads against gravity, a push and the

@@ -16,6 +16,7 @@ CONTROLLERS = {
     "constant": "constant:Constant",
     "strong": "constant:Strong",
     "oracle": "oracle:Oracle",
+    "cone-oracle": "oracle:ConeOracle",
     "late-oracle": "oracle:LateOracle",
     "event-rate": "event_rate:EventRate",
     "detector": "detector_steps:DetectorSteps",

@@ -62,7 +62,7 @@ class DetectorPI(Controller):
         if not found.alarm:
             self.alarm = False
             self._force.rest()
-            return self._force.value_n
+            return self._force.command_n(senses)
         if not self.alarm:
             self._base_n = self._force.value_n
             self._force.slipped_at(self._base_n)
@@ -71,4 +71,4 @@ class DetectorPI(Controller):
         speed = found.slide_mm_s + found.rotation_deg_s / own.deg_mm
         self._way += speed * self._seconds
         self._force.raise_to(self._base_n * (1 + own.proportional * speed + own.integral * self._way))
-        return self._force.value_n
+        return self._force.command_n(senses)

@@ -44,6 +44,8 @@ class DetectorSteps(Controller):
         self._signal = signal_of(own.model, setup, own.threshold, own.answers)
         self._force, self.alarm, self._raised_us = GripForce(setup, own.relaxation), False, None
         self._step_us, self._quiet_us, self._share = setup.step_us, 0, 1.0
+        # Whether the alarm has gone on since the last raise: only then has the object slipped at the raised force.
+        self._goes_on = False
 
     def step(self, events: Events, senses: Senses) -> float:
         assert self._signal is not None, "reset comes first"
@@ -52,12 +54,14 @@ class DetectorSteps(Controller):
         self.alarm = self.answer.alarm
         if not self.alarm:
             self._force.rest()
+            self._goes_on = False
             self._quiet_us += self._step_us
             self._share = 1.0 if self._quiet_us > own.relaxation.quiet_s * 1e6 else self._share
         elif self._raised_us is None or senses.t_us - self._raised_us >= own.wait_s * 1e6:
             before = self._force.value_n
-            self._force.slipped_at(before)
+            if self._share == 1.0 or self._goes_on:
+                self._force.slipped_at(before)
             self._force.raise_to(before + self._share * max((own.gain - 1) * before, own.least_step_n))
-            self._raised_us, self._quiet_us = senses.t_us, 0
+            self._raised_us, self._quiet_us, self._goes_on = senses.t_us, 0, True
             self._share *= own.again
-        return self._force.value_n
+        return self._force.command_n(senses)

@@ -59,4 +59,4 @@ class EventRate(Controller):
             self._force.slipped_at(self._force.value_n)
             self._force.raise_to(own.gain * self._force.value_n)
             self._raised_us = senses.t_us
-        return self._force.value_n
+        return self._force.command_n(senses)

@@ -41,16 +41,23 @@ class Oracle(Controller):
         self._force_n, self.alarm, self._kept_n = setup.force_n, False, 0.0
 
     def step(self, events: Events, senses: Senses) -> float:
-        self._coming.append(self._truth())
-        truth, own = self._coming.popleft(), self.parameters
-        self.alarm = truth.is_sliding
+        truth, own = self._seen(), self.parameters
         if self.alarm:
             self._kept_n = max(self._kept_n, own.margin * truth.least_n)
             self._force_n = max(self._force_n, own.stopping * truth.least_n)
         elif self._kept_n:
             self._kept_n = max(self._kept_n, own.margin * truth.least_n)
             self._force_n = self._kept_n
-        return min(max(self._force_n, self._setup.least_n), self._setup.most_n)
+        return self._allowed(self._force_n)
+
+    def _seen(self) -> GripTruth:
+        self._coming.append(self._truth())
+        truth = self._coming.popleft()
+        self.alarm = truth.is_sliding
+        return truth
+
+    def _allowed(self, force_n: float) -> float:
+        return min(max(force_n, self._setup.least_n), self._setup.most_n)
 
 
 class LateOracle(Oracle):
@@ -61,3 +68,19 @@ class LateOracle(Oracle):
         """Parameters of LateOracle."""
 
         delay_s: float = 0.02
+
+
+class ConeOracle(Oracle):
+    """An oracle that also gives force back: at every moment a little more than the cone of friction asks for, so that
+    what it spends is the least that an actuator which lags can hold with."""
+
+    @dataclass(frozen=True)
+    class Parameters(Oracle.Parameters):
+        """Parameters of ConeOracle."""
+
+        margin: float = 1.25
+        """Multiple of the least force that it keeps."""
+
+    def step(self, events: Events, senses: Senses) -> float:
+        truth, own = self._seen(), self.parameters
+        return self._allowed(truth.least_n * (own.stopping if self.alarm else own.margin))

@@ -10,6 +10,9 @@ from evslip.utils.errors import DataError
 
 RISE_N, RISE_SHARE = 0.05, 0.03
 """The force has risen when it is higher than at the onset by this much, and by this share."""
+SETTLE_US = 2_000_000
+"""Time after the object first hangs free from which on the force counts as settled: that with which the grip was closed
+was not the controller's choice."""
 SOON_US = 500_000
 """A reaction that takes longer is none."""
 
@@ -51,6 +54,9 @@ class Outcome:
     """... mean of what is beyond it,"""
     most_n: float
     """... and the largest force."""
+    settled_share: float | None
+    """Mean of what is beyond the least force, as a share of its mean, from 2 s after the object first hangs free on;
+    None where it hangs for less."""
     seconds: float
     """Time that the episode lasted."""
 
@@ -82,6 +88,7 @@ class Outcome:
             mean_least_n=float(least.mean()),
             excess_n=float(np.maximum(force - least, 0.0).mean()),
             most_n=float(force.max()),
+            settled_share=_settled_share(played),
             seconds=(int(played.t_us[-1]) - episode.start_us) / 1e6,
         )
 
@@ -101,6 +108,15 @@ class Outcome:
     def is_bad(self) -> bool:
         """Whether the object was lost, or slipped by more than 5 deg or 2 mm."""
         return self.lost or self.largest_deg > 5 or self.largest_mm > 2
+
+
+def _settled_share(played: Played) -> float | None:
+    free_us = played.t_us[played.hangs]
+    settled = played.hangs & (played.t_us >= free_us[0] + SETTLE_US) if len(free_us) else played.hangs
+    if not settled.any():
+        return None
+    force, least = played.force_n[settled], played.least_n[settled]
+    return float(np.maximum(force - least, 0.0).mean() / least.mean())
 
 
 def _after(onset_us: int, times_us: np.ndarray) -> float | None:

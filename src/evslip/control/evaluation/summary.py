@@ -44,6 +44,9 @@ FIGURES: dict[str, tuple[str, Callable[[np.ndarray], float]]] = {
     "mean force, N": ("mean_n", lambda x: float(x.mean())),
     "mean force beyond the least, N": ("excess_n", lambda x: float(x.mean())),
     "mean force beyond the least, %": ("excess_share", lambda x: 100 * float(x.mean())),
+    "mean force beyond the least, %: median": ("excess_share", lambda x: 100 * float(np.median(x))),
+    "... once settled, %": ("settled_share", lambda x: 100 * float(x.mean())),
+    "... once settled, %: median": ("settled_share", lambda x: 100 * float(np.median(x))),
     "false alarms a minute": ("false_alarms_min", lambda x: float(x.mean())),
     "stopped of what the oracle stops, %": ("stopped", lambda x: 100 * float(x.mean())),
     "lost of what the oracle keeps, %": ("lost_kept", lambda x: 100 * float(x.mean())),
@@ -85,7 +88,9 @@ def _table(own: Sequence[Outcome], oracle: Sequence[Outcome] | None, open_loop: 
         name: column(lambda one, name=name: getattr(one, name))
         for name in ("lost", "largest_deg", "largest_mm", "final_deg", "final_mm", "alarm_ms", "rise_ms", "stop_ms")
     }
-    columns |= {name: column(lambda one, name=name: getattr(one, name)) for name in ("mean_n", "excess_n")}
+    columns |= {
+        name: column(lambda one, name=name: getattr(one, name)) for name in ("mean_n", "excess_n", "settled_share")
+    }
     columns["bad"] = column(lambda one: one.is_bad)
     columns["excess_share"] = column(lambda one: one.excess_n / one.mean_least_n)
     columns["false_alarms_min"] = column(lambda one: 60 * one.false_alarms / one.seconds)

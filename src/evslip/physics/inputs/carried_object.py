@@ -1,5 +1,7 @@
 """The object in the model, whose mass, friction and load may change from step to step."""
 
+from copy import copy
+
 import mujoco
 
 from evslip.physics.inputs.disturbance import Conditions
@@ -15,6 +17,12 @@ class CarriedObject:
         self._inertia = model.body_inertia[self.body].copy()
         self._rest_kg = model.body_subtreemass[0] - self._mass_kg
         self._now = self._mass_kg, self._friction
+
+    def moved_to(self, model: mujoco.MjModel) -> "CarriedObject":
+        """This object, as it is now, in a copy of its model."""
+        moved = copy(self)
+        moved._model = model
+        return moved
 
     def apply(self, data: mujoco.MjData, conditions: Conditions, step: int) -> None:
         """Set the conditions of a step."""
