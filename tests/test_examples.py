@@ -96,6 +96,22 @@ def _kinds(output: dict) -> set[str]:
     return set(output.get("data", {output["output_type"]: ""}))
 
 
+def test_the_policy_of_the_tutorial_is_played(tmp_path):
+    page = (EXAMPLES.parent / "docs/tutorials/own-policy.md").read_text()
+    code = page.split("```python\n")[1].split("```")[0]
+    assert len(code.splitlines()) <= 30
+    (tmp_path / "my_policy.py").write_text(code)
+    small = [f"--set={one}" for one in ("camera.width=86", "camera.height=65", "motion.kind=hold", "motion.hold_s=0.2")]
+    command = [sys.executable, "-m", "evslip", "control", "--policy", "my_policy:Mine", "--count", "1", "--out", "held"]
+    result = subprocess.run(
+        [*command, *small, "--workers", "1"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
+    rows = [json.loads(line) for line in (tmp_path / "held/outcomes.jsonl").read_text().splitlines()]
+    assert {row["controller"] for row in rows} == {"constant", "oracle", "my_policy:Mine"}
+    assert all(row["mean_n"] > 0 for row in rows)
+
+
 def test_the_ros2_node_answers_packets_of_a_bag(tmp_path):
     highlevel = pytest.importorskip("rosbags.highlevel")
     import evslip

@@ -167,8 +167,8 @@ def control(
 
     Args:
         out: Folder for control.html, control.json and outcomes.jsonl.
-        controller: constant, strong, oracle, late-oracle, event-rate, detector or detector-pi; may be given several
-            times. Default: detector.
+        controller: constant, strong, oracle, cone-oracle, late-oracle, event-rate, detector or detector-pi; may be
+            given several times. Default: detector.
         policy: A controller of your own, module:Class, in the current folder or installed.
         parameter: Parameter of the controller, such as model=my_model or relaxation.share_s=0.2; may be given several
             times.
