@@ -1,6 +1,6 @@
 """The README's moving picture: one episode with the grip force left alone, and with a detector that sets it.
 
-python examples/closed_loop_clip.py docs/figures/closed_loop.webp [--split test] [--index 12] [--model default]
+python examples/closed_loop_clip.py docs/figures/closed_loop.webp [--split train] [--index 3] [--model default-wild]
 """
 
 import argparse
@@ -37,9 +37,9 @@ class Course(NamedTuple):
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--split", default="test")
-    parser.add_argument("--index", type=int, default=12)
-    parser.add_argument("--model", default="default")
+    parser.add_argument("--split", default="train")
+    parser.add_argument("--index", type=int, default=3)
+    parser.add_argument("--model", default="default-wild")
     parser.add_argument("--seconds", type=float, default=SHOWN_S)
     options = parser.parse_args()
     candidates = Candidates("hold", split=options.split)
