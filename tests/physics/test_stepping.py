@@ -65,6 +65,18 @@ def test_without_commands_it_equals_the_whole_simulation_in_chunks_of_any_length
     assert_equal(in_chunks(SteppedSimulation(params), (50_000, 700)), whole)
 
 
+def test_what_is_foreseen_is_the_whole_simulation_and_changes_nothing():
+    params = sample({"disturbance.kind": "mass", "disturbance.mass_kg": 0.03})
+    whole, simulation = evslip.simulate(params), SteppedSimulation(params)
+    simulation.advance(1_500_000)
+    foreseen = simulation.foreseen()
+    assert foreseen is not None
+    assert_equal(foreseen, whole)
+    simulation.advance(simulation.end_us)
+    assert_equal(simulation.trajectory(), whole)
+    assert SteppedSimulation(sample(OBJECT)).foreseen() is None
+
+
 def test_commands_and_a_trembling_object_are_the_same_in_chunks_of_any_length():
     params = sample(MOUNT | OBJECT)
     first, second = (in_chunks(SteppedSimulation(params), step, target_n=3.0) for step in ((10_000,), (1000, 7_000)))
