@@ -62,6 +62,12 @@ def test_it_holds_below_the_onset(held):
     assert measure(held).onset_us is None
 
 
+def test_one_drive_moves_both_fingers(held):
+    gripped = measure(held).held
+    left, right = held.joints[gripped, 7:].T
+    assert np.ptp(left - right) < 1e-4
+
+
 @pytest.mark.parametrize(("kind", "gripper"), OTHERS)
 def test_it_slips_above_the_onset(kind, gripper):
     assert measure(simulate(params_of(kind, gripper, 1.2))).onset_us is not None

@@ -42,7 +42,7 @@ def _with_arm(arm: Arm, gripper: Gripper) -> Any:
         spec = mujoco.MjSpec.from_string(bare(arm.urdf, base, arm.hand))
         turn = Rotation.from_euler("xyz", arm.mount_rpy)
         place = np.array(arm.mount_m) + turn.apply([0.0, 0.0, gripper.length_m - TCP_M[2]])
-        _add_boxes(spec.body(arm.flange), gripper, place, turn.as_quat(scalar_first=True))
+        _add_boxes(spec, spec.body(arm.flange), gripper, place, turn.as_quat(scalar_first=True))
     _make_weightless(spec)
     for name, servo in zip(arm.joints, arm.servos, strict=True):
         spec.joint(name).armature = ARM_ARMATURE
@@ -70,7 +70,7 @@ def hand(gripper: Gripper) -> Any:
     place, down = TCP_M, [0, 1, 0, 0]
     if gripper.urdf is None:
         spec = mujoco.MjSpec()
-        _add_boxes(spec.worldbody, gripper, place, down)
+        _add_boxes(spec, spec.worldbody, gripper, place, down)
     else:
         spec = mujoco.MjSpec.from_string(bare(gripper.urdf, gripper.hand))
         spec.body(gripper.hand).pos, spec.body(gripper.hand).quat = place, down
@@ -78,7 +78,7 @@ def hand(gripper: Gripper) -> Any:
     return spec
 
 
-def _add_boxes(parent: Any, gripper: Gripper, place_m: Any, quat: Any) -> None:
+def _add_boxes(spec: Any, parent: Any, gripper: Gripper, place_m: Any, quat: Any) -> None:
     """Palm and fingers, with the inertia of their boxes, on a body."""
     palm = parent.add_body(name=gripper.hand, pos=place_m, quat=quat)
     _set_inertia(palm, gripper.palm)
@@ -86,6 +86,12 @@ def _add_boxes(parent: Any, gripper: Gripper, place_m: Any, quat: Any) -> None:
         body = palm.add_body(name=name, pos=[0, 0, FINGER_Z_M])
         _set_inertia(body, gripper.finger)
         body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, side, 0])
+    # One drive moves both: otherwise what they hold could carry them along y, as their forces are limited.
+    left, right = gripper.finger_joints
+    joints = {"objtype": mujoco.mjtObj.mjOBJ_JOINT, "name1": right, "name2": left}
+    coupling = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, **joints)
+    coupling.data[:] = 0
+    coupling.data[1] = 1
 
 
 def _set_inertia(body: Any, part: Part) -> None:
