@@ -88,6 +88,10 @@ class RollingCountNet(Following):
         rest: Any = nn.Sequential(nn.ReLU(), later[0], nn.ReLU(), later[1], nn.ReLU(), *layers[9:], network.head)
         self._rest = rest.eval().to(memory_format=torch.channels_last)
         self._shape = constant.permute(1, 2, 0).shape
+        # The first call loads machine code, which takes longer than a slip: not when the first events are there.
+        self.push(empty_events())
+        self.answers(np.zeros(1, np.int64))
+        self.restart()
 
     def push(self, events: Events) -> None:
         self._window.push(*events.columns)
