@@ -9,7 +9,8 @@ from scipy.integrate import dblquad
 import evslip
 from evslip.config.params import Params
 from evslip.draws.draw import draw
-from evslip.physics.grip import LEFT, PAD_HALF_M, contact_elements, grasp
+from evslip.physics.contact import PAD_HALF_M
+from evslip.physics.grip import LEFT, contact_elements, grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.onset import load_per_kg, onset_mass, pad_surface
 from evslip.physics.scene_model import GRAVITY_M_S2
