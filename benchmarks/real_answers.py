@@ -35,10 +35,9 @@ def alarms(detection: Detection) -> int:
 
 def cells(path: Path, models: list[str]) -> Iterator[str]:
     """The row of one recording: what it is, then what each detector says."""
-    record, _ = open_recording(path, None)
-    size = record.size
     for number, model in enumerate(models):
-        _, parts = open_recording(path, None)  # each detector reads it from the start
+        record, parts = open_recording(path, None)  # each detector reads it from the start
+        size = record.size
         try:
             found = detect(model, parts, size, align="centre", hop_s=HOP_S)
         except EvslipError as error:

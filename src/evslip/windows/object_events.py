@@ -1,5 +1,6 @@
 """Which events of windows are the object's, and where it is in the picture: what training recombines windows from."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -85,8 +86,12 @@ def flag_bytes(counts: np.ndarray | int) -> np.ndarray:
 
 def extent_bytes(settings: WindowSettings) -> int:
     """Bytes of an extent."""
-    rows, columns = (-(-pixels // CELL_PX) for pixels in (settings.height, settings.width))
-    return -(-rows * columns // 8)
+    return int(flag_bytes(math.prod(extent_shape(settings))))
+
+
+def extent_shape(settings: WindowSettings) -> tuple[int, int]:
+    """Rows and columns of an extent's cells."""
+    return -(-settings.height // CELL_PX), -(-settings.width // CELL_PX)
 
 
 def view_of(record: Record) -> str:
@@ -98,7 +103,7 @@ def view_of(record: Record) -> str:
 
 def extent_of(inside: Events, settings: WindowSettings) -> np.ndarray:
     """Where a sample's object is, by all of its events in the crop: the bits of ObjectEvents.extent, uint8 (bytes,)."""
-    rows, columns = (-(-pixels // CELL_PX) for pixels in (settings.height, settings.width))
+    rows, columns = extent_shape(settings)
     if inside.body is None:
         return np.zeros(extent_bytes(settings), np.uint8)
     cell = inside.y.astype(np.int64) // CELL_PX * columns + inside.x // CELL_PX

@@ -65,7 +65,7 @@ class Windows:
     dropped: int = 0
     """Windows whose movement lay between hold and slip."""
     object_events: ObjectEvents | None = None
-    """Which events are the object's, if samples told; None in files from before it was kept, and of recordings."""
+    """Which events are the object's; None of recordings, and in files from before it was kept."""
 
     def __len__(self) -> int:
         return len(self.label)

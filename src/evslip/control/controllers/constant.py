@@ -24,7 +24,7 @@ class Constant(Controller):
 
     def reset(self, setup: Setup) -> None:
         wanted = setup.force_n if self.parameters.force_n is None else self.parameters.force_n
-        self._force_n = min(max(wanted, setup.least_n), setup.most_n)
+        self._force_n = setup.allowed(wanted)
 
     def step(self, events: Events, senses: Senses) -> float:
         return self._force_n

@@ -26,6 +26,10 @@ class Setup(NamedTuple):
     truth: Callable[[], GripTruth] | None = None
     """The grip's true state at any time of the episode; None on a robot."""
 
+    def allowed(self, force_n: float) -> float:
+        """The force nearest to one that may be commanded."""
+        return min(max(force_n, self.least_n), self.most_n)
+
 
 class SlipAnswer(NamedTuple):
     """Answer of a detector at one time."""

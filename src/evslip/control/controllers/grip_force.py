@@ -45,7 +45,7 @@ class GripForce:
         """Force to command, with the load that the hand feels now."""
         felt = float(np.linalg.norm(senses.acceleration_m_s2)) / GRAVITY_M_S2
         load = min(max(1 + self._relaxation.follow * (felt - 1), LOADS[0]), LOADS[1])
-        return self._allowed(self.value_n * load)
+        return self._setup.allowed(self.value_n * load)
 
     def slipped_at(self, force_n: float) -> None:
         """Note a force at which the object slipped."""
@@ -58,7 +58,7 @@ class GripForce:
         """Ask for at least this force."""
         self._quiet_us = 0
         most_n = force_n if self._first_n is None else self._relaxation.most * self._first_n
-        self.value_n = self._allowed(max(self.value_n, min(force_n, most_n)))
+        self.value_n = self._setup.allowed(max(self.value_n, min(force_n, most_n)))
 
     def rest(self) -> None:
         """A step in which nothing slips: after a while, give back a little."""
@@ -74,6 +74,3 @@ class GripForce:
         self.value_n = min(self.value_n, max(wanted_n, self._setup.least_n))
         if self.value_n <= 1.1 * self._safe_n:
             self._first_n = None
-
-    def _allowed(self, force_n: float) -> float:
-        return min(max(force_n, self._setup.least_n), self._setup.most_n)

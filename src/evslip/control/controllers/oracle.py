@@ -48,16 +48,13 @@ class Oracle(Controller):
         elif self._kept_n:
             self._kept_n = max(self._kept_n, own.margin * truth.least_n)
             self._force_n = self._kept_n
-        return self._allowed(self._force_n)
+        return self._setup.allowed(self._force_n)
 
     def _seen(self) -> GripTruth:
         self._coming.append(self._truth())
         truth = self._coming.popleft()
         self.alarm = truth.is_sliding
         return truth
-
-    def _allowed(self, force_n: float) -> float:
-        return min(max(force_n, self._setup.least_n), self._setup.most_n)
 
 
 class LateOracle(Oracle):
@@ -83,4 +80,4 @@ class ConeOracle(Oracle):
 
     def step(self, events: Events, senses: Senses) -> float:
         truth, own = self._seen(), self.parameters
-        return self._allowed(truth.least_n * (own.stopping if self.alarm else own.margin))
+        return self._setup.allowed(truth.least_n * (own.stopping if self.alarm else own.margin))

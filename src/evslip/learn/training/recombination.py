@@ -1,8 +1,8 @@
 """Windows put together from two: the object of one over all the rest of another.
 
-What the object does is what its label tells; what the hand, the background and the light do is told by neither. A few
-hundred samples have few slips, but each can be seen over the surroundings of all the others. (In pictures: Dwibedi,
-Misra, Hebert, Cut, Paste and Learn, ICCV 2017.)
+A label says what the object does, and nothing of the hand, the background and the light. A few hundred samples have few
+slips, but each can be seen over the surroundings of all the others. (In pictures: Dwibedi, Misra, Hebert, Cut, Paste
+and Learn, ICCV 2017.)
 """
 
 import numpy as np

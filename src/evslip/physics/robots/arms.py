@@ -1,10 +1,11 @@
 """Arms that are built in, from the URDFs of the package example-robot-data."""
 
+import math
 from pathlib import Path
 
 from evslip.physics.robots.description import Arm, Servo
 
-_HALF_TURN, _QUARTER = 3.141592653589793, 1.5707963267948966
+_QUARTER = math.pi / 2
 # Stiff enough that the arm follows within micrometres once the command leads by damping / stiffness * velocity.
 _STIFF = (*[(4500.0, 450.0)] * 2, *[(3500.0, 350.0)] * 2, *[(2000.0, 200.0)] * 3)
 
