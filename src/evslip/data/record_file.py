@@ -36,6 +36,8 @@ from evslip.utils.errors import DataError
 
 ALL_CAMERAS = "all"
 """In place of a camera's name."""
+UNKNOWN_PHASE = -1
+"""Phase of an episode of poses whose phases are not known."""
 _EPISODE = "start_us, end_us, kind (of rotation, translation, mixed, drop), phase, rotation_deg, translation_mm"
 
 
@@ -166,6 +168,7 @@ def _fill_truth(group: h5py.Group, truth: Truth) -> None:
         group.attrs["onset_us"] = truth.onset_us
     if truth.phase is not None:
         hdf5.put(group, "phase", truth.phase)
+    if truth.phase is not None or truth.episodes:
         hdf5.put(group, "episodes", _episode_rows(truth.episodes))
         group.attrs["phases"], group["episodes"].attrs["columns"] = ", ".join(PHASE_NAMES), _EPISODE
 
@@ -177,7 +180,8 @@ def _fill_group(group: h5py.Group, values: NamedTuple, names: Iterable[str]) -> 
 
 
 def _episode_rows(episodes: tuple[Episode, ...]) -> np.ndarray:
-    rows = [(e.start_us, e.end_us, KINDS.index(e.kind), PHASE_NAMES.index(e.phase), *e[4:]) for e in episodes]
+    phases = {name: number for number, name in enumerate(PHASE_NAMES)} | {"": UNKNOWN_PHASE}
+    rows = [(e.start_us, e.end_us, KINDS.index(e.kind), phases[e.phase], *e[4:]) for e in episodes]
     return np.array(rows, np.float64).reshape(-1, len(Episode._fields))
 
 
@@ -242,12 +246,14 @@ def _truth(group: h5py.Group, trajectory: Trajectory | None) -> Truth:
     truth = Truth(**columns | {"held": columns["held"] > 0}, span_us=(start, end), onset_us=onset)
     if trajectory is not None:
         truth = truth._replace(**{name: getattr(trajectory, name) for name in ("pad_force_n", *PADS)})
+    if "phase" in group or "episodes" in group:
+        truth = truth._replace(episodes=_episodes(group))
     if "phase" not in group:
         return truth
     phase = hdf5.get(group, "phase", "u", truth.t_us.shape)
     if phase.max(initial=0) >= len(PHASE_NAMES):
         raise DataError(f"{group.file.filename}: truth/phase: {phase.max()} is none of {', '.join(PHASE_NAMES)}")
-    return truth._replace(phase=phase, episodes=_episodes(group))
+    return truth._replace(phase=phase)
 
 
 def _columns(group: h5py.Group, shapes: dict[str, tuple[int, ...]]) -> dict[str, Any]:
@@ -259,11 +265,12 @@ def _columns(group: h5py.Group, shapes: dict[str, tuple[int, ...]]) -> dict[str,
 
 def _episodes(group: h5py.Group) -> tuple[Episode, ...]:
     rows = hdf5.get(group, "episodes", "f", (None, len(Episode._fields)))
-    names = np.isin(rows[:, 2], range(len(KINDS))) & np.isin(rows[:, 3], range(len(PHASE_NAMES)))
+    phases = range(len(PHASE_NAMES)) if "phase" in group else (UNKNOWN_PHASE,)
+    names = np.isin(rows[:, 2], range(len(KINDS))) & np.isin(rows[:, 3], phases)
     if not (names.all() and np.isfinite(rows).all() and (np.abs(rows[:, :2]) <= LATEST_US).all()):
         raise DataError(f"{group.file.filename}: truth/episodes: expected rows of {_EPISODE}, all finite")
     return tuple(
-        Episode(int(start), int(end), KINDS[int(kind)], PHASE_NAMES[int(phase)], turned, slid)
+        Episode(int(start), int(end), KINDS[int(kind)], ("", *PHASE_NAMES)[int(phase) - UNKNOWN_PHASE], turned, slid)
         for start, end, kind, phase, turned, slid in rows.tolist()
     )
 

@@ -25,7 +25,7 @@ class Episode(NamedTuple):
     kind: str
     """One of KINDS."""
     phase: str
-    """Phase of the task in which it begins."""
+    """Phase of the task in which it begins; empty where it is not known."""
     rotation_deg: float
     """Largest rotation in the hand against the pose before the slip."""
     translation_mm: float

@@ -149,9 +149,10 @@ def phase_of(params: Params, t_us: np.ndarray) -> np.ndarray:
 
 
 def find_episodes(
-    t_us: np.ndarray, rotation: Rotation, position_m: np.ndarray, held: np.ndarray, phase: np.ndarray, lost: bool
+    t_us: np.ndarray, rotation: Rotation, position_m: np.ndarray, held: np.ndarray, phase: np.ndarray | None, lost: bool
 ) -> tuple[Episode, ...]:
-    """The slips within the held time, of poses in the hand; `lost`: the object left the grip at its end."""
+    """The slips within the held time, of poses in the hand. phase: as in `Truth`, None where it is not known. lost:
+    whether the object left the grip at its end."""
     inside = np.flatnonzero(held)
     if len(inside) < 2:
         return ()
@@ -165,7 +166,8 @@ def find_episodes(
             kind = "drop"
         start, end = first + slip.start, first + slip.end
         measures = slip.rotation_deg, 1e3 * slip.translation_m
-        found.append(Episode(int(t_us[start]), int(t_us[end]), kind, PHASE_NAMES[phase[start]], *measures))
+        name = "" if phase is None else PHASE_NAMES[phase[start]]
+        found.append(Episode(int(t_us[start]), int(t_us[end]), kind, name, *measures))
     return tuple(found)
 
 

@@ -66,11 +66,12 @@ def even(poses: Poses) -> Poses:
     return Poses(t_us, *made)
 
 
-def truth_of(poses: Poses, held: np.ndarray, centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Truth:
+def truth_of(poses: Poses, held: np.ndarray, centre_m: tuple[float, ...] | None = None) -> Truth:
     """Ground truth of evenly timed poses, as evslip.physics.truth.measure gives it for its own simulations.
 
     held: whether the object hangs in the grip, bool of shape (n,). centre_m: the point between the fingers in the
-    gripper's frame, whose way in the object is its slide. Raises DataError if it is never held.
+    gripper's frame, whose way in the object is its slide; default: the frame's origin. Raises DataError if it is never
+    held.
     """
     if not held.any():
         raise DataError("the object is never held; a column held that is 0 throughout?")
@@ -78,14 +79,14 @@ def truth_of(poses: Poses, held: np.ndarray, centre_m: tuple[float, float, float
     relative = gripper.inv() * body
     centre = gripper.inv().apply(poses.object_pose[:, :3] - poses.gripper_pose[:, :3])
     first = int(held.argmax())
-    position = centre + (relative * relative[first].inv()).apply(np.asarray(centre_m) - centre[first])
-    phase = np.zeros(len(held), np.uint8)
+    between = np.asarray(centre_m or (0.0, 0.0, 0.0))
+    position = centre + (relative * relative[first].inv()).apply(between - centre[first])
     # The longest stretch: a slip may not run through time in which the object is not held.
     edges = np.flatnonzero(np.diff(np.r_[False, held, False]))
     start, end = max(zip(edges[::2], edges[1::2], strict=True), key=lambda run: run[1] - run[0])
     within = np.zeros(len(held), bool)
     within[start:end] = True
-    episodes = find_episodes(poses.t_us, relative, position, within, phase, lost=False)
+    episodes = find_episodes(poses.t_us, relative, position, within, None, lost=False)
     return Truth(
         t_us=poses.t_us,
         theta_deg=np.degrees((relative[0].inv() * relative).magnitude()).astype(np.float32),
@@ -94,6 +95,7 @@ def truth_of(poses: Poses, held: np.ndarray, centre_m: tuple[float, float, float
         held=within,
         span_us=(int(poses.t_us[start]), int(poses.t_us[end - 1])),
         onset_us=episodes[0].start_us if episodes else None,
+        episodes=episodes,
     )
 
 
