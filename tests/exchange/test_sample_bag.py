@@ -1,10 +1,12 @@
 """Whole samples in bags: read again by the libraries rosbags and mcap, and by evslip itself."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from evslip.cli import run
 from evslip.codecs import open_events, read_events, write_events
@@ -16,6 +18,9 @@ from evslip.events import Events
 from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.sample_bag import write_sample
+from evslip.physics.robots.description import TCP_M
+from evslip.rendering.camera import hand_camera
+from evslip.rendering.poses import ScenePoses
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import random_events, simulated
 from shared_data import shared
@@ -127,6 +132,84 @@ def test_a_whole_sample_lies_in_one_bag(suffix: str, tmp_path: Path):
     np.testing.assert_allclose([m.data for m in by_topic["/gripper/grip_force_n"]], force, rtol=1e-6)
     plain = record.events.replace(body=None, cause=None)
     assert read_events(path) == plain
+
+
+def rotation_of(turn: Any) -> Rotation:
+    return Rotation.from_quat([turn.x, turn.y, turn.z, turn.w])
+
+
+@pytest.mark.parametrize("trembles", [False, True])
+@pytest.mark.parametrize("suffix", [".bag", ".mcap"])
+def test_the_frames_and_the_camera_show_the_object_where_the_renderer_does(suffix: str, trembles: bool, tmp_path: Path):
+    record = simulated(0, events=3, steps=4)
+    motion, params = record.trajectory, record.params
+    assert motion is not None and params is not None
+    lens = params.camera.model_copy(update={"k1": -0.2, "k2": 0.05, "p1": 0.01, "p2": -0.02})
+    params = params.model_copy(update={"camera": lens})
+    hand, thing = motion.gripper_pose.copy(), motion.object_pose.copy()
+    hand[:, 3:] /= np.linalg.norm(hand[:, 3:], axis=1, keepdims=True)
+    turns = Rotation.from_quat(hand[:, 3:], scalar_first=True)
+    camera = hand_camera(params)
+    thing[:, :3] = hand[:, :3] + turns.apply(camera.position + camera.rotation @ [0.02, -0.03, -0.4])
+    moved = None
+    if trembles:
+        small = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.01, (4, 3))).as_quat(scalar_first=True)
+        moved = np.hstack([np.random.default_rng(1).normal(0, 0.003, (4, 3)), small])
+    motion = motion._replace(params=params, gripper_pose=hand, object_pose=thing, camera_displacement=moved)
+    write_sample(tmp_path / f"a{suffix}", replace(record, params=params, trajectory=motion), [], frames_hz=0)
+    found = messages(tmp_path / f"a{suffix}")
+    (info,) = (m for topic, _, m in found if topic == "/event_camera/camera_info")
+    matrix, terms = (np.array(getattr(info, n if hasattr(info, n) else n.upper())) for n in ("k", "d"))
+    assert (info.width, info.height) == SIZE and terms.tolist() == [-0.2, 0.05, 0.01, -0.02, 0.0]
+    frames = [m.transforms for topic, _, m in found if topic == "/tf"]
+    assert len(frames) == 4
+    poses = ScenePoses(motion, camera, motion.t_us)
+    for k, tree in enumerate(frames):
+        assert [(f.header.frame_id, f.child_frame_id) for f in tree] == [
+            ("world", "gripper"), ("world", "object"), ("gripper", "camera"),
+        ]  # fmt: skip
+        places = [
+            np.array([f.transform.translation.x, f.transform.translation.y, f.transform.translation.z]) for f in tree
+        ]
+        hand_turn, _, eye_turn = (rotation_of(f.transform.rotation) for f in tree)
+        seen = eye_turn.inv().apply(hand_turn.inv().apply(places[1] - places[0]) - places[2])
+        assert seen[2] > 0.3  # it looks along its third axis
+        x, y = camera.distortion.distort(*(seen[:2] / seen[2]))
+        pixel = matrix.reshape(3, 3) @ [x, y, 1]
+        own = poses.camera_rotation[k].T @ (poses.object_position[k] - poses.camera_position[k])
+        np.testing.assert_allclose(pixel[:2] + 0.5, camera.project(own)[:2], atol=1e-3)
+
+
+def test_a_simulated_sample_comes_back_with_its_truth(tmp_path: Path):
+    """An object that turns about the point between the fingers, which the bag says, and does not slide."""
+    record = simulated(0, events=300, steps=900)
+    motion, truth = record.trajectory, record.truth
+    assert motion is not None and truth is not None
+    angle = np.radians(np.clip((np.arange(900) - 200) / 10, 0, 12))
+    hand = np.tile([0.1, 0, 0.3, 1, 0, 0, 0], (900, 1))
+    thing = hand.copy()
+    thing[:, 3], thing[:, 5] = np.cos(angle / 2), np.sin(angle / 2)
+    turn = Rotation.from_rotvec(np.outer(angle, [0, 1, 0]))
+    thing[:, :3] += np.array(TCP_M) - turn.apply(TCP_M)
+    held = np.ones(900, bool)
+    record = replace(
+        record,
+        trajectory=motion._replace(gripper_pose=hand, object_pose=thing),
+        truth=truth._replace(held=held),
+        params=record.params,
+    )
+    write_sample(tmp_path / "a.mcap", record, [record.events], frames_hz=0)
+    import_recording(tmp_path / "a.mcap", tmp_path / "b.h5", Importing())
+    back = record_file.read(tmp_path / "b.h5")
+    assert back.truth is not None and back.label == "slip"
+    (slip,) = back.truth.episodes
+    assert (slip.kind, slip.phase) == ("rotation", "")
+    assert slip.rotation_deg == pytest.approx(12, abs=0.05) and slip.translation_mm < 0.01
+    assert slip.start_us == back.truth.onset_us == pytest.approx(201_000, abs=2000)
+    np.testing.assert_allclose(back.truth.spin_deg, -np.degrees(angle), atol=1e-3)
+    assert import_recording(tmp_path / "a.mcap", tmp_path / "c.h5", Importing(centre_m=(0.0, 0.0, 0.01))).truth
+    other = record_file.read(tmp_path / "c.h5").truth
+    assert other is not None and other.episodes[0].kind == "mixed"  # another point does slide
 
 
 def moving(seconds: float = 0.4, frames: int = 5) -> Record:

@@ -9,15 +9,15 @@ import numpy as np
 from evslip.codecs.formats import FORMATS, format_of
 from evslip.codecs.ros.bag_writer import BagWriter
 from evslip.codecs.ros.composer import NUMBER, TEXT, Composer
-from evslip.codecs.ros.messages import FLAG, IMAGE, POSE
+from evslip.codecs.ros.messages import FLAG, IMAGE
 from evslip.codecs.ros.packing import EventPacker, Message
-from evslip.codecs.ros.topics import GRIPPER, HELD, OBJECT
+from evslip.codecs.ros.topics import HELD, IMAGES
 from evslip.data.record import Record
 from evslip.events.stream import Events
+from evslip.exchange.sample_geometry import geometry
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError
 
-IMAGES = "/event_camera/image_raw"
 PARAMETERS, LABEL = "/sample/parameters", "/slip/label"
 GRIP_FORCE, SLIPPING = "/gripper/grip_force_n", "/slip/slipping"
 ROTATION, SLIDE = "/slip/rotation_deg", "/slip/slide_mm"
@@ -46,7 +46,7 @@ def write_sample(path: Path, record: Record, parts: Iterable[Events], frames_hz:
             streams = [
                 _events(EventPacker(path, record.size, bag.cdr), parts),
                 _about(composer, record),
-                _poses(composer, record),
+                geometry(composer, record),
                 _truth(composer, record),
                 _images(composer, record, frames_hz),
             ]
@@ -72,16 +72,6 @@ def _about(composer: Composer, record: Record) -> Iterator[Message]:
         yield PARAMETERS, TEXT, 0, composer.value(TEXT, record.params.model_dump_json())
 
 
-def _poses(composer: Composer, record: Record) -> Iterator[Message]:
-    known = record.trajectory or record.poses
-    if known is None:
-        return
-    for t_us, gripper, thing in zip(known.t_us.tolist(), known.gripper_pose, known.object_pose, strict=True):
-        if t_us >= 0:
-            yield GRIPPER, POSE, t_us, composer.pose(t_us, gripper)
-            yield OBJECT, POSE, t_us, composer.pose(t_us, thing)
-
-
 def _truth(composer: Composer, record: Record) -> Iterator[Message]:
     truth = record.truth
     if truth is None:
@@ -95,8 +85,9 @@ def _truth(composer: Composer, record: Record) -> Iterator[Message]:
     for k, t_us in enumerate(truth.t_us.tolist()):
         yield HELD, FLAG, t_us, composer.value(FLAG, bool(truth.held[k]))
         yield SLIPPING, FLAG, t_us, composer.value(FLAG, bool(slipping[k]))
-        yield ROTATION, NUMBER, t_us, composer.value(NUMBER, float(spin_deg[k]))
-        yield SLIDE, NUMBER, t_us, composer.value(NUMBER, float(slide_mm[k]))
+        if truth.span_us[0] <= t_us <= truth.span_us[1]:  # before it closed, the grip had no movement
+            yield ROTATION, NUMBER, t_us, composer.value(NUMBER, float(spin_deg[k]))
+            yield SLIDE, NUMBER, t_us, composer.value(NUMBER, float(slide_mm[k]))
         if force is not None:
             yield GRIP_FORCE, NUMBER, t_us, composer.value(NUMBER, float(force[k]))
 

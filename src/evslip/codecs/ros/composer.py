@@ -1,12 +1,23 @@
 """Bytes of messages, of ROS 1 or in CDR, the encoding of ROS 2; `messages` reads them."""
 
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from evslip.codecs.ros.definitions import types
-from evslip.codecs.ros.messages import CDR_EVENT, COLUMNS, EVENT, IMAGE, PACKET, POSE, Size
+from evslip.codecs.ros.messages import (
+    CAMERA_INFO,
+    CDR_EVENT,
+    COLUMNS,
+    EVENT,
+    IMAGE,
+    PACKET,
+    POSE,
+    TRANSFORMS,
+    Size,
+)
 from evslip.events.stream import Events
 
 TEXT, NUMBER = "std_msgs/msg/String", "std_msgs/msg/Float32"
@@ -50,12 +61,35 @@ class Composer:
         fields = (self._header(t_us, "camera"), height, width, encoding, 0, step, pixels.reshape(-1))
         return self._packed(IMAGE, *fields)
 
-    def pose(self, t_us: int, pose: np.ndarray) -> bytes:
-        """A PoseStamped in the frame "world"; pose: position in metres, then quaternion wxyz, of shape (7,)."""
-        x, y, z, qw, qx, qy, qz = (float(value) for value in pose)
-        point = self._made("geometry_msgs/msg/Point", x, y, z)
-        turn = self._made("geometry_msgs/msg/Quaternion", qx, qy, qz, qw)
-        return self._packed(POSE, self._header(t_us, "world"), self._made("geometry_msgs/msg/Pose", point, turn))
+    def camera_info(self, t_us: int, size: Size, focal_px: float, distortion: tuple[float, ...]) -> bytes:
+        """A CameraInfo of a camera whose axis goes through the middle of the image; distortion: k1, k2, p1, p2.
+
+        ROS counts places from the middle of the first pixel.
+        """
+        width, height = size
+        matrix = np.array([[focal_px, 0, (width - 1) / 2], [0, focal_px, (height - 1) / 2], [0, 0, 1]])
+        projection = np.hstack([matrix, np.zeros((3, 1))]).ravel()
+        terms = np.array([*distortion, 0.0])
+        region = self._made("sensor_msgs/msg/RegionOfInterest", 0, 0, 0, 0, False)
+        fields = (self._header(t_us, "camera"), height, width, "plumb_bob", terms)
+        return self._packed(CAMERA_INFO, *fields, matrix.ravel(), np.eye(3).ravel(), projection, 0, 0, region)
+
+    def pose(self, t_us: int, pose: np.ndarray, frame: str = "world") -> bytes:
+        """A PoseStamped; pose: position in metres, then quaternion wxyz, of shape (7,)."""
+        place, turn = self._placed("geometry_msgs/msg/Point", pose)
+        return self._packed(POSE, self._header(t_us, frame), self._made("geometry_msgs/msg/Pose", place, turn))
+
+    def transforms(self, t_us: int, frames: Sequence[tuple[str, str, np.ndarray]]) -> bytes:
+        """A TFMessage; frames: parent, child, and the child's pose in the parent as in `pose`."""
+        made = []
+        for parent, child, pose in frames:
+            transform = self._made("geometry_msgs/msg/Transform", *self._placed("geometry_msgs/msg/Vector3", pose))
+            made.append(self._made("geometry_msgs/msg/TransformStamped", self._header(t_us, parent), child, transform))
+        return self._packed(TRANSFORMS, made)
+
+    def _placed(self, kind: str, pose: np.ndarray) -> tuple[Any, Any]:
+        x, y, z, qw, qx, qy, qz = pose.tolist()
+        return self._made(kind, x, y, z), self._made("geometry_msgs/msg/Quaternion", qx, qy, qz, qw)
 
     def value(self, kind: str, value: Any) -> bytes:
         """A message with one field: TEXT, NUMBER or FLAG."""

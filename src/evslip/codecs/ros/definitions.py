@@ -3,13 +3,14 @@
 from functools import cache
 from typing import Any
 
-from evslip.codecs.ros.messages import ARRAYS, PACKET
+from evslip.codecs.ros.messages import ARRAYS, PACKET, TRANSFORMS
 
 _ARRAY = "std_msgs/Header header\nuint32 height\nuint32 width\ndvs_msgs/Event[] events\n"
 _PACKET = (
     "std_msgs/Header header\nuint32 height\nuint32 width\nuint64 seq\nuint64 time_base\nstring encoding\n"
     "bool is_bigendian\nuint8[] events\n"
 )
+_TRANSFORMS = "geometry_msgs/TransformStamped[] transforms\n"
 
 
 @cache
@@ -20,6 +21,7 @@ def types(cdr: bool) -> Any:
     store: Any = get_typestore(Stores.ROS2_HUMBLE if cdr else Stores.ROS1_NOETIC)
     time = "builtin_interfaces/Time" if cdr else "time"
     event = f"uint16 x\nuint16 y\n{time} ts\nbool polarity\n"
-    for name, text in {"dvs_msgs/msg/Event": event, ARRAYS[0]: _ARRAY, PACKET: _PACKET}.items():
+    texts = {"dvs_msgs/msg/Event": event, ARRAYS[0]: _ARRAY, PACKET: _PACKET, TRANSFORMS: _TRANSFORMS}
+    for name, text in texts.items():
         store.register(get_types_from_msg(text, name))
     return store

@@ -30,8 +30,11 @@ KINDS = (*ARRAYS, PACKET)
 _DAMAGE = (struct.error, ValueError, LookupError)
 Messages = Callable[..., Iterator[tuple[str, bytes]]]
 """Types and bytes of the messages of the first topic of some types, or of a named one, in the order of their time."""
+IMAGES = "/event_camera/image_raw"
 GRIPPER, OBJECT, HELD = "/gripper/pose", "/object/pose", "/object/held"
 """Topics of the poses of a sample, and of whether the object hangs in the grip."""
+TOOL = "/gripper/tool"
+"""Topic of the pose of the point between the fingers in the gripper's frame."""
 
 
 def events_source(messages: Messages, path: Path, cdr: bool) -> Source:

@@ -8,7 +8,7 @@ import numpy as np
 
 from evslip.codecs import open_events
 from evslip.codecs.formats import format_of
-from evslip.codecs.ros.topics import GRIPPER, HELD, OBJECT
+from evslip.codecs.ros.topics import GRIPPER, HELD, OBJECT, TOOL
 from evslip.data.footage import footage_of
 from evslip.data.record import Poses, Record
 from evslip.data.record_file import is_record, read_recording
@@ -49,7 +49,8 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
         # Without a word on when the object hangs in the grip, what moves before and after would count as slip.
         if len(held) == len(given.t_us) and held.any():
             last = np.searchsorted(given.t_us, poses.t_us, "right") - 1
-            truth = truth_of(poses, held[last], how.centre_m)
+            tool = next(iter(format_of(source).codec.poses(source, TOOL)), None)
+            truth = truth_of(poses, held[last], how.centre_m or (None if tool is None else tool[1][:3]))
     notes = {"file": source.name, "first_event_us": str(zero_us), "sensor": how.sensor, "mount": how.mount}
     return replace(
         known,

@@ -31,8 +31,9 @@ class Importing:
     """Event camera that looks at a simulator's frames where there are no events."""
     seed: int = 0
     """Seed of that camera."""
-    centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """The point between the fingers in the frame of a simulator's gripper, m."""
+    centre_m: tuple[float, float, float] | None = None
+    """The point between the fingers in the frame of a simulator's gripper, m; default: as the bag says, or else
+    0 0 0."""
 
     @property
     def selection(self) -> Selection:
