@@ -20,6 +20,7 @@ from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.training.augment import Augmentation
 from evslip.learn.training.calibration import calibrate
 from evslip.learn.training.logs import logs
+from evslip.learn.training.optimiser import make_optimiser
 from evslip.learn.training.recombination import Recombination
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.training_state import STATE, TrainingState, training_of
@@ -139,16 +140,6 @@ def _kind(name: str, network: Network) -> str:
     return f"{name} for windows of {extent.width}x{extent.height} pixels and {extent.length_us / 1e6:g} s"
 
 
-def make_optimiser(network: Network, settings: TrainSettings) -> torch.optim.Optimizer | None:
-    """None for a network without parameters."""
-    parameters = list(network.parameters())
-    if not parameters:
-        return None
-    if settings.optimiser == "rmsprop":
-        return torch.optim.RMSprop(parameters, lr=settings.lr, weight_decay=settings.weight_decay)
-    return torch.optim.AdamW(parameters, lr=settings.lr, weight_decay=settings.weight_decay, fused=True)
-
-
 def finished(state: TrainingState, settings: TrainSettings) -> bool:
     """Whether all epochs are over, or enough of them brought nothing."""
     done = len(state.history)
@@ -232,11 +223,9 @@ def _epoch(
         if not torch.isfinite(loss):
             raise _NotFinite(f"the loss is {loss.item()} at batch {number + 1} of epoch {epoch}")
         if optimiser:
-            for group in optimiser.param_groups:
-                group["lr"] = learning_rate(((epoch - 1) * steps + number) / (steps * settings.epochs), settings)
             optimiser.zero_grad()
             loss.backward()
-            optimiser.step()
+            optimiser.step(learning_rate(((epoch - 1) * steps + number) / (steps * settings.epochs), settings))
         total += loss.item() * len(chosen)
         right += int((logits.argmax(1) == labels).sum())
         seen += len(chosen)

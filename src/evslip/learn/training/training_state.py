@@ -16,6 +16,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import nn
 
+from evslip.learn.training.optimiser import Optimiser
 from evslip.learn.training.settings import TrainSettings
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError
@@ -28,7 +29,7 @@ FORMAT, VERSION = "evslip training", 1
 class TrainingState:
     """Everything that changes while a network trains."""
 
-    def __init__(self, network: nn.Module, optimiser: torch.optim.Optimizer | None):
+    def __init__(self, network: nn.Module, optimiser: Optimiser | None):
         self.network, self.optimiser = network, optimiser
         self.history: list[dict[str, float]] = []
         self.best_epoch = 0
@@ -43,9 +44,9 @@ class TrainingState:
         """Write it, whole or not at all; `of` says what it is the training of. Raises StorageError."""
         tensors = {f"network.{name}": value for name, value in self.network.state_dict().items()}
         tensors |= {f"best.{name}": value for name, value in self.best.items()}
-        memory = self.optimiser.state_dict()["state"] if self.optimiser else {}
-        for index, values in memory.items():
-            tensors |= {f"optimiser.{index}.{name}": torch.as_tensor(value) for name, value in values.items()}
+        memory = self.optimiser.memory if self.optimiser else {}
+        for number, values in memory.items():
+            tensors |= {f"optimiser.{number}.{name}": value for name, value in values.items()}
         plain = {"history": self.history, "best_epoch": self.best_epoch, "of": of}
         metadata = {"format": FORMAT, "version": str(VERSION), "state": json.dumps(plain)}
         whole = {name: value.detach().cpu().contiguous() for name, value in tensors.items()}
@@ -69,19 +70,18 @@ class TrainingState:
             self.network.load_state_dict(parts["network"])
             self.best = parts["best"]
             if self.optimiser:
-                self._load_memory(parts["optimiser"])
-        except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
+                self.optimiser.remember(_by_number(parts["optimiser"]))
+        except (OSError, SafetensorError, LookupError, TypeError, ValueError, RuntimeError) as error:
             reason = " ".join(str(error).split())[:120]
             raise DataError(f"{path}: damaged ({reason}); remove it to train from the start") from None
 
-    def _load_memory(self, tensors: dict[str, torch.Tensor]) -> None:
-        assert self.optimiser is not None
-        memory: dict[int, dict[str, torch.Tensor]] = {}
-        for name, value in tensors.items():
-            index, _, key = name.partition(".")
-            memory.setdefault(int(index), {})[key] = value
-        groups = self.optimiser.state_dict()["param_groups"]
-        self.optimiser.load_state_dict({"state": memory, "param_groups": groups})
+
+def _by_number(tensors: dict[str, torch.Tensor]) -> dict[int, dict[str, torch.Tensor]]:
+    found: dict[int, dict[str, torch.Tensor]] = {}
+    for name, value in tensors.items():
+        number, _, key = name.partition(".")
+        found.setdefault(int(number), {})[key] = value
+    return found
 
 
 def training_of(windows: Windows, settings: TrainSettings) -> dict[str, Any]:
