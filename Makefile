@@ -4,6 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --no-compile -c constraints.txt
 
+# Where this is set, each of a run's hundreds of processes would compile all that it imports anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test docs dist reproduce reproduce-small clean
 
 demo: $(VENV)/demo
