@@ -34,7 +34,7 @@ USERS = {
     "starlette": ("view.explorer", "view.live", "view.play", "view.web"),
     "rerun": ("view",),
     "pyarrow": ("exchange.publishing.lerobot",),
-    "trimesh": ("scene.shapes", "rendering.geometry"),
+    "trimesh": ("scene.shapes", "rendering.geometry", "physics.robots.hulls"),
 }
 ROOMS, FILES = 16, 14
 

@@ -9,7 +9,7 @@ from evslip.cli.options import Split
 from evslip.config.loading import load_config
 from evslip.config.sections.camera import CAMERAS, CameraSpec, ViewSpec
 from evslip.config.sections.render import RendererName
-from evslip.config.sections.robot import GripperName, RobotKind
+from evslip.config.sections.robot import ROBOTS, GripperName
 from evslip.config.sections.slip import NATURAL, SLIP_KINDS
 from evslip.draws.provoked_slips import RECIPES
 from evslip.physics.robots.catalogue import ARMS, GRIPPERS
@@ -24,7 +24,7 @@ def test_one_of_two_cameras_may_have_every_key_otherwise():
 
 def test_every_name_has_what_it_stands_for():
     assert set(RENDERERS) == set(get_args(RendererName))
-    assert set(ARMS) == set(get_args(RobotKind)) and set(GRIPPERS) == set(get_args(GripperName))
+    assert set(ARMS) == set(ROBOTS) and set(GRIPPERS) == set(get_args(GripperName))
     assert {NATURAL, *RECIPES} == set(SLIP_KINDS)
 
 

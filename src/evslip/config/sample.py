@@ -7,6 +7,7 @@ from typing import Annotated, Any, Generic
 
 from pydantic import Field, model_validator
 
+from evslip.config.distributions import choices
 from evslip.config.nuisances.clutter import ClutterSpec
 from evslip.config.nuisances.disturbance import DisturbanceSpec
 from evslip.config.nuisances.flicker import FlickerSpec
@@ -61,6 +62,14 @@ class SampleSpec(Section, Generic[N, S]):
             raise wrong(
                 "robot.gripper", "'panda' fits robot.kind = 'panda' or 'cartesian' alone; expected small or large"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _check_mount(self) -> "SampleSpec[N, S]":
+        cameras: Any = (self.camera, self.camera.left, self.camera.right)
+        mounts = [mount for camera in cameras if camera is not None for mount in choices(camera.mount)]
+        if "robot" in mounts and not self.robot.is_file:
+            raise wrong("camera.mount", "'robot' is where a robot's file puts it, and robot.kind names none")
         return self
 
 

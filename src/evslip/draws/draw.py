@@ -10,6 +10,7 @@ from evslip.config.sample import SampleSpec
 from evslip.draws import grid, provoked_slips, stratification
 from evslip.draws.draw_plan import make_plan
 from evslip.physics.onset import onset_mass
+from evslip.physics.robots.catalogue import pinned
 from evslip.scene.shapes.dimensions import resolve_object
 from evslip.utils.errors import ConfigError, PlanRejected
 from evslip.utils.seeds import SPLITS, generator
@@ -52,7 +53,7 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     if tree["motion"]["kind"] != "waypoints":
         tree["motion"]["waypoints"] = None  # of other kinds in the same list
     params = Params.model_validate({**tree, "seed": config.seed, "split": split, "index": index})
-    params = params.model_copy(update={"object": resolve_object(params.object)})
+    params = params.model_copy(update={"object": resolve_object(params.object), "robot": pinned(params.robot)})
     try:
         params = provoked_slips.weigh(params, by_default=config.slip.multiple is None)
         return stratification.weigh(config, params)

@@ -25,6 +25,7 @@ from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
 from evslip.generation.warm_up import warm_up
+from evslip.physics.robots.catalogue import pinned
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import measure
@@ -230,6 +231,7 @@ def generate(
         raise ConfigError(
             f"count: {len(indices):,} samples in one run, expected at most {MOST_AT_ONCE:,}; divide them by parts, I/N"
         )
+    config = config.model_copy(update={"robot": pinned(config.robot)})
     note = require_room(_estimate(config, count, split), len(indices), workers, Path(out)) if run_is_local else None
     _check(config, count, split)
     root, text, progress = Path(out).absolute(), dump_config(config), progress or Progress()

@@ -10,7 +10,7 @@ from evslip.physics.contact import Pad, Patch, flat_patch, pressed_patch
 from evslip.physics.robots.catalogue import robot_of
 from evslip.scene.mounts import MOUNTS, place_on_hand
 from evslip.scene.shapes import shape_of, shape_of_spec
-from evslip.utils.errors import PlanRejected
+from evslip.utils.errors import ConfigError, PlanRejected
 
 LEFT, RIGHT = range(2)
 """Pads. At the start the left one is on the object's side y < 0, the right one on y > 0."""
@@ -73,7 +73,13 @@ def camera_place_m(params: Params) -> np.ndarray:
     """Place of the camera in the hand's frame, (3,); of one in a finger while the object is held. That may raise
     PlanRejected."""
     in_finger = MOUNTS[params.camera.mount].finger != 0
-    return place_on_hand(params.camera, grasp(params).gap_m / 2 if in_finger else 0.0)
+    place = place_on_hand(params.camera, grasp(params).gap_m / 2 if in_finger else 0.0)
+    if params.camera.mount != "robot":
+        return place
+    own = robot_of(params.robot).camera_m
+    if own is None:
+        raise ConfigError(f"camera.mount: {params.robot.kind} has no [camera] with place_m for the mount 'robot'")
+    return place + own
 
 
 def contact_elements(params: Params) -> tuple[np.ndarray, np.ndarray]:

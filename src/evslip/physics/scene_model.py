@@ -16,6 +16,7 @@ from evslip.physics.robots.model import spec_of
 from evslip.physics.trajectory import rounded
 from evslip.scene.shapes import shape_of
 from evslip.scene.shapes.shape import Shape
+from evslip.utils.errors import ConfigError
 
 TIMESTEP_S = 0.001
 OBJECT, SURFACE = "object", "surface"
@@ -46,7 +47,13 @@ FORCE_BITS, TORQUE_BITS = 10, 20
 
 def build(params: Params) -> mujoco.MjModel:
     """The model of one sample. Sensors report poses, joints and contact forces; see `split_sensors`."""
-    return assemble(spec_of(robot_of(params.robot), params.grip.force_n), params)
+    try:
+        return assemble(spec_of(robot_of(params.robot), params.grip.force_n), params)
+    except ValueError as error:
+        if not params.robot.is_file:
+            raise
+        told = " ".join(str(error).split())[:200]
+        raise ConfigError(f"{params.robot.kind}: MuJoCo does not take this robot: {told}") from None
 
 
 def assemble(robot: Any, params: Params) -> mujoco.MjModel:

@@ -27,8 +27,9 @@ MOUNTS = {
     "custom": Mount((0.0, 0.0, 0.0), looks_at_tool=True),
     "finger": Mount((0.0, BEHIND_PAD_M, TOOL_Z_M), finger=1),
     "finger-right": Mount((0.0, -BEHIND_PAD_M, TOOL_Z_M), finger=-1),
+    "robot": Mount((0.0, 0.0, 0.0), looks_at_tool=True),
 }
-"""By the names that camera.mount may hold."""
+"""By the names that camera.mount may hold. Robot: that of `physics.grip.camera_place_m` is added."""
 
 
 def place_on_hand(camera: Any, finger_m: float) -> np.ndarray:

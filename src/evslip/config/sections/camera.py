@@ -49,11 +49,12 @@ class CameraSpec(Section, Generic[N, S]):
 
     mount: Annotated[S, OneOf(tuple(MOUNTS))] = usual("side")
     """Side: looks along the closing axis, a rotating slip lies in the image plane. Front: across it. Custom: at x_m,
-    y_m, z_m, looks at the tool centre. Finger, finger-right: in the left or right finger, which is clear, looks through
-    it at the contact."""
+    y_m, z_m, looks at the tool centre. Robot: where the robot's file puts it, looks at the tool centre. Finger,
+    finger-right: in the left or right finger, which is clear, looks through it at the contact."""
     x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
     """Position in the hand's frame, added to the mount's, which is (0, 0.27, 0.13) for side, (0.27, 0, 0.13) for front,
-    0 for custom, and 0.05 behind the pad's face for finger: in the image plane of side,"""
+    0 for custom, that of the robot's file for robot, and 0.05 behind the pad's face for finger: in the image plane of
+    side,"""
     y_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
     """... along the closing axis,"""
     z_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)

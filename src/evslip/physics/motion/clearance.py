@@ -7,7 +7,7 @@ from evslip.config.params import Params
 from evslip.physics.grip import check_opening, pad_of, tcp_offset_m
 from evslip.physics.motion.phases import phase_bounds_s
 from evslip.physics.robots.catalogue import robot_of
-from evslip.physics.robots.description import TCP_M, Arm, Gripper
+from evslip.physics.robots.description import FINGER_Z_M, TCP_M, Arm, Gripper, corners_of
 from evslip.physics.robots.hulls import link_corners, part_corners
 from evslip.physics.robots.urdf import chain
 from evslip.utils.errors import PlanRejected
@@ -22,7 +22,9 @@ FIRST_MOVING = 2
 
 def tip_below_tcp_m(params: Params) -> float:
     """Way from the tool centre down to the finger tips."""
-    return round(pad_of(params).half_m + TIP_M, 9)
+    boxes = [box for jaw in robot_of(params.robot).gripper.jaws for box in jaw.boxes]
+    lowest = corners_of(tuple(boxes))[:, 2].max() + FINGER_Z_M - TCP_M[2]
+    return round(max(pad_of(params).half_m + TIP_M, float(lowest)), 9)
 
 
 def check_grip(params: Params) -> None:
@@ -33,6 +35,17 @@ def check_grip(params: Params) -> None:
     if grip.force_n > gripper.most_n:
         raise PlanRejected(
             "grip", f"grip.force_n: {grip.force_n:g} is more than the {gripper.name} gripper's {gripper.most_n:g} N"
+        )
+    if grip.force_n < gripper.least_n:
+        raise PlanRejected(
+            "grip", f"grip.force_n: {grip.force_n:g} is less than the {gripper.name} gripper's {gripper.least_n:g} N"
+        )
+    low, high = gripper.friction
+    if not low <= grip.friction <= high:
+        raise PlanRejected(
+            "grip",
+            f"grip.friction: {grip.friction:g} is not what the {gripper.name} gripper's pads have; expected {low:g} to "
+            f"{high:g}",
         )
     deepest = obj.height_m - tip_below_tcp_m(params)
     if grip.depth_m > deepest:

@@ -23,7 +23,7 @@ def joint_path(
     hand, count, rest = model.body(robot_of(params.robot).gripper.hand).id, len(arm.joints), np.array(arm.rest_rad)
     jac_p, jac_r = np.zeros((3, model.nv)), np.zeros((3, model.nv))
     own = slice(0, count)
-    limits = np.array([model.joint(name).range for name in arm.joints])
+    limits = np.array([_limits(model, name) for name in arm.joints])
     data.qpos[own] = rest
     angles = np.empty((len(t_s), count))
     for k, (position, tilt) in enumerate(zip(tool_m, tilt_rad, strict=True)):
@@ -54,6 +54,11 @@ def joint_path(
             raise PlanRejected("joint_limit", f"{_unreachable(params, arm, position, float(t_s[k]))} ({needs})")
         angles[k] = data.qpos[own]
     return angles
+
+
+def _limits(model: mujoco.MjModel, name: str) -> np.ndarray:
+    joint = model.joint(name)
+    return joint.range if model.jnt_limited[joint.id] else np.array([-np.inf, np.inf])
 
 
 def _unreachable(params: Params, arm: Arm, position: np.ndarray, t_s: float) -> str:

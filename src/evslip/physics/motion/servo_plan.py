@@ -21,7 +21,7 @@ from evslip.physics.scene_model import TIMESTEP_S
 from evslip.physics.vibration.tremor import tremor_rad
 from evslip.scene.motions import KINDS
 from evslip.scene.motions.steps import lift_s, lower_s, scale, step
-from evslip.utils.errors import PlanRejected
+from evslip.utils.errors import ConfigError, PlanRejected
 
 CLEARANCE_M = 0.0005
 """The object is set down from, or pressed by, at most this much."""
@@ -99,6 +99,8 @@ def plan(params: Params, model: mujoco.MjModel) -> ServoPlan:
     clearance.check_object(params, coarse_s, *tool_path(params, coarse_s))
     t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S
     arm = robot_of(params.robot).arm
+    if arm is None and params.vibration.tremor_hz is not None:
+        raise ConfigError("vibration.tremor_hz: needs an arm whose joints tremble; a cartesian hand has none")
     joints, command = _with_slides(params, t_s) if arm is None else _with_arm(params, arm, model, coarse_s, t_s)
     fingers = finger_travel(params, t_s)[:, None].repeat(2, axis=1)
     return ServoPlan(joints, np.hstack([command, fingers]))

@@ -62,3 +62,5 @@ XARM7 = Arm(
     most_acceleration_rad_s2=(15.0,) * 7,
     reach_m=(0.25, 0.6),
 )
+ARMS: dict[str, Arm | None] = {"panda": PANDA, "cartesian": None, "ur5": UR5, "xarm7": XARM7}
+"""By robot.kind. None: a cartesian hand."""

@@ -2,9 +2,11 @@
 
 The frame of every hand is the same: its tool centre, the middle between the pads, lies at TCP_M, z points to the
 tool, and the fingers close along y. A pad is the square of its half side around the tool centre. The frame of a finger
-lies at FINGER_Z_M, with the face of the pad at y = 0; the right finger's is the left one's.
+lies at FINGER_Z_M, with the face of the pad at y = 0 and the finger at y > 0; the right finger's is turned by half a
+turn about z.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,6 +56,8 @@ class Arm:
     """Distances from the base between which a path is likely to be reached; for messages."""
     hand: str | None = None
     """Link of a hand that the URDF has; another gripper takes its place."""
+    content: str = ""
+    """Digest of the URDF and its meshes, of an arm from outside: with another, it is another arm."""
 
 
 @dataclass(frozen=True)
@@ -71,15 +75,29 @@ class Box:
 
 
 @dataclass(frozen=True)
+class Look:
+    """A mesh file that is seen, placed in the frame of a part."""
+
+    file: Path
+    """As `Arm.urdf`."""
+    place_m: Vector = (0.0, 0.0, 0.0)
+    axes: tuple[Vector, Vector, Vector] = STRAIGHT
+    """As of `Box`."""
+    scale: float = 1.0
+    content: str = ""
+    """As of `Arm`."""
+
+
+@dataclass(frozen=True)
 class Part:
-    """The palm or the left finger."""
+    """The palm or a finger."""
 
     boxes: tuple[Box, ...]
     """What throws its shadow; also what is seen, where it has no mesh."""
     blocker: Box
     """A coarse box that keeps light from all around away."""
-    mesh: Path | None = None
-    """What is seen; as `Arm.urdf`."""
+    look: Look | None = None
+    """What is seen."""
     hull: Path | None = None
     """Convex mesh (STL) that must not touch the table; as `Arm.urdf`. None: the boxes."""
     mass_kg: float = 0.0
@@ -93,6 +111,7 @@ class Gripper:
     """In robot.gripper."""
     palm: Part
     finger: Part
+    """The left one, and the right one unless that is given."""
     pad_half_m: float
     """Half side of its square pads."""
     stroke_m: float
@@ -103,12 +122,22 @@ class Gripper:
     """From the face that it is mounted with to the tool centre."""
     pad_stiffness_pa_m: float = 1e9
     """Pressure of the pads by depth of indentation. An assumption: 2 mm of silicone rubber of Young's modulus 2 MPa."""
+    right: Part | None = None
+    least_n: float = 0.0
+    """Smallest grip force."""
+    friction: tuple[float, float] = (0.0, math.inf)
+    """Least and largest coefficient of friction that the pads can have with an object."""
     hand: str = "hand"
     """Names of its bodies and joints in the model, and in its URDF, if it has one."""
     fingers: tuple[str, str] = ("left_finger", "right_finger")
     finger_joints: tuple[str, str] = ("left_finger_joint", "right_finger_joint")
     urdf: Path | None = None
     """Inertias of a hand that is part of an arm's URDF; as `Arm.urdf`."""
+
+    @property
+    def jaws(self) -> tuple[Part, Part]:
+        """The left and the right finger, each in its own frame."""
+        return self.finger, self.right or self.finger
 
 
 @dataclass(frozen=True)
@@ -118,6 +147,8 @@ class Robot:
     arm: Arm | None
     """None: a cartesian hand."""
     gripper: Gripper
+    camera_m: Vector | None = None
+    """Place of the camera whose mount is "robot", in the frame of the hand."""
 
 
 def corners_of(boxes: tuple[Box, ...]) -> np.ndarray:

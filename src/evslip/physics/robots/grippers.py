@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-from evslip.physics.robots.description import FINGER_Z_M, TCP_M, Box, Gripper, Part
+from evslip.physics.robots.description import FINGER_Z_M, TCP_M, Box, Gripper, Look, Part
 
 _TILTED = ((1.0, 0.0, 0.0), (0.0, math.cos(math.pi / 6), -0.5), (0.0, 0.5, math.cos(math.pi / 6)))
 _PALM = Box((0.0, 0.0, 0.030), (0.0215, 0.1, 0.035))
@@ -13,7 +13,7 @@ PANDA_HAND = Gripper(
     palm=Part(
         (_PALM, Box((0.0, 0.0, -0.055), (0.04, 0.04, 0.05))),
         _PALM,
-        Path("panda_description/meshes/visual/hand.dae"),
+        Look(Path("panda_description/meshes/visual/hand.dae")),
         Path("panda_description/meshes/collision/hand.stl"),
     ),
     finger=Part(
@@ -23,7 +23,7 @@ PANDA_HAND = Gripper(
             Box((0.0, 0.0072, 0.045), (0.009, 0.0072, 0.009)),
         ),
         Box((0.0, 0.0115, 0.027), (0.0098, 0.0115, 0.027)),
-        Path("panda_description/meshes/visual/finger.dae"),
+        Look(Path("panda_description/meshes/visual/finger.dae")),
         Path("panda_description/meshes/collision/finger.stl"),
     ),
     pad_half_m=0.0085,
@@ -83,3 +83,5 @@ def mass_of(*boxes: Box) -> float:
 
 SMALL = parallel_gripper("small", pad_half_m=0.007, stroke_m=0.039, palm_m=(0.04, 0.12, 0.05), jaw_m=0.008, most_n=40.0)
 LARGE = parallel_gripper("large", pad_half_m=0.011, stroke_m=0.055, palm_m=(0.06, 0.17, 0.07), jaw_m=0.012, most_n=70.0)
+GRIPPERS: dict[str, Gripper] = {gripper.name: gripper for gripper in (PANDA_HAND, SMALL, LARGE)}
+"""By robot.gripper."""

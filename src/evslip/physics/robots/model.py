@@ -82,9 +82,9 @@ def _add_boxes(spec: Any, parent: Any, gripper: Gripper, place_m: Any, quat: Any
     """Palm and fingers, with the inertia of their boxes, on a body."""
     palm = parent.add_body(name=gripper.hand, pos=place_m, quat=quat)
     _set_inertia(palm, gripper.palm)
-    for name, joint, side in zip(gripper.fingers, gripper.finger_joints, (1, -1), strict=True):
+    for name, joint, side, jaw in zip(gripper.fingers, gripper.finger_joints, (1, -1), gripper.jaws, strict=True):
         body = palm.add_body(name=name, pos=[0, 0, FINGER_Z_M])
-        _set_inertia(body, gripper.finger)
+        _set_inertia(body, jaw)
         body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, side, 0])
     # One drive moves both: otherwise what they hold could carry them along y, as their forces are limited.
     left, right = gripper.finger_joints

@@ -2,15 +2,17 @@
 
 import xml.etree.ElementTree as ET
 from functools import cache
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from evslip.utils.errors import MissingExtraError
+from evslip.utils.errors import ConfigError, MissingExtraError
 
+AROUND = 20
+"""Corners around a cylinder or a sphere."""
 _ROBOTS = "share/example-robot-data/robots"
 
 
@@ -42,12 +44,17 @@ class Origin(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """A mesh of a link."""
+    """A mesh of a link, or a convex body."""
 
-    file: Path
+    file: Path | None
+    """The mesh's; None for a body."""
     origin: Origin
     scale: np.ndarray
-    """Of shape (3,)."""
+    """Of the mesh, of shape (3,)."""
+    corners: np.ndarray
+    """Of the body, in metres in its own frame, of shape (n, 3)."""
+    colour: np.ndarray | None
+    """Of the body, sRGB of 0 to 1, of shape (3,), if the URDF says one."""
 
 
 class Link(NamedTuple):
@@ -64,8 +71,20 @@ class Link(NamedTuple):
 
 @cache
 def tree(path: Path) -> ET.Element:
-    """The URDF's root. Raises MissingExtraError."""
-    return ET.parse(file_of(path)).getroot()
+    """The URDF's root; of an MJCF that of a URDF of the same arm. Raises MissingExtraError, ConfigError."""
+    text = file_of(path).read_bytes()
+    if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
+        raise ConfigError(f"{path}: has a DOCTYPE, which may name other files; remove it")
+    try:
+        root = ET.fromstring(text)
+    except (ET.ParseError, ValueError) as error:
+        raise ConfigError(f"{path}: not valid XML: {error}") from None
+    if root.tag == "robot":
+        return root
+    if root.tag == "mujoco":
+        # Looked up, so that what reads a URDF needs no MuJoCo.
+        return import_module("evslip.physics.robots.mjcf").as_urdf(root, path)
+    raise ConfigError(f"{path}: begins with <{root.tag[:40]}>; expected <robot>, a URDF, or <mujoco>, an MJCF")
 
 
 def bare(path: Path, base: str, without: str | None = None) -> str:
@@ -73,7 +92,7 @@ def bare(path: Path, base: str, without: str | None = None) -> str:
     files."""
     root = ET.fromstring(ET.tostring(tree(path)))
     joints = root.findall("joint")
-    parents = {_link(joint, "child"): _link(joint, "parent") for joint in joints}
+    parents = {end_of(joint, "child"): end_of(joint, "parent") for joint in joints}
 
     def kept(link: str) -> bool:
         return link != without and (link == base or (link in parents and kept(parents[link])))
@@ -84,7 +103,7 @@ def bare(path: Path, base: str, without: str | None = None) -> str:
         if not kept(link.attrib["name"]):
             root.remove(link)
     for joint in joints:
-        if not (kept(_link(joint, "parent")) and kept(_link(joint, "child"))):
+        if not (kept(end_of(joint, "parent")) and kept(end_of(joint, "child"))):
             root.remove(joint)
     extension = ET.SubElement(root, "mujoco")
     ET.SubElement(extension, "compiler", fusestatic="false", autolimits="true")
@@ -97,16 +116,16 @@ def chain(path: Path, joints: tuple[str, ...]) -> tuple[Link, ...]:
     them."""
     root = tree(path)
     named = {joint.attrib["name"]: joint for joint in root.findall("joint")}
-    above = {_link(joint, "child"): joint for joint in named.values()}
+    above = {end_of(joint, "child"): joint for joint in named.values()}
     links = {link.attrib["name"]: link for link in root.findall("link")}
-    base = _link(named[joints[0]], "parent")
+    base = end_of(named[joints[0]], "parent")
     found, before = [_described(path, links[base], Origin(np.zeros(3), np.eye(3)), np.eye(3))], base
     for name in joints:
-        joint, link = named[name], _link(named[name], "child")
-        origin, at = origin_of(joint), _link(named[name], "parent")
+        joint, link = named[name], end_of(named[name], "child")
+        origin, at = origin_of(joint), end_of(named[name], "parent")
         while at != before:
             place, turn = origin_of(above[at])
-            origin, at = Origin(place + turn @ origin.place, turn @ origin.turn), _link(above[at], "parent")
+            origin, at = Origin(place + turn @ origin.place, turn @ origin.turn), end_of(above[at], "parent")
         axis = joint.find("axis")
         along = np.array([1.0, 0.0, 0.0]) if axis is None else _numbers(axis.attrib["xyz"])
         found.append(_described(path, links[link], origin, _turn_to(along)))
@@ -131,17 +150,36 @@ def _turn_to(axis: np.ndarray) -> np.ndarray:
 
 def _described(path: Path, link: ET.Element, origin: Origin, axis_turn: np.ndarray) -> Link:
     looks, collisions = (
-        tuple(_shape(path, part) for part in link.findall(kind) if part.find("geometry/mesh") is not None)
+        tuple(_shape(path, part) for part in link.findall(kind) if part.find("geometry/*") is not None)
         for kind in ("visual", "collision")
     )
     return Link(link.attrib["name"], origin, axis_turn, looks, collisions)
 
 
 def _shape(path: Path, part: ET.Element) -> Shape:
-    mesh = part.find("geometry/mesh")
-    assert mesh is not None  # asked before
-    scale = _numbers(mesh.attrib.get("scale", "1 1 1"))
-    return Shape(mesh_file(path, mesh.attrib["filename"]), origin_of(part), scale)
+    shape = part.find("geometry/*")
+    assert shape is not None  # asked before
+    colour, origin = part.find("material/color"), origin_of(part)
+    rgb = None if colour is None else _numbers(colour.attrib["rgba"])[:3]
+    if shape.tag != "mesh":
+        return Shape(None, origin, np.ones(3), _corners(shape), rgb)
+    scale = _numbers(shape.attrib.get("scale", "1 1 1"))
+    return Shape(mesh_file(path, shape.attrib["filename"]), origin, scale, np.zeros((0, 3)), rgb)
+
+
+def _corners(shape: ET.Element) -> np.ndarray:
+    """Corners of a box, or of a cylinder or a sphere with flat faces."""
+    if shape.tag == "box":
+        signs = np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3, indexing="ij"), -1).reshape(-1, 3)
+        return signs * _numbers(shape.attrib["size"])
+    radius, around = float(shape.attrib["radius"]), 2 * np.pi * np.arange(AROUND) / AROUND
+    if shape.tag == "cylinder":
+        levels = [(radius, end * float(shape.attrib["length"])) for end in (-0.5, 0.5)]
+    else:
+        levels = [(radius * np.cos(a), radius * np.sin(a)) for a in np.linspace(-1.5, 1.5, AROUND // 2)]
+    return np.concatenate(
+        [np.column_stack([r * np.cos(around), r * np.sin(around), 0 * around + z]) for r, z in levels]
+    )
 
 
 def mesh_file(urdf: Path, name: str) -> Path:
@@ -163,6 +201,7 @@ def _numbers(text: str) -> np.ndarray:
     return np.array([float(x) for x in text.split()])
 
 
-def _link(joint: ET.Element, end: str) -> str:
+def end_of(joint: ET.Element, end: str) -> str:
+    """Link at an end of a joint, "parent" or "child"."""
     part = joint.find(end)
     return "" if part is None else part.attrib["link"]

@@ -42,7 +42,6 @@ class Boxes(NamedTuple):
     """Half sizes in metres, of shape (k, 3)."""
 
 
-@cache
 def read_mesh(path: Path) -> Mesh:
     """A mesh file in its own frame. Raises MissingExtraError."""
     import trimesh
@@ -73,8 +72,17 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
 
 @cache
 def part_mesh(part: Part) -> Mesh:
-    """What is seen of a palm or of the left finger, in its own frame. Raises MissingExtraError."""
-    return joined([_box_mesh(box) for box in part.boxes]) if part.mesh is None else read_mesh(part.mesh)
+    """What is seen of a palm or of a finger, in its own frame. Raises MissingExtraError."""
+    if part.look is None:
+        return joined([_box_mesh(box) for box in part.boxes])
+    mesh, look = read_mesh(part.look.file), part.look
+    turn = np.array(look.axes)
+    return Mesh((mesh.corners * look.scale) @ turn.T + look.place_m, mesh.normals @ turn.T, mesh.albedo)
+
+
+def jaw(gripper: Gripper, part: int) -> Part:
+    """The finger LEFT or RIGHT, in its own frame."""
+    return gripper.jaws[part == RIGHT]
 
 
 def _box_mesh(box: Box) -> Mesh:
@@ -92,7 +100,7 @@ def _box_mesh(box: Box) -> Mesh:
 
 
 def finger_turn(part: int) -> np.ndarray:
-    """The right finger is the left one, turned by half a turn about the hand's z axis."""
+    """Turn (3, 3) of a finger's frame in that of the hand: the right one's is half a turn about z."""
     return np.diag([-1.0, -1.0, 1.0]) if part == RIGHT else np.eye(3)
 
 
@@ -106,9 +114,10 @@ def assemble(
 ) -> tuple[Mesh, np.ndarray]:
     """Hand and fingers in the hand frame, and for each triangle its part (HAND, LEFT, RIGHT). fingers: those that are
     not clear."""
-    palm, finger = part_mesh(gripper.palm), part_mesh(gripper.finger)
+    palm = part_mesh(gripper.palm)
     meshes, parts = [palm], [np.zeros(len(palm.corners), np.uint8)]
     for part in fingers:
+        finger = part_mesh(jaw(gripper, part))
         turn, place = finger_turn(part), finger_place(part, travel_m)
         meshes.append(Mesh(finger.corners @ turn.T + place, finger.normals @ turn.T, finger.albedo))
         parts.append(np.full(len(finger.corners), part, np.uint8))
@@ -122,23 +131,24 @@ def block_parts(fingers: Sequence[int]) -> np.ndarray:
 
 def box_parts(fingers: Sequence[int], gripper: Gripper = PANDA_HAND) -> np.ndarray:
     """Part of each box in `shadow_boxes`."""
-    return np.array([*[HAND] * len(gripper.palm.boxes), *np.repeat(fingers, len(gripper.finger.boxes))])
+    of_fingers = [part for part in fingers for _ in jaw(gripper, part).boxes]
+    return np.array([*[HAND] * len(gripper.palm.boxes), *of_fingers])
 
 
 def shadow_boxes(travel_m: float, fingers: Sequence[int] = FINGERS, gripper: Gripper = PANDA_HAND) -> Boxes:
     """Boxes of palm and fingers. fingers: those that are not clear."""
-    return _placed(gripper.palm.boxes, gripper.finger.boxes, travel_m, fingers)
+    return _placed(gripper.palm.boxes, [(part, jaw(gripper, part).boxes) for part in fingers], travel_m)
 
 
 def blocking_boxes(travel_m: float, fingers: Sequence[int] = FINGERS, gripper: Gripper = PANDA_HAND) -> Boxes:
     """A box for the palm and one for each finger: coarse, for light from all around. fingers: those that are not
     clear."""
-    return _placed((gripper.palm.blocker,), (gripper.finger.blocker,), travel_m, fingers)
+    return _placed((gripper.palm.blocker,), [(part, (jaw(gripper, part).blocker,)) for part in fingers], travel_m)
 
 
-def _placed(palm: Sequence[Box], finger: Sequence[Box], travel_m: float, fingers: Sequence[int]) -> Boxes:
+def _placed(palm: Sequence[Box], fingers: Sequence[tuple[int, Sequence[Box]]], travel_m: float) -> Boxes:
     boxes = [(np.array(box.axes), box.place_m, box.half_m) for box in palm]
-    for part in fingers:
+    for part, finger in fingers:
         turn, place = finger_turn(part), finger_place(part, travel_m)
         boxes += [(turn @ box.axes, tuple(turn @ np.array(box.place_m) + place), box.half_m) for box in finger]
     turns, places, halves = zip(*boxes, strict=True)

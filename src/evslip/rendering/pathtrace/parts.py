@@ -54,7 +54,9 @@ def parts_of(
         _textured(OBJECT, surface_of(params), partial(painted_object, params.object)),
         *_painted(HAND, part_mesh(robot.gripper.palm)),
     ]
-    parts += [part for finger in fingers for part in _painted(FINGERS[finger], part_mesh(robot.gripper.finger))]
+    parts += [
+        part for finger in fingers for part in _painted(FINGERS[finger], part_mesh(hand.jaw(robot.gripper, finger)))
+    ]
     if arm and robot.arm is not None:
         for k in range(len(links.links_of(robot.arm))):
             parts += _painted(LINKS[k], links.link_mesh(robot.arm, k))

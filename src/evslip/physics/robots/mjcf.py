@@ -1,0 +1,159 @@
+"""An arm of an MJCF as a URDF: its bodies, hinges, inertias and geoms."""
+
+import copy
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from evslip.physics.robots.own_files import require_mesh
+from evslip.utils.errors import ConfigError
+
+KEPT = ("compiler", "default", "asset", "worldbody", "actuator")
+"""All that says something of an arm."""
+ASSETS = ("mesh", "material")
+
+
+def as_urdf(root: ET.Element, path: Path) -> ET.Element:
+    """Root of a URDF that has the bodies of an MJCF as links, whose joints lie at the links' origins; root: the MJCF's.
+    Raises ConfigError for one that MuJoCo does not take, or that says more than a URDF can."""
+    model = _compiled(root, path)
+    robot = ET.Element("robot", name="mjcf")
+    ET.SubElement(robot, "link", name="world")
+    names = [_name(model, mujoco.mjtObj.mjOBJ_BODY, body, "body") for body in range(model.nbody)]
+    anchors = np.zeros((model.nbody, 3))  # of the links, in the frames of their bodies
+    for body in range(1, model.nbody):
+        count = model.body_jntnum[body]
+        if count > 1:
+            raise ConfigError(f"{path}: body {names[body]!r} has {count} joints; expected at most one, as in a URDF")
+        joint = int(model.body_jntadr[body]) if count else None
+        if joint is not None:
+            anchors[body] = model.jnt_pos[joint]
+        link = ET.SubElement(robot, "link", name=names[body])
+        _add_inertia(link, model, body, anchors[body])
+        for geom in np.flatnonzero(model.geom_bodyid == body):
+            _add_geom(link, model, int(geom), anchors[body], path)
+        _add_joint(robot, model, body, joint, names, anchors)
+    return robot
+
+
+def _compiled(root: ET.Element, path: Path) -> mujoco.MjModel:
+    root = copy.deepcopy(root)
+    if next(root.iter("include"), None) is not None:
+        raise ConfigError(f"{path}: has an <include>; write it as one file, as MuJoCo's mj_saveLastXML does")
+    for part in [part for part in root if part.tag not in KEPT]:
+        root.remove(part)
+    for assets in root.findall("asset"):
+        for asset in [asset for asset in assets if asset.tag not in ASSETS]:
+            assets.remove(asset)
+        for material in assets.findall("material"):
+            material.attrib.pop("texture", None)
+    for body in root.iter():  # what is seen alone is not simulated
+        for part in [part for part in body if part.tag in ("camera", "light", "site") and body.tag != "default"]:
+            body.remove(part)
+    compilers = root.findall("compiler") or [ET.SubElement(root, "compiler")]
+    for compiler in compilers:
+        folder = compiler.attrib.get("meshdir", compiler.attrib.get("assetdir", "."))
+        compiler.attrib["meshdir"] = str((path.parent / folder).resolve())
+    for mesh in root.findall("asset/mesh"):
+        if "file" not in mesh.attrib:
+            raise ConfigError(f"{path}: mesh {mesh.attrib.get('name')!r} has no file")
+        require_mesh(Path(compilers[-1].attrib["meshdir"]) / mesh.attrib["file"], f"{path}: mesh")
+    try:
+        return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+    except ValueError as error:
+        raise ConfigError(f"{path}: MuJoCo says: {' '.join(str(error).split())[:200]}") from None
+
+
+def _name(model: mujoco.MjModel, kind: Any, number: int, usual: str) -> str:
+    return mujoco.mj_id2name(model, kind, number) or f"{usual}{number}"
+
+
+def _text(numbers: Any) -> str:
+    return " ".join(repr(float(number)) for number in numbers)
+
+
+def _add_origin(part: ET.Element, place: np.ndarray, quat: np.ndarray) -> None:
+    turn = Rotation.from_quat(quat, scalar_first=True)
+    # A matrix near the gimbal lock is still told exactly by its angles: scipy then sets one of them to zero.
+    ET.SubElement(part, "origin", xyz=_text(place), rpy=_text(turn.as_euler("xyz")))
+
+
+def _add_inertia(link: ET.Element, model: mujoco.MjModel, body: int, anchor: np.ndarray) -> None:
+    if model.body_mass[body] <= 0:
+        return
+    inertial = ET.SubElement(link, "inertial")
+    _add_origin(inertial, model.body_ipos[body] - anchor, model.body_iquat[body])
+    ET.SubElement(inertial, "mass", value=repr(float(model.body_mass[body])))
+    names, diagonal = ("ixx", "iyy", "izz"), model.body_inertia[body]
+    moments = {name: repr(float(moment)) for name, moment in zip(names, diagonal, strict=True)}
+    ET.SubElement(inertial, "inertia", {**moments, "ixy": "0", "ixz": "0", "iyz": "0"})
+
+
+def _add_geom(link: ET.Element, model: mujoco.MjModel, geom: int, anchor: np.ndarray, path: Path) -> None:
+    """What is seen, and, where something may touch it, a collision shape."""
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
+    place, quat = model.geom_pos[geom], model.geom_quat[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        # MuJoCo has moved the mesh to its middle and principal axes: back to those of its file.
+        turn = Rotation.from_quat(quat, scalar_first=True)
+        turn = turn * Rotation.from_quat(model.mesh_quat[mesh], scalar_first=True).inv()
+        place, quat = place - turn.apply(model.mesh_pos[mesh]), turn.as_quat(scalar_first=True)
+        start = int(model.mesh_pathadr[mesh])
+        file = model.paths[start : model.paths.index(b"\0", start)].decode()
+        folder = path.parent
+        shape = ("mesh", {"filename": str(folder / file), "scale": _text(model.mesh_scale[mesh])})
+    elif kind in (mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_ELLIPSOID):
+        shape = ("box", {"size": _text(2 * size)})
+    elif kind in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
+        round_ends = size[0] if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else 0.0
+        shape = ("cylinder", {"radius": repr(float(size[0])), "length": repr(float(2 * (size[1] + round_ends)))})
+    elif kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        shape = ("sphere", {"radius": repr(float(size[0]))})
+    else:
+        return  # planes and height fields are no part of an arm
+    material = int(model.geom_matid[geom])
+    rgba = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
+    touches = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+    for role in ("visual", "collision")[: 1 + touches]:
+        part = ET.SubElement(link, role)
+        _add_origin(part, place - anchor, quat)
+        ET.SubElement(ET.SubElement(part, "geometry"), *shape)
+        if role == "visual":
+            ET.SubElement(ET.SubElement(part, "material", name=""), "color", rgba=_text(rgba))
+
+
+def _add_joint(
+    robot: ET.Element, model: mujoco.MjModel, body: int, joint: int | None, names: list[str], anchors: np.ndarray
+) -> None:
+    parent, fixed = int(model.body_parentid[body]), joint is None
+    hinge = not fixed and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
+    slide = not fixed and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+    kind = "revolute" if hinge else "prismatic" if slide else "fixed" if fixed else "floating"
+    if hinge and not model.jnt_limited[joint]:
+        kind = "continuous"
+    name = f"{names[body]}_fixed" if joint is None else _name(model, mujoco.mjtObj.mjOBJ_JOINT, joint, "joint")
+    part = ET.SubElement(robot, "joint", name=name, type=kind)
+    turn = Rotation.from_quat(model.body_quat[body], scalar_first=True)
+    _add_origin(part, model.body_pos[body] + turn.apply(anchors[body]) - anchors[parent], model.body_quat[body])
+    ET.SubElement(part, "parent", link=names[parent])
+    ET.SubElement(part, "child", link=names[body])
+    if joint is None:
+        return
+    ET.SubElement(part, "axis", xyz=_text(model.jnt_axis[joint]))
+    low, high = map(float, model.jnt_range[joint])
+    ET.SubElement(part, "limit", lower=repr(low), upper=repr(high), effort=repr(_torque(model, joint)), velocity="0")
+
+
+def _torque(model: mujoco.MjModel, joint: int) -> float:
+    """Largest torque on a joint, of its own or of its actuator; 0 where the MJCF limits none."""
+    if model.jnt_actfrclimited[joint]:
+        return float(np.abs(model.jnt_actfrcrange[joint]).max())
+    for actuator in np.flatnonzero(model.actuator_trnid[:, 0] == joint):
+        if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT and model.actuator_forcelimited[actuator]:
+            return float(np.abs(model.actuator_forcerange[actuator]).max() * abs(model.actuator_gear[actuator, 0]))
+    return 0.0

@@ -1,0 +1,150 @@
+"""Arms from files, URDF or MJCF."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from evslip.config.robot_file import ArmFile
+from evslip.physics.robots import urdf
+from evslip.physics.robots.arms import servos_of
+from evslip.physics.robots.description import MOST_JOINTS, Arm
+from evslip.physics.robots.hulls import shape_corners
+from evslip.physics.robots.own_files import digest, require_mesh
+from evslip.utils.errors import ConfigError
+
+ACCELERATION_DEG_S2 = 860.0
+LONGEST_M = 5.0
+"""Arms that are longer are taken for ones in millimetres."""
+REACH = (0.35, 0.8)
+"""Shares of its length between which an arm is likely to reach; for messages."""
+
+
+def arm_of(given: ArmFile, path: Path) -> tuple[Arm, list[str], list[Path]]:
+    """The arm that a robot's file describes, what is assumed of it, and the files it is made of. path: the robot's
+    file. Raises ConfigError."""
+    assert given.file is not None and given.flange is not None and given.rest_deg is not None  # asked by the schema
+    file = (path.parent / given.file).resolve()
+    if not file.is_file():
+        raise ConfigError(f"{path}: arm.file: {given.file}: no such file beside it")
+    joints = _joints(given, file, path)
+    links, assumed = urdf.chain(file, tuple(joint.attrib["name"] for joint in joints)), []
+    files = [file]
+    for link in links:
+        shapes = (*link.looks, *link.collisions)
+        if not shapes:
+            assumed.append(f"arm: {link.name} has no shape, so that nothing of it is seen")
+        for shape in shapes:
+            if shape.file is not None:
+                require_mesh(shape.file, f"{path}: arm.file: {link.name}")
+                files.append(shape.file)
+        extent = max((float(np.abs(shape_corners(shape)).max()) for shape in shapes), default=0.0)
+        if extent > LONGEST_M:
+            raise ConfigError(
+                f"{path}: arm.file: {link.name} reaches {extent:.4g} m from its joint; is its mesh in millimetres? "
+                'Then give it scale="0.001 0.001 0.001"'
+            )
+    length = float(sum(np.linalg.norm(link.origin.place) for link in links[1:]))
+    if not 0.1 < length < LONGEST_M:
+        raise ConfigError(
+            f"{path}: arm.file: its links are {length:.4g} m long together; expected 0.1 to {LONGEST_M:g}; "
+            "is it in metres?"
+        )
+    torques = _each(given.torque_n_m, "torque_n_m", "effort", joints, path)
+    speeds = _each(given.speed_deg_s, "speed_deg_s", "velocity", joints, path)
+    accelerations = given.acceleration_deg_s2
+    if accelerations is None:
+        accelerations = (ACCELERATION_DEG_S2,) * len(joints)
+        assumed.append(f"arm: acceleration_deg_s2 is not given: {ACCELERATION_DEG_S2:g} for every joint")
+    for key, values in (("rest_deg", given.rest_deg), ("acceleration_deg_s2", accelerations)):
+        _require_count(values, key, joints, path)
+    for joint, angle in zip(joints, given.rest_deg, strict=True):
+        low, high = (math.degrees(end) for end in _limits(joint))
+        if not low <= angle <= high:
+            raise ConfigError(
+                f"{path}: arm.rest_deg: {angle:g} of {joint.attrib['name']} is outside its limits, "
+                f"{low:.4g} to {high:.4g}"
+            )
+    roll, pitch, yaw = given.mount_rpy_deg
+    arm = Arm(
+        name=path.stem,
+        urdf=file,
+        joints=tuple(joint.attrib["name"] for joint in joints),
+        flange=given.flange,
+        mount_m=given.mount_m,
+        mount_rpy=(math.radians(roll), math.radians(pitch), math.radians(yaw)),
+        servos=servos_of(torques),
+        rest_rad=tuple(map(math.radians, given.rest_deg)),
+        most_speed_rad_s=speeds if given.speed_deg_s is None else tuple(map(math.radians, speeds)),
+        most_acceleration_rad_s2=tuple(map(math.radians, accelerations)),
+        reach_m=(round(REACH[0] * length, 2), round(REACH[1] * length, 2)),
+        content=digest(files),
+    )
+    return arm, assumed, files
+
+
+def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
+    """The joints that move from the base to the flange."""
+    root = urdf.tree(file)
+    if given.flange not in {link.attrib.get("name") for link in root.findall("link")}:
+        names = ", ".join(str(link.attrib.get("name")) for link in root.findall("link"))
+        raise ConfigError(f"{path}: arm.flange: {given.flange!r} is no link of {file.name}; expected one of {names}")
+    above = {urdf.end_of(joint, "child"): joint for joint in root.findall("joint")}
+    found, link = [], str(given.flange)
+    while link in above:
+        joint = above.pop(link)  # so that a loop ends
+        kind, name = joint.attrib.get("type"), joint.attrib.get("name")
+        if kind not in ("fixed", "revolute", "continuous"):
+            raise ConfigError(f"{path}: arm.file: joint {name!r} is {kind}; expected an arm of revolute joints")
+        if kind != "fixed":
+            if name is None or (kind == "revolute" and joint.find("limit") is None):
+                raise ConfigError(f"{path}: arm.file: joint {name!r} has no name or no <limit> of lower and upper")
+            found.append(joint)
+        link = urdf.end_of(joint, "parent")
+    if not 1 <= len(found) <= MOST_JOINTS:
+        raise ConfigError(
+            f"{path}: arm.flange: {len(found)} joints move {given.flange!r}; expected 1 to {MOST_JOINTS}, "
+            "from the base on"
+        )
+    if urdf.end_of(found[0], "child") != given.flange:
+        raise ConfigError(
+            f"{path}: arm.flange: no joint moves {given.flange!r} itself; expected "
+            f"{urdf.end_of(found[0], 'child')!r}, with mount_m and mount_rpy_deg for what is fixed to it"
+        )
+    for joint in found:
+        link = next(link for link in root.findall("link") if link.attrib.get("name") == urdf.end_of(joint, "child"))
+        mass = link.find("inertial/mass")
+        if mass is None or not float(mass.attrib.get("value", "0")) > 0 or link.find("inertial/inertia") is None:
+            raise ConfigError(f"{path}: arm.file: link {link.attrib['name']!r} has no mass; give it an <inertial>")
+    return found[::-1]
+
+
+def _limits(joint: urdf.ET.Element) -> tuple[float, float]:
+    limit = joint.find("limit")
+    if joint.attrib["type"] == "continuous" or limit is None:
+        return -math.inf, math.inf
+    return float(limit.attrib.get("lower", "0")), float(limit.attrib.get("upper", "0"))
+
+
+def _each(
+    given: tuple[float, ...] | None, key: str, attribute: str, joints: list[urdf.ET.Element], path: Path
+) -> tuple[float, ...]:
+    """A limit of every joint: as it is given, or else the file's."""
+    if given is not None:
+        _require_count(given, key, joints, path)
+        return given
+    found = []
+    for joint in joints:
+        limit = joint.find("limit")
+        found.append(0.0 if limit is None else float(limit.attrib.get(attribute, "0")))
+        if not found[-1] > 0:
+            raise ConfigError(
+                f"{path}: arm.{key}: this key is missing, and the arm's file does not say it of {joint.attrib['name']}"
+            )
+    return tuple(found)
+
+
+def _require_count(values: tuple[float, ...], key: str, joints: list[urdf.ET.Element], path: Path) -> None:
+    if len(values) != len(joints):
+        names = ", ".join(joint.attrib["name"] for joint in joints)
+        raise ConfigError(f"{path}: arm.{key}: {len(values)} entries for {len(joints)} joints: {names}")
