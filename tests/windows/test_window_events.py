@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from evslip.learn.layers.grids import counts_in
 from evslip.learn.networks.network import Geometry
 from evslip.learn.training.augment import Augmentation, backwards, flipped, merged, shifted, shot_noise
 from evslip.learn.training.settings import TrainSettings
@@ -102,3 +103,22 @@ def test_noise_is_another_one_in_each_window_and_small_more_often_than_large() -
     counts = np.array([len(augment(silence, rng).t_us) for _ in range(200)]) / (5.0 * 200 * 250 * 0.16)
     assert counts.max() > 0.9 and counts.min() < 0.01
     assert 0.18 < np.median(counts) < 0.33
+
+
+@given(*[st.lists(st.sampled_from([0, 0, 1, 40]), max_size=30)] * 2)
+def test_merged_events_are_those_of_a_stable_sort(gaps: list[int], others: list[int]) -> None:
+    one, other = events_of(gaps, 1), events_of(others, 2)
+    order = np.argsort(np.concatenate([one.t_us, other.t_us]), kind="stable")
+    for own, *pair in zip(merged(one, other).columns, one.columns, other.columns, strict=True):
+        np.testing.assert_array_equal(own, np.concatenate(pair)[order])
+        assert own.dtype == pair[0].dtype
+
+
+@given(st.lists(st.sampled_from([0, 1, 7, 8, 900, 7999, 8000, 8001]), max_size=60))
+def test_counts_are_a_histogram(gaps: list[int]) -> None:
+    events, length, bin_of, pool = events_of(gaps), 160_000, (0, 0, 1, 2, 2, 3, 3), 3
+    found = counts_in(events, (256, 256), length, bin_of, pool)
+    step = np.minimum(events.t_us.astype(np.int64) * len(bin_of) // length, len(bin_of) - 1)
+    expected = np.zeros_like(found)
+    np.add.at(expected, (np.array(bin_of)[step], 1 - events.p.astype(int), events.y // pool, events.x // pool), 1)
+    np.testing.assert_array_equal(found, expected)

@@ -157,6 +157,24 @@ def test_every_network_learns_what_can_be_learned(name: str, windows, tmp_path) 
     assert result.val_auroc > 0.8
 
 
+@pytest.mark.parametrize("name", [name for name in NETWORKS if "bfloat16" in network_class(name).precisions])
+def test_half_the_bits_learn_as_much(name: str, windows, tmp_path) -> None:
+    one, other = (
+        train(windows, tmp_path / precision, TrainSettings.of(name, epochs=2, precision=precision), quiet=True)
+        for precision in ("float32", "bfloat16")
+    )
+    assert one.history != other.history
+    assert other.history[-1]["loss"] == pytest.approx(one.history[-1]["loss"], rel=0.05)
+
+
+def test_a_precision_that_a_network_has_not_is_refused(windows, tmp_path) -> None:
+    with pytest.raises(ConfigError, match=r"^precision bfloat16: not for a evgru; expected float32$"):
+        train(windows, tmp_path / "out", TrainSettings.of("evgru", precision="bfloat16"), quiet=True)
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(ConfigError, match=r"^precision 'half': expected one of float32, bfloat16$"):
+        TrainSettings.of("countnet", precision="half")
+
+
 def test_slipnet_learns_how_fast_the_object_turns(windows, tmp_path) -> None:
     """The slips turn at 12 deg/s, and nothing slides. Windows without speeds train it, too."""
     settings = TrainSettings.of("slipnet", val_fraction=0.25, epochs=12, batch=8)

@@ -22,6 +22,7 @@ class CountNet(Network):
     always about there. Three convolutions, then a linear layer that keeps places apart."""
 
     recommended: ClassVar = {"epochs": 20, "lr": 1e-3}
+    precisions: ClassVar = ("float32", "bfloat16")
 
     places: torch.Tensor
     prior: torch.Tensor

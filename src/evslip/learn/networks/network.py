@@ -1,7 +1,7 @@
 """Base of every detector: events of windows in, two logits out (and speeds, see `speed_network`)."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any, ClassVar
@@ -44,6 +44,8 @@ class Network(nn.Module, ABC):
 
     recommended: ClassVar[Mapping[str, Any]] = {}
     """Fields of TrainSettings that suit this network better than the defaults."""
+    precisions: ClassVar[Collection[str]] = ("float32",)
+    """Values of TrainSettings.precision that it learns as well with, and no slower."""
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__()
@@ -59,7 +61,7 @@ class Network(nn.Module, ABC):
 
     def step(self, batch: Sequence[Any], labels: torch.Tensor, smoothing: float) -> tuple[torch.Tensor, torch.Tensor]:
         """The mean loss of a batch with labels (windows,), 1 for slip, and its logits (windows, 2)."""
-        logits = self(batch)
+        logits = self(batch).float()
         return functional.cross_entropy(logits, labels, label_smoothing=smoothing), logits
 
     def fit(self, windows: Windows) -> None:

@@ -28,6 +28,7 @@ class SlipNet(SpeedNetwork):
     at once: where the object is shows in what is silent, and that differs from scene to scene."""
 
     recommended: ClassVar = {"epochs": 16, "patience": 16, "lr": 1e-3}
+    precisions: ClassVar = ("float32", "bfloat16")
 
     places: torch.Tensor
 

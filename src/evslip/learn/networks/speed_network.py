@@ -36,7 +36,7 @@ class SpeedNetwork(Network):
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """The mean loss of a batch with labels (windows,) and speeds (windows, 2), nan where nobody knows them, in
         deg/s and mm/s; and its logits (windows, 2)."""
-        columns = self(batch)
+        columns = self(batch).float()
         loss = torch.nn.functional.cross_entropy(columns[:, :2], labels, label_smoothing=smoothing)
         if speeds is not None:
             loss = loss + self.speed_weight * speed_loss(columns[:, 2:], speeds)

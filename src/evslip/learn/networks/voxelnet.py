@@ -19,6 +19,7 @@ class VoxelNet(Network):
     71,426 parameters for the default crop."""
 
     recommended: ClassVar = {"epochs": 20, "lr": 3e-3}
+    precisions: ClassVar = ("float32", "bfloat16")
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)

@@ -42,5 +42,5 @@ class Recombination:
             return events
         other = int(rng.choice(partners))
         own, rest = events.select(objects.is_object(index, len(events))), windows[other]
-        rest = rest.select(~objects.is_object(other, len(rest)))
-        return merged(own, rest.select(~objects.covers(index, rest, windows.settings.width)))
+        hidden = objects.is_object(other, len(rest)) | objects.covers(index, rest, windows.settings.width)
+        return merged(own, rest.select(~hidden))

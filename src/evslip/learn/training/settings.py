@@ -8,6 +8,7 @@ from evslip.utils.errors import ConfigError
 Optimiser = Literal["adam", "rmsprop"]
 Schedule = Literal["cycle", "constant"]
 Protocol = Literal["trajectory", "paper"]
+Precision = Literal["float32", "bfloat16"]
 BY_NETWORK = ("epochs", "batch", "lr", "schedule", "optimiser", "weight_decay", "smoothing", "patience", "flip")
 """Settings that `Network.recommended` may name."""
 
@@ -60,6 +61,9 @@ class TrainSettings:
     start: str = ""
     """Detector of the same network that training starts from, a folder or a name such as default, to go on with data of
     your own."""
+    precision: Precision = "float32"
+    """Numbers in convolutions and linear layers while training; weights and losses stay float32. bfloat16 takes about
+    half the time where the processor has such instructions (AVX-512 BF16, AMX) or a GPU trains."""
     seed: int = 0
     """Seed of initial weights, order and augmentation."""
 
@@ -69,7 +73,12 @@ class TrainSettings:
                 f"epochs {self.epochs}, batch {self.batch}, lr {self.lr:g}, patience {self.patience}: "
                 "expected at least 1, at least 2, more than 0, at least 1"
             )
-        for name, values in (("optimiser", Optimiser), ("schedule", Schedule), ("protocol", Protocol)):
+        for name, values in (
+            ("optimiser", Optimiser),
+            ("schedule", Schedule),
+            ("protocol", Protocol),
+            ("precision", Precision),
+        ):
             if getattr(self, name) not in get_args(values):
                 raise ConfigError(f"{name} {getattr(self, name)!r}: expected one of {', '.join(get_args(values))}")
         if not 0 <= self.weight_decay < 1 or not 0 <= self.smoothing < 1 or self.seed < 0:

@@ -13,7 +13,7 @@ from torch.nn.modules.batchnorm import _BatchNorm
 
 from evslip.learn.checkpoint import Description, load_model, save_model
 from evslip.learn.inference import BATCH, Answers, answers, probabilities
-from evslip.learn.networks import build_model
+from evslip.learn.networks import build_model, network_class
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
@@ -68,11 +68,17 @@ def train(
 
     Deterministic on CPU: equal windows and settings give equal weights, and so does a training that was killed and is
     started again. Raises DataError for too little data and for a loss that is not finite; then the best state so far is
-    saved, if there is one. Raises ConfigError if the folder holds another unfinished training. `watch` is called with
+    saved, if there is one. Raises ConfigError if the folder holds another unfinished training, and for a precision that
+    is not for the network. `watch` is called with
     each epoch's number and figures; what it raises stops the training, which can be gone on with.
     """
     settings = settings or TrainSettings()
     out = Path(out)
+    precisions = network_class(settings.model).precisions
+    if settings.precision not in precisions:
+        raise ConfigError(
+            f"precision {settings.precision}: not for a {settings.model}; expected {' or '.join(precisions)}"
+        )
     training, validation = split(windows, settings)
     with atomic.storage_errors(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -215,11 +221,11 @@ def _epoch(
     for number, chosen in enumerate(np.array_split(rng.permutation(len(training)), steps)):
         inputs = [network.prepare(augmentation(recombined(int(i), rng), rng)) for i in chosen]
         labels = torch.from_numpy(training.label[chosen].astype(np.int64)).to(network.device)
+        more = ()
         if isinstance(network, SpeedNetwork):
-            speeds = torch.from_numpy(_speeds(training)[chosen]).to(network.device)
-            loss, logits = network.step(inputs, labels, settings.smoothing, speeds)
-        else:
-            loss, logits = network.step(inputs, labels, settings.smoothing)
+            more = (torch.from_numpy(_speeds(training)[chosen]).to(network.device),)
+        with torch.autocast(network.device.type, torch.bfloat16, enabled=settings.precision == "bfloat16"):
+            loss, logits = network.step(inputs, labels, settings.smoothing, *more)
         if not torch.isfinite(loss):
             raise _NotFinite(f"the loss is {loss.item()} at batch {number + 1} of epoch {epoch}")
         if optimiser:
