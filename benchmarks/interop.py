@@ -1,11 +1,14 @@
 """Whether other people's libraries open what `evslip publish` wrote, and read the same events.
 
 python benchmarks/interop.py PUBLISHED [SHARDED]
+python benchmarks/interop.py --lerobot EPISODES
 
 Needs no evslip: run it in an environment of its own with
     pip install h5py tonic evlib mlcroissant webdataset datasets pillow
-PUBLISHED: folder of `evslip publish DIR PUBLISHED --huggingface`. SHARDED: of `--webdataset`. Prints what agreed; exit
-code 1 if anything did not. A library that is not installed is named and left out.
+or, for EPISODES, with
+    pip install h5py pyarrow huggingface_hub rerun-sdk lerobot
+PUBLISHED: folder of `evslip publish DIR PUBLISHED --huggingface`. SHARDED: of `--webdataset`. EPISODES: of `--lerobot`.
+Prints what agreed; exit code 1 if anything did not. A library that is not installed is named and left out.
 """
 
 import argparse
@@ -26,10 +29,15 @@ Columns = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("published", type=Path)
+    parser.add_argument("published", type=Path, nargs="?")
     parser.add_argument("sharded", type=Path, nargs="?")
+    parser.add_argument("--lerobot", type=Path)
     arguments = parser.parse_args()
     os.environ["HF_HUB_OFFLINE"] = "1"
+    if arguments.lerobot is not None:
+        sys.exit(check_episodes(arguments.lerobot))
+    if arguments.published is None:
+        parser.error("expected PUBLISHED, or --lerobot EPISODES")
     files = sorted(arguments.published.glob("data/*/*.h5"))
     rows = [json.loads(line) for table in sorted(arguments.published.glob("*.jsonl")) for line in table.open()]
     failures = 0 if len(files) == len(rows) else 1
@@ -115,6 +123,86 @@ def check_shards(folder: Path) -> int:
             with h5py.File(io.BytesIO(sample["h5"])) as file:
                 found += len(file["events/t"]) == json.loads(sample["json"])["events"]
     return found
+
+
+def check_episodes(folder: Path) -> int:
+    """Read a data set in LeRobot's format with the libraries that know it; 1 if anything differs."""
+    import pyarrow.parquet as parquet
+
+    tables = [parquet.read_table(path) for path in sorted(folder.glob("data/*/*.parquet"))]
+    rows = [row for table in tables for row in table.to_pylist()]
+    print(f"{len(tables)} episodes, {len(rows)} rows of {len(tables[0].column_names)} columns")
+    failures = 0
+    for name, check in {
+        "huggingface_hub": check_card,
+        "rerun": lambda folder: by_rerun(folder, tables),
+        "lerobot": lambda folder: by_lerobot(folder, rows),
+    }.items():
+        if importlib.util.find_spec(name) is None:
+            print(f"{name}: not installed")
+            continue
+        agrees, said = check(folder)
+        print(f"{name}: {said}")
+        failures += not agrees
+    return int(failures > 0)
+
+
+def check_card(folder: Path) -> tuple[bool, str]:
+    """Whether the Hub's library takes the card, and finds the files that it names."""
+    from huggingface_hub import DatasetCard  # pyright: ignore[reportMissingImports]
+
+    about = DatasetCard.load(folder / "README.md").data
+    files = list(folder.glob(about.configs[0]["data_files"]))
+    return bool(files) and "LeRobot" in about.tags, f"license {about.license}, {len(files)} files"
+
+
+def by_rerun(folder: Path, tables: list[Any]) -> tuple[bool, str]:
+    """Rerun's reader, whose features are numbers and video."""
+    from rerun.experimental import LeRobotReader  # pyright: ignore[reportMissingImports]
+
+    reader, compared, packets, agree = LeRobotReader(folder), set(), 0, True
+    for episode in reader.episodes():
+        found: dict[str, list[Any]] = {}
+        for chunk in reader.stream(episode):
+            batch = chunk.to_record_batch()
+            for name in ("Scalars:scalars", "VideoStream:sample"):
+                if name in batch.schema.names:
+                    found.setdefault(chunk.entity_path[1:], []).extend(batch.column(name).to_pylist())
+        for name, values in found.items():
+            if name in tables[episode].column_names:
+                own = np.array(tables[episode][name].to_pylist()).reshape(len(values), -1)
+                agree &= np.array_equal(np.array(values).reshape(own.shape), own)
+                compared.add(name)
+            else:
+                packets += len(values)
+    agree &= packets == sum(table.num_rows for table in tables)
+    return agree, f"{', '.join(sorted(compared))} {'equal' if agree else 'differ'}; {packets} frames of video"
+
+
+def by_lerobot(folder: Path, rows: list[dict[str, Any]]) -> tuple[bool, str]:
+    """LeRobot's own reader: every column of every row, the statistics, and a frame with its picture if it can."""
+    import pyarrow.parquet as parquet
+    from lerobot.datasets.compute_stats import aggregate_stats  # pyright: ignore[reportMissingImports]
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset  # pyright: ignore[reportMissingImports]
+
+    data = LeRobotDataset(folder.name, root=folder)
+    agree = len(data) == len(rows) and all(
+        np.allclose(np.asarray(data.hf_dataset[k][name]), np.asarray(value))
+        for k, row in enumerate(rows)
+        for name, value in row.items()
+    )
+    episodes: list[dict[str, dict[str, Any]]] = []
+    for row in parquet.read_table(next(folder.glob("meta/episodes/*/*.parquet"))).to_pylist():
+        stats = [(*key.split("/")[1:], np.array(value)) for key, value in row.items() if key.startswith("stats/")]
+        episodes.append({name: {k: v for n, k, v in stats if n == name} for name, *_ in stats})
+    whole = aggregate_stats(episodes)
+    for name, stats in data.meta.stats.items():
+        agree &= all(np.allclose(whole[name][key], value, rtol=1e-4, atol=1e-4) for key, value in stats.items())
+    try:
+        picture = f"a picture of shape {tuple(data[0]['observation.images.camera'].shape)}"
+    except Exception as error:  # its decoders need libraries of their own
+        picture = f"no picture: {type(error).__name__}: {' '.join(str(error).split())[:80]}"
+    return agree, f"{len(rows)} rows and the statistics {'equal' if agree else 'differ'}; {picture}"
 
 
 def equal(one: Columns, other: Columns) -> bool:

@@ -136,5 +136,8 @@ def test_an_episodes_record_is_one_like_any_other(tmp_path):
     assert again.kind == "simulated" and again.events == record.events and len(again.events) > 0
     start, end = again.truth.span_us
     assert start <= again.events.t_us[0] and again.events.t_us[-1] <= end
+    target = again.trajectory.target_force_n
+    np.testing.assert_array_equal(target[played.decided_us // 1000], played.target_n.astype(np.float32))
+    assert target[0] == pytest.approx(episode.params.grip.force_n)
     force = again.trajectory.pad_force_n.mean(1)
     assert force[np.searchsorted(again.truth.t_us, episode.end_us - 10_000)] > 1.2 * force[int(start) // 1000 + 50]

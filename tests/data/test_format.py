@@ -52,7 +52,8 @@ def trembling() -> Record:
     sample = simulated()
     assert sample.trajectory is not None
     moved = np.ones((len(sample.trajectory.t_us), 7), np.float32)
-    return replace(sample, trajectory=sample.trajectory._replace(object_displacement=moved, camera_displacement=moved))
+    motion = sample.trajectory._replace(object_displacement=moved, camera_displacement=moved)
+    return replace(sample, trajectory=motion._replace(target_force_n=moved[:, 0]))
 
 
 def contents(path: Path) -> tuple[dict[str, h5py.Dataset], set[str]]:

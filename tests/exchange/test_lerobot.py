@@ -1,6 +1,7 @@
 """LeRobot's format v3.0: what is in the files, by its specification, and by other libraries."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import av
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from evslip.config.loading import dump_config, load_config
-from evslip.data import building, requested
+from evslip.data import building, record_file, requested
 from evslip.data.dataset import open_dataset
 from evslip.exchange.publishing import lerobot
 from evslip.exchange.publishing.publication import Publication
@@ -115,6 +116,41 @@ def test_tasks_are_the_index_of_a_table_of_pandas(out: Path):
     assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == ["__index_level_0__"]
     assert table["__index_level_0__"].to_pylist() == [lerobot.TASK]
     assert "LeRobot" in (out / "README.md").read_text()
+
+
+def test_the_action_of_the_closed_loop_is_the_force_that_was_commanded(made: Path, tmp_path: Path):
+    record = open_dataset(made)[0]
+    assert record.trajectory is not None and record.truth is not None
+    target = np.random.default_rng(0).uniform(1, 9, len(record.trajectory.t_us)).astype(np.float32)
+    played = replace(record, trajectory=record.trajectory._replace(target_force_n=target))
+    (tmp_path / "played").mkdir()
+    record_file.write(tmp_path / "played" / "a.h5", played)
+    assert publish(tmp_path / "played", tmp_path / "out", Publication(lerobot=True, fps=FPS)) == 1
+    rows = parquet.read_table(tmp_path / "out" / "data" / "chunk-000" / "file-000.parquet")
+    t_us = record.truth.span_us[0] + np.round(np.arange(rows.num_rows) * 1e6 / FPS).astype(int)
+    np.testing.assert_array_equal(rows["action"].to_numpy(), target[np.searchsorted(record.trajectory.t_us, t_us)])
+    info = json.loads((tmp_path / "out" / "meta" / "info.json").read_text())
+    assert info["features"]["action"] == {"dtype": "float32", "shape": [1], "names": ["grip_force_n"]}
+    assert "grip force that is commanded" in (tmp_path / "out" / "README.md").read_text()
+    record_file.write(tmp_path / "played" / "b.h5", record)
+    with pytest.raises(DataError, match="commanded in some samples"):
+        publish(tmp_path / "played", tmp_path / "other", Publication(lerobot=True, fps=FPS))
+    assert not (tmp_path / "other").exists()
+
+
+def test_no_frame_of_a_video_is_made_of_later_ones(out: Path):
+    for path in out.rglob("*.mp4"):
+        with av.open(str(path)) as container:
+            stamps = [packet.pts for packet in container.demux(video=0) if packet.pts is not None]
+        assert stamps == sorted(stamps)
+
+
+def test_the_hub_reads_the_card(out: Path):
+    hub = pytest.importorskip("huggingface_hub", reason="reads the card as the Hub's library does")
+    card = hub.DatasetCard.load(out / "README.md")
+    assert card.data.license == "cc-by-4.0" and card.data.pretty_name == "Slips"
+    assert card.data.task_categories == ["robotics"] and "LeRobot" in card.data.tags
+    assert list(out.glob(card.data.configs[0]["data_files"]))
 
 
 def test_what_cannot_be_is_said(made: Path, out: Path, tmp_path: Path):

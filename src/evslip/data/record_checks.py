@@ -22,6 +22,8 @@ PADS = {"pad_friction": (2, 3), "pad_utilisation": (2,)}
 """Arrays of the trajectory that the first records of format 1 lack."""
 VIBRATION = {"object_displacement": (7,), "camera_displacement": (7,)}
 """Those of records with vibration."""
+OPTIONAL = {**PADS, **VIBRATION, "target_force_n": ()}
+"""All arrays of the trajectory that a record may lack."""
 TRUTH = {"theta_deg": (), "rotation": (4,), "position_m": (3,), "held": ()}
 """Trailing shapes of the arrays, one row a time; numbers are float32 or float64, kept as they come, `held` is bool."""
 
@@ -73,8 +75,7 @@ def check_record(record: Record, where: object) -> None:
     if record.trajectory is not None:
         if record.trajectory.params != params:
             raise DataError(f"{where}: the trajectory has other parameters than the record")
-        known = (PADS | VIBRATION).items()
-        there = {name: shape for name, shape in known if getattr(record.trajectory, name) is not None}
+        there = {name: shape for name, shape in OPTIONAL.items() if getattr(record.trajectory, name) is not None}
         _check_arrays(record.trajectory, TRAJECTORY | there, f"{where}: trajectory")
     if record.truth is not None:
         _check_truth(record.truth, where)

@@ -25,7 +25,7 @@ from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, LATEST_US, Interval
 from evslip.data.record import Poses, Record, Stream, provenance
-from evslip.data.record_checks import PADS, POSES, TRAJECTORY, TRUTH, VIBRATION, check_labels, check_record
+from evslip.data.record_checks import OPTIONAL, PADS, POSES, TRAJECTORY, TRUTH, check_labels, check_record
 from evslip.events.stream import Events, empty_events
 from evslip.physics.episodes import KINDS, Episode
 from evslip.physics.motion.phases import PHASE_NAMES
@@ -147,7 +147,7 @@ def _fill(file: h5py.File, record: Record) -> None:
         if values is not None:
             _fill_group(file.create_group(name), values, values._fields)
     if record.trajectory is not None:
-        there = (name for name in (*PADS, *VIBRATION) if getattr(record.trajectory, name) is not None)
+        there = (name for name in OPTIONAL if getattr(record.trajectory, name) is not None)
         _fill_group(file.create_group("trajectory"), record.trajectory, ("t_us", *TRAJECTORY, *there))
     if record.truth is not None:
         _fill_truth(file.create_group("truth"), record.truth)
@@ -235,7 +235,7 @@ def _footage(group: h5py.Group) -> Footage:
 def _trajectory(group: h5py.Group, params: Params | None) -> Trajectory:
     if params is None:
         raise DataError(f"{group.file.filename}: has a trajectory but no parameters")
-    there = {name: shape for name, shape in (PADS | VIBRATION).items() if name in group}
+    there = {name: shape for name, shape in OPTIONAL.items() if name in group}
     return Trajectory(params, **_columns(group, TRAJECTORY | there))
 
 

@@ -43,6 +43,8 @@ class Trajectory(NamedTuple):
     camera_displacement: np.ndarray | None = None
     """Displacement of the camera from its place on the hand by vibration: shift along the hand's axes, then the turn
     about the camera in these axes; as object_displacement."""
+    target_force_n: np.ndarray | None = None
+    """Grip force that was commanded, in newtons; of shape (n,). None where nobody commanded it."""
 
 
 def rounded(values: np.ndarray, bits: int) -> np.ndarray:

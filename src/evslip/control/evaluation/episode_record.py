@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from evslip.control.evaluation.play import Played
 from evslip.data import record_file
 from evslip.data.record import Record, provenance
@@ -14,6 +16,7 @@ def record_of(played: Played) -> Record:
     never lifted is of kind "rejected"."""
     params = played.episode.params
     trajectory = played.episode.finish()
+    trajectory = trajectory._replace(target_force_n=_commanded(played, trajectory.t_us))
     facts = {
         "name": f"{params.split}/{params.index:07d}",
         "split": params.split,
@@ -28,6 +31,12 @@ def record_of(played: Played) -> Record:
     except GraspFailed as failure:
         return Record(kind="rejected", rejection=(failure.kind, str(failure)), **facts)
     return Record(kind="simulated", trajectory=trajectory, truth=truth, **facts)
+
+
+def _commanded(played: Played, t_us: np.ndarray) -> np.ndarray:
+    """Grip force that was commanded at some times, float32 of shape (n,): before the first command that of the draw."""
+    last = np.searchsorted(played.decided_us, t_us, "right")
+    return np.r_[played.episode.params.grip.force_n, played.target_n][last].astype(np.float32)
 
 
 def write_episode(folder: Path, played: Played, controller: str) -> Path:

@@ -11,18 +11,14 @@ from typing import Any
 import numpy as np
 
 from evslip.data.recordings import open_samples
-from evslip.exchange.publishing.lerobot_episode import BLOCK, SLIP, STATE, Episode, episode_of
+from evslip.exchange.publishing.lerobot_episode import Episode, episode_of
+from evslip.exchange.publishing.lerobot_meta import CAMERA, CHUNK, DATA, EVENTS, VIDEO, Shape, card_of, info_of
+from evslip.exchange.publishing.lerobot_stats import Stats
 from evslip.exchange.publishing.publication import Publication
 from evslip.utils import atomic
 from evslip.utils.errors import DataError, MissingExtraError
-from evslip.utils.version import __version__
 
 TASK = "Hold the object without a slip."
-CAMERA, EVENTS = "observation.images.camera", "observation.events"
-CHUNK = 1000
-"""Files of a folder."""
-DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
-VIDEO = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 
 
 def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: Callable[[], None]) -> int:
@@ -38,11 +34,12 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise DataError(f"{out}: is there already; expected a new folder")
     temporary = out.with_name(f".{out.name}.{uuid.uuid4().hex[:8]}.tmp")
-    rows, first, stats, size, robots = [], 0, _Stats(), (0, 0), set()
+    rows, first, stats, shape, robots = [], 0, Stats(), None, set()
     try:
         with atomic.storage_errors(out):
             for number, record in enumerate(samples):
-                episode, size = episode_of(record, how.fps), _same_size(size, record.size, source)
+                episode = episode_of(record, how.fps)
+                shape = _same_shape(shape, Shape(record.size, episode.action_names), source)
                 assert record.params is not None  # episode_of has asked for a simulated record
                 robots.add(record.params.robot.kind)
                 columns = _columns(episode, how.fps, number, first)
@@ -51,7 +48,7 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
                 path.parent.mkdir(parents=True, exist_ok=True)
                 parquet.write_table(_table(columns), path)
                 _write_video(temporary / VIDEO.format(video_key=CAMERA, **places), episode.images, how.fps)
-                own = _Stats()
+                own = Stats()
                 for one in (own, stats):
                     one.add(columns, episode.images)
                 rows.append(_episode_row(number, first, len(episode.t_us), how.fps) | own.row())
@@ -61,11 +58,12 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
             (meta / "episodes" / "chunk-000").mkdir(parents=True)
             _write_rows(meta / "episodes" / "chunk-000" / "file-000.parquet", rows)
             _write_tasks(meta / "tasks.parquet")
-            info = _info(", ".join(sorted(robots)), len(rows), first, how.fps, size)
+            assert shape is not None  # there is a sample
+            info = info_of(shape, ", ".join(sorted(robots)), len(rows), first, how.fps)
             for name, value in {"info.json": info, "stats.json": stats.table()}.items():
                 (meta / name).write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8")
             name = how.name or Path(source).resolve().name
-            (temporary / "README.md").write_text(_card(name, how, len(rows), first), encoding="utf-8")
+            (temporary / "README.md").write_text(card_of(shape, name, how, len(rows), first), encoding="utf-8")
             if out.exists():
                 out.rmdir()
             temporary.rename(out)
@@ -76,10 +74,17 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
     return len(rows)
 
 
-def _same_size(before: tuple[int, int], size: tuple[int, int], source: object) -> tuple[int, int]:
-    if before not in ((0, 0), size):
-        raise DataError(f"{source}: sensors of {before} and of {size} pixels; expected one size in all samples")
-    return size
+def _same_shape(before: Shape | None, shape: Shape, source: object) -> Shape:
+    if before is not None and before.size != shape.size:
+        raise DataError(
+            f"{source}: sensors of {before.size} and of {shape.size} pixels; expected one size in all samples"
+        )
+    if before is not None and before.action != shape.action:
+        raise DataError(
+            f"{source}: the grip force was commanded in some samples and not in others; expected those of `evslip "
+            "control --records` alone, or of `evslip generate`"
+        )
+    return shape
 
 
 def _columns(episode: Episode, fps: int, number: int, first: int) -> dict[str, np.ndarray]:
@@ -124,7 +129,8 @@ def _write_video(path: Path, images: list[np.ndarray], fps: int) -> None:
         stream: Any = container.add_stream("libx264", rate=Fraction(fps))
         # Sides of this pixel format are even; a row or a column more repeats the last.
         stream.width, stream.height, stream.pix_fmt = width + width % 2, height + height % 2, "yuv420p"
-        stream.options = {"crf": "18", "g": "2"}
+        # No frame is made of later ones: readers that stream a video want it so.
+        stream.options = {"crf": "18", "g": "2", "bf": "0"}
         for image in images:
             colour = image if image.ndim == 3 else np.repeat(image[..., None], 3, 2)
             padded = np.pad(colour, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
@@ -171,119 +177,3 @@ def _write_tasks(path: Path) -> None:
     about = {"index_columns": [index], "column_indexes": [], "columns": [one | {"metadata": None} for one in described]}
     table = pa.table({"task_index": pa.array([0], pa.int64()), index: pa.array([TASK])})
     parquet.write_table(table.replace_schema_metadata({"pandas": json.dumps(about)}), path)
-
-
-def _info(robot: str, episodes: int, frames: int, fps: int, size: tuple[int, int]) -> dict[str, Any]:
-    width, height = size
-    even = width + width % 2, height + height % 2
-
-    def feature(dtype: str, shape: list[int], names: list[str] | None = None) -> dict[str, Any]:
-        return {"dtype": dtype, "shape": shape, "names": names}
-
-    video = {
-        "video.height": even[1],
-        "video.width": even[0],
-        "video.codec": "h264",
-        "video.pix_fmt": "yuv420p",
-        "video.is_depth_map": False,
-        "video.fps": fps,
-        "video.channels": 3,
-        "has_audio": False,
-    }
-    return {
-        "codebase_version": "v3.0",
-        "robot_type": robot,
-        "total_episodes": episodes,
-        "total_frames": frames,
-        "total_tasks": 1,
-        "chunks_size": CHUNK,
-        "data_files_size_in_mb": 100,
-        "video_files_size_in_mb": 200,
-        "fps": fps,
-        "splits": {"train": f"0:{episodes}"},
-        "data_path": DATA,
-        "video_path": VIDEO,
-        "features": {
-            "observation.state": feature("float32", [len(STATE)], STATE),
-            "action": feature("float32", [len(STATE)], STATE),
-            "observation.grip_force": feature("float32", [1], ["newtons"]),
-            "observation.slip": feature("float32", [len(SLIP)], SLIP),
-            EVENTS: feature("uint8", [2, -(-height // BLOCK), -(-width // BLOCK)], ["polarity", "row", "column"]),
-            CAMERA: feature("video", [even[1], even[0], 3], ["height", "width", "channels"]) | {"info": video},
-            "timestamp": feature("float32", [1]),
-            **{name: feature("int64", [1]) for name in ("frame_index", "episode_index", "index", "task_index")},
-        },
-    }
-
-
-class _Stats:
-    """Least, largest, mean and standard deviation of each feature; of pictures for each colour, in units of white."""
-
-    def __init__(self) -> None:
-        self._sums: dict[str, list[Any]] = {}
-
-    def add(self, columns: dict[str, np.ndarray], images: list[np.ndarray]) -> None:
-        """The rows of an episode."""
-        for name, values in columns.items():
-            self._add(name, values.reshape(len(values), -1).astype(np.float64), values.shape[1:] or (1,), len(values))
-        grey = [np.stack([i] * 3, -1) if i.ndim == 2 else i for i in images]
-        pixels = np.concatenate([image.reshape(-1, 3)[::16] for image in grey]) / 255.0
-        self._add(CAMERA, pixels, (3, 1, 1), len(images))
-
-    def _add(self, name: str, rows: np.ndarray, shape: tuple[int, ...], frames: int) -> None:
-        new = [rows.min(0), rows.max(0), rows.sum(0), (rows**2).sum(0), len(rows), frames, shape]
-        old = self._sums.get(name)
-        if old is not None:
-            new[:2] = np.minimum(old[0], new[0]), np.maximum(old[1], new[1])
-            new[2:6] = [a + b for a, b in zip(old[2:6], new[2:6], strict=True)]
-        self._sums[name] = new
-
-    def table(self) -> dict[str, Any]:
-        """All of them."""
-        told = {}
-        for name, (low, high, total, squares, number, frames, shape) in self._sums.items():
-            mean = total / number
-            deviation = np.sqrt(np.maximum(squares / number - mean**2, 0.0))
-            four = {"min": low, "max": high, "mean": mean, "std": deviation}
-            told[name] = {key: values.reshape(shape).tolist() for key, values in four.items()} | {"count": [frames]}
-        return told
-
-    def row(self) -> dict[str, Any]:
-        """All of them as columns of meta/episodes."""
-        return {f"stats/{name}/{key}": value for name, stats in self.table().items() for key, value in stats.items()}
-
-
-def _card(name: str, how: Publication, episodes: int, frames: int) -> str:
-    return f"""---
-license: {json.dumps(how.license)}
-pretty_name: {json.dumps(name)}
-task_categories:
-- robotics
-tags:
-- LeRobot
-- event-camera
-- slip-detection
-configs:
-- config_name: default
-  data_files: data/*/*.parquet
----
-# {name}
-
-{episodes} simulated episodes ({frames:,} frames at {how.fps} a second) of a gripper that holds an object, in
-LeRobot's format v3.0, written by evslip {__version__}.
-
-| feature | meaning |
-|---|---|
-| observation.state | joint angles (radians), travel of both fingers (metres) |
-| action | the state of the next frame |
-| observation.grip_force | mean normal force of both pads, newtons |
-| observation.slip | whether the object slips; its rotation (degrees) and slide (mm) in the grip: the truth |
-| observation.events | OFF and ON events of each block of {BLOCK} x {BLOCK} pixels since the frame before, at most 255 |
-| observation.images.camera | frames of the hand camera |
-
-```python
-from lerobot.datasets.lerobot_dataset import LeRobotDataset
-
-dataset = LeRobotDataset("{name}", root="FOLDER")
-```
-"""

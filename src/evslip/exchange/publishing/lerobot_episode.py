@@ -11,6 +11,8 @@ from evslip.utils.errors import DataError
 BLOCK = 4
 """Side of a block of pixels whose events are counted together."""
 STATE = [f"joint_{k}" for k in range(1, 8)] + ["finger_left_m", "finger_right_m"]
+COMMAND = ("grip_force_n",)
+"""Action of an episode whose grip force was commanded."""
 SLIP = ["slipping", "rotation_deg", "slide_mm"]
 
 
@@ -22,7 +24,10 @@ class Episode(NamedTuple):
     state: np.ndarray
     """STATE, float32 of shape (n, 9)."""
     action: np.ndarray
-    """The state of the next frame; the last one's is its own."""
+    """Grip force that is commanded at the frame, in newtons, float32 of shape (n,); where nobody commanded it, the
+    state of the next frame, and of the last one its own."""
+    action_names: tuple[str, ...]
+    """COMMAND or STATE."""
     grip_force: np.ndarray
     """Mean of both pads in newtons, float32 of shape (n,)."""
     slip: np.ndarray
@@ -45,11 +50,12 @@ def episode_of(record: Record, fps: int) -> Episode:
     for one in truth.episodes:
         slipping |= (truth.t_us >= one.start_us) & (truth.t_us < one.end_us)
     slip = np.stack([slipping, truth.spin_deg, np.linalg.norm(truth.slide_m, axis=1) * 1e3], 1)
-    state = known.joints[at].astype(np.float32)
+    state, target = known.joints[at].astype(np.float32), known.target_force_n
     return Episode(
         t_us,
         state,
-        np.concatenate([state[1:], state[-1:]]),
+        np.concatenate([state[1:], state[-1:]]) if target is None else target[at].astype(np.float32),
+        tuple(STATE) if target is None else COMMAND,
         known.pad_force_n.mean(1)[at].astype(np.float32),
         slip[at].astype(np.float32),
         _counts(record, t_us, round(1e6 / fps)),
