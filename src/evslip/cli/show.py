@@ -36,9 +36,10 @@ def show(
     Args:
         preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, lift, play), a TOML
             file, "parameters" for a table of all keys, "camera" for the event cameras, "textures" for a contact sheet,
-            or a file of `evslip events` (.h5, .npz) or of `evslip generate` for the settings inside it.
+            "robot" for a robot from four sides and its limits, or a file of `evslip events` (.h5, .npz) or of
+            `evslip generate` for the settings inside it.
         name: After "camera": preset of the event camera; default: a table of all. After "textures": a name, pattern or
-            folder; default: the whole pool.
+            folder; default: the whole pool. After "robot": a name or file, as robot.kind; default: panda.
         set: Override, such as object.mass_kg=0.05; may be given several times.
         index: Show what is drawn for this sample instead, with its predicted onset of slip.
         split: Split of that sample.
@@ -48,8 +49,8 @@ def show(
         masses: Say which masses surely hold and surely slip in every sample.
         count: Samples of the training split for the last three; default: a whole grid, or 1000.
         test_count: Samples of the test split for them.
-        out: File of the textures' contact sheet; default: textures.png. After "camera": write a preset, OUT.toml, which
-            every command takes.
+        out: File of the textures' contact sheet; default: textures.png. Of the robot; default: robot.png. After
+            "camera": write a preset, OUT.toml, which every command takes.
     """
     from evslip.codecs.settings import keeps_settings, read_settings
     from evslip.config.loading import dump_config, load_config
@@ -59,10 +60,10 @@ def show(
         return _camera(name, biasing, out)
     if preset == "textures":
         return _textures(name, out or Path("textures.png"))
+    if preset == "robot":
+        return _robot(name or "panda", out or Path("robot.png"))
     if name is not None:
-        raise ConfigError(
-            f"show {preset}: {name!r} is one word too many; only `show camera` and `show textures` take a name"
-        )
+        raise ConfigError(f"show {preset}: {name!r} is one word too many; camera, textures and robot take a name")
     if preset == "parameters":
         print(parameters_table(), end="")
         return None
@@ -118,6 +119,13 @@ def _textures(name: str | None, out: Path) -> None:
     names = names if isinstance(names, tuple) else (str(names),)
     write_sheet(out, names)
     console.print(f"{out}: {len(names)} textures")
+
+
+def _robot(name: str, out: Path) -> None:
+    from evslip.view.robot_sheet import write_robot_sheet
+
+    print(write_robot_sheet(out, name), end="")
+    console.print(f"{out}: the robot from four sides")
 
 
 def _draw(config: "Config", index: int, split: str, json: bool) -> None:

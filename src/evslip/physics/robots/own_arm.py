@@ -59,7 +59,7 @@ def arm_of(given: ArmFile, path: Path) -> tuple[Arm, list[str], list[Path]]:
     for key, values in (("rest_deg", given.rest_deg), ("acceleration_deg_s2", accelerations)):
         _require_count(values, key, joints, path)
     for joint, angle in zip(joints, given.rest_deg, strict=True):
-        low, high = (math.degrees(end) for end in _limits(joint))
+        low, high = (math.degrees(end) for end in urdf.limits_of(joint))
         if not low <= angle <= high:
             raise ConfigError(
                 f"{path}: arm.rest_deg: {angle:g} of {joint.attrib['name']} is outside its limits, "
@@ -117,13 +117,6 @@ def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
         if mass is None or not float(mass.attrib.get("value", "0")) > 0 or link.find("inertial/inertia") is None:
             raise ConfigError(f"{path}: arm.file: link {link.attrib['name']!r} has no mass; give it an <inertial>")
     return found[::-1]
-
-
-def _limits(joint: urdf.ET.Element) -> tuple[float, float]:
-    limit = joint.find("limit")
-    if joint.attrib["type"] == "continuous" or limit is None:
-        return -math.inf, math.inf
-    return float(limit.attrib.get("lower", "0")), float(limit.attrib.get("upper", "0"))
 
 
 def _each(

@@ -1,5 +1,6 @@
 """What a URDF says of links and joints, and where its meshes are."""
 
+import math
 import xml.etree.ElementTree as ET
 from functools import cache
 from importlib import import_module, metadata
@@ -9,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from evslip.physics.robots.description import Arm
 from evslip.utils.errors import ConfigError, MissingExtraError
 
 AROUND = 20
@@ -131,6 +133,20 @@ def chain(path: Path, joints: tuple[str, ...]) -> tuple[Link, ...]:
         found.append(_described(path, links[link], origin, _turn_to(along)))
         before = link
     return tuple(found)
+
+
+def joint_limits(arm: Arm) -> list[tuple[float, float]]:
+    """Least and largest angle of each joint of an arm, in radians."""
+    named = {joint.attrib["name"]: joint for joint in tree(arm.urdf).findall("joint")}
+    return [limits_of(named[name]) for name in arm.joints]
+
+
+def limits_of(joint: ET.Element) -> tuple[float, float]:
+    """Least and largest angle of a joint in radians; infinite where it has none."""
+    limit = joint.find("limit")
+    if joint.attrib["type"] == "continuous" or limit is None:
+        return -math.inf, math.inf
+    return float(limit.attrib.get("lower", "0")), float(limit.attrib.get("upper", "0"))
 
 
 def origin_of(part: ET.Element) -> Origin:
