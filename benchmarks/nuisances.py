@@ -5,7 +5,8 @@ python benchmarks/nuisances.py OUT --model old=default --model new=models/a-0 --
 Every nuisance of experiments/worlds.py, at each strength, is a small test set: the preset with its keys replaced. Draws
 are keyed by the index, so all have the same scenes. Models of one name are seeds of one detector. Written after every
 nuisance: OUT/nuisances.json, nuisances.md and nuisances.png. Run it again after a stop, or with more models: what is
-finished is not done again. Samples and evaluations are made by evslip's own commands, each printed before it runs.
+finished is not done again. `--middle` asks for the middle strengths alone, a quarter of the work. Samples and
+evaluations are made by evslip's own commands, each printed before it runs.
 """
 
 import argparse
@@ -74,13 +75,14 @@ class Point:
 class Curves:
     """The test sets and evaluations of one run, in one folder."""
 
-    def __init__(self, plan: Plan, preset: str, count: int, models: dict[str, list[str]]):
+    def __init__(self, plan: Plan, preset: str, count: int, models: dict[str, list[str]], only_middle: bool):
         self.plan, self.preset, self.count, self.models = plan, preset, count, models
+        self._only_middle = only_middle
         self._runner = Runner(plan.out, plan.jobs)
 
     def run(self, nuisance: str) -> None:
         """Make the test sets of a nuisance, and evaluate every model on them."""
-        worlds = {name: self._made(nuisance, strength) for name, strength in places(nuisance)}
+        worlds = {name: self._made(nuisance, strength) for name, strength in self._places(nuisance)}
         self._runner.run(list(worlds.values()))
         steps = [
             self._evaluated(m, name, made) for name, made in worlds.items() for own in self.models.values() for m in own
@@ -97,6 +99,12 @@ class Curves:
                 found = [read_evaluation(path)[0] for path in files if path.is_file()]
                 if found:
                     yield point(nuisance, strength, strength == own.middle, detector, found)
+
+    def _places(self, nuisance: str) -> list[tuple[str, float | str]]:
+        everywhere = places(nuisance)
+        if not self._only_middle or nuisance == NONE:
+            return everywhere
+        return [one for one in everywhere if one[1] == NUISANCES[nuisance].middle]
 
     def _made(self, nuisance: str, strength: float | str) -> Step:
         keys = NUISANCES[nuisance].keys(strength) if nuisance != NONE else {}
@@ -260,6 +268,7 @@ def main() -> None:
     add("--set", nargs="*", default=[], metavar="KEY=VALUE", help="keys replaced in every world")
     add("--count", type=int, default=24, help="samples of each world")
     add("--only", nargs="+", choices=list(NUISANCES), default=list(NUISANCES), metavar="NAME")
+    add("--middle", action="store_true", help="middle strengths alone")
     add("--hop-s", type=float, default=0.01, help="time between two answers")
     add("--resamples", type=int, default=1000, help="of the trajectories, for intervals")
     add("--workers", type=int, help="processes that generate; default: one a core")
@@ -279,7 +288,7 @@ def main() -> None:
         jobs=options.jobs,
     )
     load_config(options.preset, dict(map(parse_override, options.set)))
-    curves = Curves(plan, options.preset, options.count, models)
+    curves = Curves(plan, options.preset, options.count, models, options.middle)
     about = {
         "preset": options.preset,
         "keys": options.set,
