@@ -1,5 +1,7 @@
 """HDF5 files from outside: what leads out of the file is refused by every reader, before anything is read."""
 
+import resource
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,7 @@ from evslip.codecs.settings import read_settings
 from evslip.data import record_file
 from evslip.exchange.format_to_format import convert_format
 from evslip.utils import hdf5
-from evslip.utils.errors import DataError
+from evslip.utils.errors import DataError, StorageError
 from evslip.windows.window_set import open_windows
 from sample_records import simulated
 
@@ -83,3 +85,36 @@ def test_links_inside_a_file_are_followed(tmp_path: Path):
             hdf5.get(file, "nowhere", "i", (3,))
     with pytest.raises(DataError, match="too many links"), hdf5.opened(tmp_path / "a.h5") as file:
         hdf5.get(file, "itself", "i", (3,))
+
+
+def filled(file: h5py.File) -> None:
+    hdf5.put(file, "x", np.arange(50_000))
+    packed = file.create_dataset("packed", (100_000, 3), np.uint8)
+    for first in range(0, 100_000, 10_000):
+        packed[first : first + 10_000] = first // 10_000
+
+
+def test_a_file_that_never_was_in_memory_is_the_same_every_time(tmp_path: Path) -> None:
+    for name in ("a.h5", "b.h5"):
+        hdf5.write(tmp_path / name, filled)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+    with hdf5.opened(tmp_path / "a.h5") as file:
+        np.testing.assert_array_equal(hdf5.get(file, "x", "i", (None,)), np.arange(50_000))
+        np.testing.assert_array_equal(
+            hdf5.mapped(file, "packed", np.dtype(np.uint8), (None, 3))[::10_000, 1], range(10)
+        )
+
+
+@pytest.mark.parametrize("room", [0, 100, 3000, 100_000])
+def test_a_disk_that_refuses_is_one_clear_line_and_leaves_nothing(room: int, tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
+        with pytest.raises(StorageError, match=r"cannot write .*a\.h5: "):
+            hdf5.write(tmp_path / "a.h5", filled)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, before)
+    assert list(tmp_path.iterdir()) == []
+    hdf5.write(tmp_path / "a.h5", filled)  # HDF5 is well

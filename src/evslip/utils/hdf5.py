@@ -4,12 +4,13 @@ import contextlib
 import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
 from h5py import h5l, h5o  # pyright: ignore[reportAttributeAccessIssue]
 
+from evslip.utils import atomic
 from evslip.utils.errors import DataError
 from evslip.utils.files import MOST_COMPRESSED, require_file
 
@@ -32,6 +33,47 @@ def image(fill: Callable[[h5py.File], None]) -> bytes:
         fill(file)
         file.flush()
         return file.id.get_file_image()
+
+
+def write(path: Path, fill: Callable[[h5py.File], None]) -> None:
+    """Write the file that `fill` builds, whole or not at all: like the `image` of it, but never in memory as a whole.
+    Equal content gives equal bytes. Raises StorageError."""
+    with atomic.staged(path) as staged:
+        target = _Target(staged)
+        with h5py.File(target, "w", libver=("v110", "v110"), track_times=False) as file:
+            fill(file)
+        with atomic.storage_errors(path):
+            if target.refused is not None:
+                raise target.refused
+
+
+class _Target:
+    """A file for h5py to write into, to which no write seems to fail: HDF5 does not survive one that does."""
+
+    def __init__(self, file: BinaryIO):
+        self._file, self.refused = file, None
+        self.seek, self.tell, self.read, self.readinto = file.seek, file.tell, file.read, file.readinto  # pyright: ignore[reportAttributeAccessIssue]
+
+    def write(self, data: memoryview) -> int:
+        if self.refused is None:
+            rest = memoryview(data).cast("B")
+            try:
+                while rest:
+                    rest = rest[self._file.write(rest) :]
+            except OSError as error:
+                self.refused = error
+        return len(data)
+
+    def truncate(self, size: int) -> int:
+        if self.refused is None:
+            try:
+                self._file.truncate(size)
+            except OSError as error:
+                self.refused = error
+        return size
+
+    def flush(self) -> None:
+        pass
 
 
 def put(group: h5py.Group, name: str, values: np.ndarray) -> None:

@@ -72,12 +72,24 @@ def windows_of(
     if not columns:
         raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
     sizes = np.array([len(part) for part in columns["packed"]])
-    arrays = {name: np.concatenate(columns.pop(name)) for name in list(columns)}
+    arrays = {name: _joined(columns.pop(name)) for name in list(columns)}
     last = np.cumsum(sizes)
     known = (arrays.pop(name) for name in ("flags", "extent", "view"))
     objects = ObjectEvents.of(next(known), arrays["events"], *known)
     windows = Windows(settings, first=last - sizes, last=last, dropped=dropped, object_events=objects, **arrays)
     return windows.balanced(settings.seed, settings.ratio) if settings.balance and kept is None else windows
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """All parts one after the other; each is forgotten as soon as it is copied, for together they may fill the memory
+    by half."""
+    out, first = np.empty((sum(map(len, parts)), *parts[0].shape[1:]), np.result_type(*parts)), 0
+    parts.reverse()
+    while parts:
+        part = parts.pop()
+        out[first : first + len(part)] = part
+        first += len(part)
+    return out
 
 
 def _kept(records: Iterable[Record], settings: WindowSettings) -> np.ndarray | None:

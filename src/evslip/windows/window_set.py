@@ -179,7 +179,7 @@ class Windows:
 
     def save(self, path: str | Path) -> None:
         """Write one HDF5 file, whole or not at all. Raises StorageError."""
-        atomic.write_bytes(Path(path), hdf5.image(self._fill))
+        hdf5.write(Path(path), self._fill)
 
     def _fill(self, file: h5py.File) -> None:
         dtype = pixel_dtype(self.settings.width, self.settings.height)
