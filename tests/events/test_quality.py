@@ -1,5 +1,6 @@
 """Quality of recordings whose faults are known: those of the simulated readout, of hot and dead pixels, of flicker."""
 
+import re
 from functools import cache
 
 import numpy as np
@@ -190,6 +191,40 @@ def test_a_drift_of_the_on_threshold_shows_in_the_ratio(change: float):
     assert found.drift.is_certain == bool(change)
     assert found.drift.change == pytest.approx(change, abs=max(0.02, 4 * found.drift.error))
     assert any(line.startswith("drift") for line in harms(found)) == bool(change)
+
+
+def test_one_polarity_alone_hurts():
+    (line,) = harms(quality(poisson(100_000, 1.0, on=0.97)))
+    assert line.startswith("polarity: 97% of the events are ON") and "OFF threshold" in line
+    assert harms(quality(poisson(100_000, 1.0, on=0.8))) == []
+
+
+def test_hot_pixels_hurt_where_they_matter_in_a_quiet_window():
+    def with_hot_pixel(rate_hz: float) -> Events:
+        hot = poisson(800.0, 4.0, seed=9)
+        return merged(poisson(rate_hz, 4.0), hot.replace(x=np.full_like(hot.x, 5), y=np.full_like(hot.y, 7)))
+
+    for rate_hz, hurts in ((10_000.0, True), (200_000.0, False)):
+        events = with_hot_pixel(rate_hz)
+        found = quality(events)
+        assert found.pixels is not None and found.pixels.hot.tolist() == [[5, 7]]
+        counts = np.bincount(events.t_us // 160_000)[:-1]
+        assert found.quiet_hz == pytest.approx(np.percentile(counts, 10) / 0.16, rel=0.03)
+        assert any(re.match(r"hot pixels: 1[123]\d events", line) for line in harms(found)) == hurts
+
+
+def test_a_short_recording_has_no_drift_to_tell():
+    events = poisson(100_000, 4.0)
+    rising = events.replace(p=np.random.default_rng(0).random(events.count) < 0.3 + 0.1 * events.t_us / 1e6)
+    found = quality(rising)
+    assert found.drift is not None and found.drift.is_certain and harms(found) == []
+    assert "motion changes it, too" in described(found)["drift"]
+
+
+def test_the_clocks_step_is_told():
+    events = poisson(100_000, 1.0)
+    assert described(quality(events))["clock"] == "times in steps of 1 us"
+    assert "1,000 us" in described(quality(events.replace(t_us=events.t_us // 1000 * 1000)))["clock"]
 
 
 def test_short_empty_and_disordered_streams_are_told():

@@ -131,12 +131,10 @@ def info(
         write_pixels(hot, quality.pixels.hot)
     hurts = harms(quality)
     if json:
-        told = facts.as_json() | {"record": known, "quality": quality.as_json() | {"harms": hurts}}
-        print(dumps(told, indent=2))
+        print(dumps(facts.as_json() | {"record": known, "quality": quality.as_json() | {"harms": hurts}}, indent=2))
         return
-    rows = [*facts.lines(gap_us), *(f"{name:>9}  {text}" for name, text in known.items())]
-    rows += [f"{name:>10}  {text}" for name, text in described(quality).items()]
-    for line in rows:
+    rows = (f"{name:>10}  {text}" for name, text in (known | described(quality)).items())
+    for line in (*facts.lines(gap_us), *rows):
         console.print(line)
     for number, line in enumerate(hurts):
         console.print(f"{'' if number else 'hurts':>10}  {line}")

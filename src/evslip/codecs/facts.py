@@ -87,7 +87,7 @@ class Facts:
             if counts is not None:
                 rows[name] = ", ".join(f"{label} {number:,}" for label, number in counts.items() if number)
         rows["errors"] = f"{self.disorder:,} events out of order, {self.outside:,} beyond the sensor"
-        return [f"{name:>9}  {value}" for name, value in rows.items()]
+        return [f"{name:>10}  {value}" for name, value in rows.items()]
 
 
 def facts_of(path: str | Path, gap_us: int = PEAK_US) -> Facts:

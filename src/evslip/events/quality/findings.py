@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 
 from evslip.events.quality.flicker import Flicker
-from evslip.events.quality.quality import Quality
+from evslip.events.quality.quality import WINDOW_S, Quality
 
-DETECTOR_S = 0.16
-"""Length of a detector's window."""
+ONE_SIDED = 0.9
+"""Share of one polarity from which on a detector misses the other."""
 HOT_SHARE = 0.02
-"""Share of events of hot pixels from which on a detector sees them,"""
+"""Share of a quiet window's events that come from hot pixels from which on a detector sees them, and"""
 HOT_PER_WINDOW = 5.0
-"""... or so many of their events in a window."""
+"""... so many of them."""
 DEAD_SHARE = 1e-3
 """Dead pixels over those judged."""
 FEW_BURSTS = 2
@@ -29,6 +29,7 @@ def described(quality: Quality) -> dict[str, str]:
     if not quality.count:
         return {}
     lines = {
+        "clock": f"times in steps of {quality.resolution_us:,} us",
         "saturation": _saturation(quality),
         "loss": _loss(quality),
         "bursts": _bursts(quality),
@@ -37,8 +38,8 @@ def described(quality: Quality) -> dict[str, str]:
         "flicker": _flicker(quality),
         "drift": _drift(quality),
     }
-    if quality.looked_at_s < 0.99 * quality.seconds:
-        lines["note"] = f"saturation, loss, flashes and flicker: of the first {quality.looked_at_s:.0f} s"
+    if quality.examined_s < 0.99 * quality.seconds:
+        lines["note"] = f"saturation, loss, flashes and flicker: of the first {quality.examined_s:.0f} s"
     return lines
 
 
@@ -105,7 +106,9 @@ def _flicker(quality: Quality) -> str:
     if found.cause == "none":
         return "none seen"
     at = f"{found.frequency_hz:.1f} Hz (± {found.resolution_hz:.1f})"
-    sure = f"by chance once in {1 / max(found.false_alarm, 1e-12):.0e}"
+    sure = f"by chance with a probability of {max(found.false_alarm, 1e-12):.0e}" + " or less" * (
+        found.false_alarm < 1e-12
+    )
     parts = f"{found.blocks:.0f} of 16 parts of the picture take part, {found.in_phase:.0%} in step"
     what = {"mains": "lamp on the mains,", "light": "light or the camera's own frames,", "": "light or vibration,"}
     return f"{what[_source(found)]} {at}, {sure}; {parts}; {found.synchrony:.0%} of the events in step with it"
@@ -123,7 +126,9 @@ def _drift(quality: Quality) -> str:
     found = quality.drift
     if found is None:
         return "not judged: too few events, or too short"
-    if found.is_certain:
+    if quality.seconds < DRIFT_S:
+        verdict = f"in less than {DRIFT_S:g} s motion changes it, too"
+    elif found.is_certain:
         verdict = f"drifts by {found.change:+.0%} ± {found.error:.0%}, beyond what goes along with the rate"
     elif found.error > UNKNOWN:
         verdict = "it scatters too much to tell a drift"
@@ -138,6 +143,13 @@ def _drift(quality: Quality) -> str:
 def _harms(quality: Quality) -> Iterator[str]:
     if not quality.count:
         return
+    if abs(quality.on_share - 0.5) > ONE_SIDED - 0.5:
+        most, other = ("ON", "OFF") if quality.on_share > 0.5 else ("OFF", "ON")
+        share = max(quality.on_share, 1 - quality.on_share)
+        yield (
+            f"polarity: {share:.0%} of the events are {most}, and detectors need both; lower the {other} threshold, or "
+            "look at what wrote the file"
+        )
     limit = quality.saturation
     if limit is not None:
         key = "bus_rate_hz" if limit.of == "events" else "row_us"
@@ -165,12 +177,13 @@ def _harms(quality: Quality) -> Iterator[str]:
         cure = f"mend supply and cable, or train with samples of {', '.join(rates)}"
         yield f"bursts: a burst may be taken for a slip; {cure}"
     if quality.pixels is not None and len(quality.pixels.hot):
-        per_window = quality.pixels.hot_events / max(quality.seconds, DETECTOR_S) * DETECTOR_S
-        if quality.pixels.hot_events > HOT_SHARE * quality.count or per_window > HOT_PER_WINDOW:
+        per_window = quality.pixels.hot_events / max(quality.seconds, WINDOW_S) * WINDOW_S
+        share = per_window / max(quality.quiet_hz * WINDOW_S, per_window)
+        if share > HOT_SHARE and per_window > HOT_PER_WINDOW:
             yield (
-                f"hot pixels: {per_window:,.0f} events of theirs in each window of {DETECTOR_S} s; leave them out "
-                "(`evslip info FILE --hot HOT.csv`, `evslip convert FILE OUT --without HOT.csv`), or train with "
-                "--noise-hz 5"
+                f"hot pixels: {per_window:,.0f} events of theirs in each window of {WINDOW_S} s, {share:.0%} of those "
+                "of a quiet one; leave them out (`evslip info FILE --hot HOT.csv`, `evslip convert FILE OUT --without "
+                "HOT.csv`), or train with --noise-hz 5"
             )
     if quality.pixels is not None and len(quality.pixels.dead) > max(3, DEAD_SHARE * quality.pixels.judged):
         yield f"dead pixels: {len(quality.pixels.dead)} holes in the picture; look at readout and lens"

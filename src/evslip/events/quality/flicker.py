@@ -47,7 +47,7 @@ class Flicker(NamedTuple):
 
 
 def flicker(rates: Rates) -> Flicker | None:
-    """The peak that is told; None where the recording is too short or has too few events to have one."""
+    """The peak; None where the recording is too short or has too few events to have one."""
     from scipy.ndimage import median_filter
     from scipy.stats import gamma
 
@@ -63,19 +63,19 @@ def flicker(rates: Rates) -> Flicker | None:
         power += np.abs(np.fft.rfft((part - part.mean()) * window)) ** 2
     hz = np.fft.rfftfreq(segment, rates.step_us / 1e6)
     usual = np.maximum(median_filter(power, 2 * AROUND + 1, mode="nearest"), power.max() * 1e-12 + 1e-12)
-    ratio, looked_at = power / usual, (hz >= LOWEST_HZ) & (hz < 0.95 * hz[-1]) & ~_of_the_clock(hz, rates)
-    if not looked_at.any():
+    ratio, eligible = power / usual, (hz >= LOWEST_HZ) & (hz < 0.95 * hz[-1]) & ~_of_the_clock(hz, rates)
+    if not eligible.any():
         return None
     # Segments overlap by half and share some noise; their mean is spread like that of 0.8 as many.
     free = max(1.0, 0.8 * len(starts))
 
     def false_alarm(at: int) -> float:
-        return float(min(1.0, np.count_nonzero(looked_at) * gamma.sf(ratio[at] * free, free)))
+        return float(min(1.0, np.count_nonzero(eligible) * gamma.sf(ratio[at] * free, free)))
 
-    peak = int(np.argmax(np.where(looked_at, ratio, 0)))
+    peak = int(np.argmax(np.where(eligible, ratio, 0)))
     for parts in (3, 2):  # the light's own period, where a harmonic stands out more
         below = round(peak / parts)
-        near = [k for k in range(below - 1, below + 2) if looked_at[k] and power[k] >= 0.3 * power[peak]]
+        near = [k for k in range(below - 1, below + 2) if eligible[k] and power[k] >= 0.3 * power[peak]]
         if near:
             best = max(near, key=lambda k: float(ratio[k]))
             if false_alarm(best) < SURE:

@@ -19,7 +19,7 @@ HOT_SPREAD = 0.7
 makes events in a few stretches."""
 LEAST_STRETCHES = 8
 """Fewer do not tell how a pixel's events are spread."""
-LEAST_AROUND = 8
+LEAST_AROUND = 16
 """Events of each of three quarters of a pixel's neighbours: then one that never fires is dead, not unlit."""
 REACH = 2
 """Neighbours are at most so many columns and rows away."""

@@ -16,20 +16,26 @@ from evslip.events.quality.saturation import Saturation, saturation
 from evslip.events.quality.slices import SliceCounter
 from evslip.events.stream import Events
 
+WINDOW_S = 0.16
+"""Length of a detector's window."""
 LISTED = 100
-"""Pixels of each kind, and lines, that a machine is told."""
+"""Pixels of each kind, and lines, in the form for machines."""
 
 
 @dataclass(frozen=True)
 class Quality:
-    """What of a recording's events comes from the readout, the pixels or the lamp. None: cannot be told."""
+    """What of a recording's events comes from the readout, the pixels or the lamp. None: not known."""
 
     count: int
     """Events of the recording that lie within the sensor."""
     seconds: float
     """Length of the recording."""
-    looked_at_s: float
-    """Length of its begin in which saturation, losses, flashes and flicker were looked for."""
+    on_share: float
+    """Share of ON events."""
+    quiet_hz: float
+    """Rate of events that nine of ten windows of a detector reach."""
+    examined_s: float
+    """Length of its begin in which saturation, losses, flashes and flicker were searched for."""
     peak_hz: float
     """Highest rate of events in a step of that."""
     resolution_us: int
@@ -45,19 +51,19 @@ class Quality:
 
     def as_json(self) -> dict[str, Any]:
         """Everything, for a machine; of many pixels or lines the first."""
-        told = asdict(self)
+        found = asdict(self)
         for name in ("saturation", "losses", "flashes", "flicker", "drift"):
             value = getattr(self, name)
-            told[name] = None if value is None else value._asdict()
+            found[name] = None if value is None else value._asdict()
         if self.flicker is not None:
-            told["flicker"]["cause"] = self.flicker.cause
+            found["flicker"]["cause"] = self.flicker.cause
         if self.drift is not None:
-            told["drift"]["is_certain"] = self.drift.is_certain
+            found["drift"]["is_certain"] = self.drift.is_certain
         for name in ("row_bursts", "column_bursts"):
             bursts = getattr(self, name)
-            told[name] = bursts._asdict() | {"lines": dict(list(bursts.lines.items())[:LISTED])}
+            found[name] = bursts._asdict() | {"lines": dict(list(bursts.lines.items())[:LISTED])}
         if self.pixels is not None:
-            told["pixels"] = {
+            found["pixels"] = {
                 "hot": self.pixels.hot[:LISTED].tolist(),
                 "hot_count": len(self.pixels.hot),
                 "hot_events": self.pixels.hot_events,
@@ -65,7 +71,7 @@ class Quality:
                 "dead_count": len(self.pixels.dead),
                 "judged": self.pixels.judged,
             }
-        return told
+        return found
 
 
 class QualityMeter:
@@ -75,7 +81,7 @@ class QualityMeter:
         width, height = self._size = size
         self._rates, self._slices, self._pixels = RateCounter(size), SliceCounter(), PixelActivity(size)
         self._rows, self._columns = LineBurstCounter(height, width), LineBurstCounter(width, height)
-        self._count = 0
+        self._count = self._on = 0
         self._start_us = self._end_us = 0
 
     def add(self, events: Events) -> None:
@@ -89,6 +95,7 @@ class QualityMeter:
         if not self._count:
             self._start_us = self._end_us = int(events.t_us[0])
         self._count += events.count
+        self._on += int(np.count_nonzero(events.p))
         self._end_us = max(self._end_us, int(events.t_us.max()))
         for counter in (self._rates, self._slices, self._pixels):
             counter.add(events)
@@ -101,7 +108,9 @@ class QualityMeter:
         return Quality(
             count=self._count,
             seconds=(self._end_us - self._start_us) / 1e6,
-            looked_at_s=len(rates.on) * rates.step_us / 1e6,
+            on_share=self._on / max(self._count, 1),
+            quiet_hz=self._slices.quiet_hz(WINDOW_S),
+            examined_s=len(rates.on) * rates.step_us / 1e6,
             peak_hz=float(np.max(rates.total, initial=0.0)) * 1e6 / rates.step_us,
             resolution_us=rates.resolution_us,
             saturation=saturation(rates),

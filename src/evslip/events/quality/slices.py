@@ -45,6 +45,13 @@ class SliceCounter:
             return self._counts[: self._used]
         return self._counts[: whole * parts].reshape(parts, whole, 2).sum(1)
 
+    def quiet_hz(self, window_s: float) -> float:
+        """Rate of events that nine of ten windows of a length reach; 0 without events."""
+        if not self._used:
+            return 0.0
+        parts = max(1, min(MOST // 2, round(self._used * self.step_us / 1e6 / window_s)))
+        return float(np.percentile(self.counts(parts).sum(1), 10)) / self.part_s(parts)
+
     def part_s(self, parts: int) -> float:
         """Length of each of these parts, s."""
         return self._used // parts * self.step_us / 1e6

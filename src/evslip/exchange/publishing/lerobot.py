@@ -41,7 +41,7 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: C
                 episode = episode_of(record, how.fps)
                 shape = _same_shape(shape, Shape(record.size, episode.action_names), source)
                 assert record.params is not None  # episode_of has asked for a simulated record
-                robots.add(record.params.robot.kind)
+                robots.add(Path(record.params.robot.kind).stem)  # it may be a file
                 columns = _columns(episode, how.fps, number, first)
                 places = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
                 path = temporary / DATA.format(**places)
