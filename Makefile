@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --no-compile -c constraints.txt
 # Where this is set, each of a run's hundreds of processes would compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test docs dist reproduce reproduce-small clean
+.PHONY: demo test docs dist figures reproduce reproduce-small clean
 
 demo: $(VENV)/demo
 	$(BIN)/evslip demo demo
@@ -29,6 +29,10 @@ dist: $(VENV)/ready
 	$(BIN)/python -m build --outdir dist
 	$(BIN)/python -m twine check --strict dist/*
 	$(BIN)/python benchmarks/check_dist.py dist
+
+# Every measured figure of the documentation, into figures/ (many hours; run it again to go on).
+figures: $(VENV)/ready
+	$(BIN)/python benchmarks/figures.py
 
 # The paper's experiment, whole (many hours; run it again to go on), and every stage of it once in less than ten minutes.
 reproduce: $(VENV)/ready

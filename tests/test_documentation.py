@@ -1,5 +1,6 @@
 """The documentation against the repository: links, pages, commands, paths."""
 
+import importlib
 import re
 import subprocess
 import sys
@@ -109,6 +110,35 @@ def test_a_table_without_its_command_is_found(tmp_path, said, code):
     done = subprocess.run([sys.executable, CHECK_DOCS, page], capture_output=True, text=True, check=False)
     assert done.returncode == code, done.stdout
     assert ("page.md:9: no command" in done.stdout) == bool(code)
+
+
+BY_HAND = {"detectors.py", "interop.py", "noise_levels.py"}
+"""Benchmarks whose tables need a data set that is made first."""
+
+
+def test_make_figures_prints_every_table_that_names_a_benchmark(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    check, figures = importlib.import_module("check_docs"), importlib.import_module("figures")
+    told = " ".join(" ".join(check.CODE.findall(table.before)) for page in PAGES for table in check.tables(page))
+    named = set(re.findall(r"benchmarks/(\w+\.py)", told))
+    printed = {command.split()[0] for command in figures.TABLES.values()}
+    assert len(named) > 15 and named - BY_HAND <= printed
+    assert all((ROOT / "benchmarks" / script).is_file() for script in printed)
+
+
+def test_a_table_is_printed_once_and_its_commit_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    figures = importlib.import_module("figures")
+    monkeypatch.setattr(figures, "TABLES", {"some": "check_docs.py README.md", "bad": "check_docs.py absent.md"})
+    monkeypatch.setattr(sys, "argv", ["figures.py", str(tmp_path), "--only", "some", "bad"])
+    assert figures.main() == 1
+    printed = (tmp_path / "some.md").read_text()
+    assert printed.startswith("`python benchmarks/check_docs.py README.md`: ") and "; commit " in printed
+    assert printed.rstrip().endswith("0 of them with something missing") and not (tmp_path / "bad.md").exists()
+    assert "FileNotFoundError" in (tmp_path / "bad.log").read_text()
+    capsys.readouterr()
+    figures.main()
+    assert "some: there" in capsys.readouterr().out
 
 
 def test_the_lock_file_pins_every_dependency():
