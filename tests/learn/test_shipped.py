@@ -12,6 +12,7 @@ from command_line import evslip as run
 from evslip.cli import detect as verbs
 from evslip.config.loading import config_from_text
 from evslip.data import record_file
+from evslip.data.record import Record
 from evslip.draws.draw import draw
 from evslip.generation.generate import make_record
 from evslip.learn import Detector, build_model, checkpoint, detect, load_model
@@ -96,10 +97,21 @@ def test_the_package_ships_a_detector_with_its_card() -> None:
     assert (config.camera.width, config.camera.height) == description.windows.sensor
 
 
-@pytest.mark.slow
-def test_the_shipped_detector_tells_a_slip_from_a_hold_that_it_has_not_seen() -> None:
+def unseen(index: int) -> Record:
+    """A sample of the test split of what the shipped detector was trained on."""
     config = config_from_text((checkpoint.FOLDER / "default" / "config.toml").read_text())
-    slips, holds = (make_record(draw(config, index, "test")) for index in (12, 4))
+    return make_record(draw(config, index, "test"))
+
+
+@pytest.fixture(scope="module")
+def slips() -> Record:
+    """One in which the object slips."""
+    return unseen(12)
+
+
+@pytest.mark.slow
+def test_the_shipped_detector_tells_a_slip_from_a_hold_that_it_has_not_seen(slips: Record) -> None:
+    holds = unseen(4)
     assert (slips.label, holds.label) == ("slip", "hold")
     found = detect("default", slips.events, slips.size)
     assert slips.onset_us is not None
@@ -113,13 +125,13 @@ def test_the_shipped_detector_tells_a_slip_from_a_hold_that_it_has_not_seen() ->
 
 
 @pytest.mark.slow
-def test_the_example_of_the_quickstart_finds_a_slip(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
-    config = config_from_text((checkpoint.FOLDER / "default" / "config.toml").read_text())
-    sample = make_record(draw(config, 12, "test"))
-    record_file.write(tmp_path / "recording.h5", sample)
+def test_the_example_of_the_quickstart_finds_a_slip(
+    slips: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    record_file.write(tmp_path / "recording.h5", slips)
     monkeypatch.chdir(tmp_path)
     page = (Path(__file__).parents[2] / "docs/tutorials/quickstart.md").read_text()
     (code,) = (code for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if 'Detector("default")' in code)
     exec(code, {})
     times = [float(line.split()[0]) for line in capsys.readouterr().out.splitlines()]
-    assert sample.onset_us is not None and any(0 < t - sample.onset_us / 1e6 < 0.1 for t in times)
+    assert slips.onset_us is not None and any(0 < t - slips.onset_us / 1e6 < 0.1 for t in times)
