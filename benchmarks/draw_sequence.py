@@ -21,12 +21,13 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.materials.paint import shines
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import make_lamp
+from evslip.rendering.timing.cell_motion import cell_motion, cell_sway
 from evslip.rendering.timing.foreground import foreground_motion
-from evslip.rendering.timing.update_schedule import cell_motion, cell_sway, plan_cells
+from evslip.rendering.timing.update_schedule import plan_cells
 from evslip.utils.errors import ConfigError
 
 TURN, EVERY, DARK = 50, 7, 1e-3
-"""Frames in a row; every so-manieth is compared, no multiple of `update_schedule.LAG`; added before the logarithm."""
+"""Frames in a row; every so-manieth is compared, no multiple of `cell_motion.LAG`; added before the logarithm."""
 
 
 def main(preset: str = "simple", count: str = "3", *changes: str) -> None:

@@ -12,25 +12,19 @@ from pathlib import Path
 
 import numpy as np
 
-from evslip.codecs import known_suffixes
+from evslip.codecs.formats import recordings_in
 from evslip.data.record_file import open_recording
-from evslip.learn.evaluation.alarms import MERGE_US
+from evslip.learn.evaluation.alarms import begin_alarms
 from evslip.learn.streaming.stream import Detection, detect
 from evslip.utils.errors import EvslipError
 
 HOP_S = 0.02
 
 
-def recordings(folder: Path) -> list[Path]:
-    """Files of events, and folders that are one recording (bags of ROS 2)."""
-    found = sorted(folder.iterdir())
-    return [one for one in found if one.suffix in known_suffixes() or (one / "metadata.yaml").is_file()]
-
-
 def alarms(detection: Detection) -> int:
-    """Runs of answers that say slip, those less than 0.2 s apart taken for one."""
-    loud = detection.t_us[detection.p_slip >= detection.threshold]
-    return int(len(loud) > 0) + int((np.diff(loud) >= MERGE_US + HOP_S * 1e6).sum())
+    """Alarms at the detector's own threshold."""
+    loud = detection.p_slip >= detection.threshold
+    return int(begin_alarms(detection.t_us[loud], 1e6 * HOP_S).sum())
 
 
 def cells(path: Path, models: list[str]) -> Iterator[str]:
@@ -61,7 +55,7 @@ def main() -> None:
     said = [f"`{Path(model).name}`: alarms; share said slip; median probability" for model in models]
     print("| " + " | ".join(["recording", "sensor", "s", *said]) + " |")
     print("|" + "---|" * (3 + len(models)))
-    for path in recordings(options.folder):
+    for path in recordings_in(options.folder):
         try:
             row = list(cells(path, models))
         except EvslipError as error:

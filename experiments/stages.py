@@ -10,6 +10,7 @@ from plan import PAPERS, VARIANTS, Plan
 from steps import Step
 from worlds import EVERYTHING, FIXED, MESH, WORLDS
 
+from evslip.codecs.formats import recordings_in
 from evslip.config.loading import dump_config, load_config, parse_override
 from evslip.data.dataset import finished
 from evslip.data.layout import CONFIG
@@ -204,11 +205,8 @@ def ablation(plan: Plan) -> tuple[list[Step], list[Step], list[Step]]:
 
 
 def recordings(plan: Plan) -> list[Path]:
-    """The real recordings: every file of events in their folder."""
-    from evslip.codecs import known_suffixes
-
-    files = sorted(plan.real.iterdir()) if plan.real is not None else []
-    return [path for path in files if path.is_file() and path.suffix in known_suffixes()]
+    """The real recordings: all that can be read as events in their folder."""
+    return recordings_in(plan.real) if plan.real is not None else []
 
 
 def real(plan: Plan) -> Iterator[tuple[Path, Step, dict[str, Step]]]:

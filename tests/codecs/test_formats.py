@@ -82,6 +82,15 @@ def test_the_page_shows_a_format_that_works(site: Path, tmp_path: Path, events):
     assert ".lab" in codecs.known_suffixes(writing=True)
 
 
+def test_the_recordings_of_a_folder_are_its_files_of_events_and_its_bags(tmp_path: Path):
+    for name in ("b.h5", "a.aedat4", "notes.md"):
+        (tmp_path / name).touch()
+    for name in ("bag", "c.h5", "others"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "bag" / "metadata.yaml").touch()
+    assert [path.name for path in formats.recordings_in(tmp_path)] == ["a.aedat4", "b.h5", "bag"]
+
+
 def test_known_suffixes_ask_no_package(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(formats.plugins, "installed", lambda group: pytest.fail("asked"))
     for suffix in codecs.known_suffixes():

@@ -80,6 +80,14 @@ def is_bag_folder(path: str | Path) -> bool:
     return (Path(path) / "metadata.yaml").is_file()
 
 
+def recordings_in(folder: str | Path) -> list[Path]:
+    """What can be read as events in a folder, by name: files, and folders that are a ROS 2 bag."""
+    known = known_suffixes()
+    return [
+        one for one in sorted(Path(folder).iterdir()) if is_bag_folder(one) or (one.is_file() and one.suffix in known)
+    ]
+
+
 def register(codec: Any, name: str = "") -> Format:
     """Take a format from another package: its codec, or the name of that as `module` or `module:object`.
 

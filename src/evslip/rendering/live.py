@@ -14,9 +14,9 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.distractors.distractor import distractors_of
 from evslip.rendering.lights import Lights
 from evslip.rendering.poses import ScenePoses, interpolate, matrices
+from evslip.rendering.timing.cell_motion import LAG, LIGHT_LAG
 from evslip.rendering.timing.flicker import Flicker
 from evslip.rendering.timing.schedule import frame_times
-from evslip.rendering.timing.update_schedule import LAG, LIGHT_LAG
 from evslip.utils.errors import ConfigError
 
 AHEAD = LAG + LIGHT_LAG + 1

@@ -9,7 +9,7 @@ from evslip.rendering.raycast.layers import runs_between
 from evslip.rendering.raycast.uncovered import Uncovered, due_runs
 from evslip.rendering.scratch import BLOCK
 from evslip.rendering.slots import SLOT
-from evslip.rendering.timing.update_schedule import divide
+from evslip.rendering.timing.cell_motion import divide
 
 
 @settings(max_examples=30)

@@ -14,9 +14,10 @@ from evslip.rendering import exposure_scale, frame_times, make_renderer, render
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import make_lamp
+from evslip.rendering.timing.cell_motion import LAG, LIGHT_LAG, STEADY_PX, cell_motion, divide
 from evslip.rendering.timing.foreground import foreground_motion
 from evslip.rendering.timing.schedule import object_motion
-from evslip.rendering.timing.update_schedule import LAG, LIGHT_LAG, STEADY_PX, cell_motion, divide, plan_cells
+from evslip.rendering.timing.update_schedule import plan_cells
 from made_up import carried, still, turning
 
 render_module = importlib.import_module("evslip.rendering")  # as an attribute of evslip, that name is the function

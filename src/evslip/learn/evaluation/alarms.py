@@ -91,10 +91,14 @@ def beginnings(predictions: Predictions, threshold: float) -> np.ndarray:
     loud = np.flatnonzero(predictions.p_slip >= threshold)
     begins = np.zeros(len(predictions.p_slip), bool)
     if len(loud):
-        pause_us = np.diff(predictions.start_us[loud])
-        same_run = (np.diff(predictions.track[loud]) == 0) & (pause_us < MERGE_US + predictions.hop_us)
-        begins[loud[np.r_[True, ~same_run]]] = True
+        another = np.diff(predictions.track[loud]) != 0
+        begins[loud[begin_alarms(predictions.start_us[loud], predictions.hop_us) | np.r_[True, another]]] = True
     return begins
+
+
+def begin_alarms(at_us: np.ndarray, hop_us: float) -> np.ndarray:
+    """Which answers that say slip, at these times of one recording, begin an alarm; bool of shape (n,)."""
+    return np.diff(at_us, prepend=-np.inf) >= MERGE_US + hop_us
 
 
 def first_alarms(predictions: Predictions, begins: np.ndarray) -> tuple[np.ndarray, list[int]]:

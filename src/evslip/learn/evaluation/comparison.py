@@ -21,7 +21,6 @@ class Figure:
     digits: int
     of: Callable[[Evaluation], float]
     """inf: not reached, since too many slips are missed; nan: not measured."""
-    lower_is_better: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,29 +61,29 @@ FIGURES = (
     Figure("f1", "F1", 3, _score("f1")),
     Figure("auroc", "AUROC", 4, _score("auroc")),
     Figure("auprc", "AUPRC", 4, _score("auprc")),
-    Figure("ece", "ECE", 3, _score("ece"), True),
-    Figure("ece_at_share", "ECE at the true share of slips", 3, _score("ece_at_share"), True),
-    Figure("brier", "Brier", 3, _score("brier"), True),
+    Figure("ece", "ECE", 3, _score("ece")),
+    Figure("ece_at_share", "ECE at the true share of slips", 3, _score("ece_at_share")),
+    Figure("brier", "Brier", 3, _score("brier")),
     Figure(
-        "false_per_min", "false alarms a minute", 1, lambda a: math.nan if a.own is None else a.own.false_per_min, True
+        "false_per_min", "false alarms a minute", 1, lambda a: math.nan if a.own is None else a.own.false_per_min
     ),
     Figure(
         "detection_rate", "detected at 1 a minute", 2,
         lambda a: math.nan if a.allowed is None else a.allowed.detection_rate,
     ),
-    Figure("latency_s", "latency s, median", 3, _alarm("latency_s", 0.5), True),
-    Figure("latency_p95_s", "latency s, p95", 3, _alarm("latency_s", 0.95), True),
-    Figure("slipped_deg", "slipped °, median", 2, _alarm("slipped_deg", 0.5), True),
-    Figure("slipped_mm", "slipped mm, median", 2, _alarm("slipped_mm", 0.5), True),
-    Figure("rotation_error", "rotation speed, median error", 2, _speed("rotation_speed", "median_error"), True),
+    Figure("latency_s", "latency s, median", 3, _alarm("latency_s", 0.5)),
+    Figure("latency_p95_s", "latency s, p95", 3, _alarm("latency_s", 0.95)),
+    Figure("slipped_deg", "slipped °, median", 2, _alarm("slipped_deg", 0.5)),
+    Figure("slipped_mm", "slipped mm, median", 2, _alarm("slipped_mm", 0.5)),
+    Figure("rotation_error", "rotation speed, median error", 2, _speed("rotation_speed", "median_error")),
     Figure("rotation_coverage_68", "in its 68 % interval", 2, _speed("rotation_speed", "coverage_68")),
     Figure("rotation_coverage_90", "in its 90 % interval", 2, _speed("rotation_speed", "coverage_90")),
     Figure("rotation_correlation", "rotation speed, correlation", 3, _speed("rotation_speed", "correlation")),
-    Figure("slide_error", "slide speed, median error", 2, _speed("slide_speed", "median_error"), True),
+    Figure("slide_error", "slide speed, median error", 2, _speed("slide_speed", "median_error")),
     Figure("slide_coverage_68", "in its 68 % interval", 2, _speed("slide_speed", "coverage_68")),
     Figure("slide_coverage_90", "in its 90 % interval", 2, _speed("slide_speed", "coverage_90")),
     Figure("slide_correlation", "slide speed, correlation", 3, _speed("slide_speed", "correlation")),
-    Figure("median_ms", "ms a window", 2, lambda a: a.cost.median_ms, True),
+    Figure("median_ms", "ms a window", 2, lambda a: a.cost.median_ms),
 )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from evslip.rendering.raycast.uncovered import Uncovered, aim_rays, look_below_h
 from evslip.rendering.scratch import HALF, ONE, ZERO, Scratch, blocks, clamped, f32, formula, kernel
 from evslip.rendering.shading.sphere import draw_lamp, glow, meet_sphere, unroll
 from evslip.rendering.slots import GROUND, LIT, RESULT, TEX
-from evslip.rendering.timing.update_schedule import Cells
+from evslip.rendering.timing.cell_motion import Cells
 from evslip.rendering.viewpoint import View
 from evslip.utils.refcount import without_refcount
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.rendering.scratch import HALF, ONE, ZERO, formula, kernel
-from evslip.rendering.timing.update_schedule import CellPlan, Cells
+from evslip.rendering.timing.cell_motion import Cells
+from evslip.rendering.timing.update_schedule import CellPlan
 from evslip.utils.refcount import without_refcount
 
 

@@ -28,23 +28,11 @@ from evslip.rendering.scratch import make_scratch
 from evslip.rendering.shading.illumination import Illumination, illuminate
 from evslip.rendering.shadows.casters import ARM_PART, OBJECT_PART, cast
 from evslip.rendering.shadows.mesh_shadow import outlines_of
+from evslip.rendering.timing.cell_motion import GAP_M, LAG, LIGHT_LAG, Cells, cell_motion, cell_sway, divide
 from evslip.rendering.timing.foreground import foreground_motion
 from evslip.rendering.timing.redraw import Redraw
 from evslip.rendering.timing.schedule import arm_motion, distractor_motion
-from evslip.rendering.timing.update_schedule import (
-    GAP_M,
-    LAG,
-    LIGHT_LAG,
-    LIGHT_STEPS,
-    CellPlan,
-    Cells,
-    cell_motion,
-    cell_sway,
-    divide,
-    plan_cells,
-    plan_single,
-    plan_still,
-)
+from evslip.rendering.timing.update_schedule import LIGHT_STEPS, CellPlan, plan_cells, plan_single, plan_still
 from evslip.rendering.viewpoint import View
 from evslip.utils.errors import ConfigError
 

@@ -22,7 +22,7 @@ class Uncovered(NamedTuple):
 @kernel
 def due_runs(slots, cells, width, uncovered):
     """Runs of at most SLOT pixels in the cells that `slots` (rows, columns) does not leave out with -1: row, first
-    column, past the last one, slot; int64 (m, 4). cells: `update_schedule.Cells`."""
+    column, past the last one, slot; int64 (m, 4). cells: `cell_motion.Cells`."""
     seen, full, height = uncovered.seen, uncovered.full, uncovered.seen.shape[0]
     most = 2 * (cells.columns + seen.shape[1]) + width // SLOT
     runs, count = np.empty((height * most, 4), np.int64), 0

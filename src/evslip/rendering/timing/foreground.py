@@ -10,6 +10,7 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
+from evslip.rendering.timing.cell_motion import STEADY_PX
 from evslip.rendering.timing.schedule import (
     SOFT,
     arm_motion,
@@ -18,7 +19,6 @@ from evslip.rendering.timing.schedule import (
     object_motion,
     passing_shadow_motion,
 )
-from evslip.rendering.timing.update_schedule import STEADY_PX
 
 
 def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:

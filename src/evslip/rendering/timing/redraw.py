@@ -6,9 +6,9 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
+from evslip.rendering.timing.cell_motion import STEADY_PX
 from evslip.rendering.timing.foreground import foreground_motion
 from evslip.rendering.timing.schedule import into, posed_corners
-from evslip.rendering.timing.update_schedule import STEADY_PX
 from evslip.scene.shapes import shape_of
 
 PLANNED_SHARE = 0.25
