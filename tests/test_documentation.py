@@ -122,7 +122,7 @@ def test_make_figures_prints_every_table_that_names_a_benchmark(monkeypatch):
     told = " ".join(" ".join(check.CODE.findall(table.before)) for page in PAGES for table in check.tables(page))
     named = set(re.findall(r"benchmarks/(\w+\.py)", told))
     printed = {command.split()[0] for command in figures.TABLES.values()}
-    assert len(named) > 15 and named - BY_HAND <= printed
+    assert len(named) > 15 and named - BY_HAND - {"figures.py"} <= printed
     assert all((ROOT / "benchmarks" / script).is_file() for script in printed)
 
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from evslip.config.sections.robot import RobotSpec
 from evslip.data import record_file
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval
@@ -16,6 +17,8 @@ from evslip.data.record import Record, provenance
 from evslip.draws.draw import draw
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import DataError
+from evslip.windows import cutting
+from evslip.windows.settings import WindowSettings
 from sample_records import CONFIG, assert_equal, random_events, simulated
 
 PARAMS = draw(CONFIG, 3, "test")
@@ -306,3 +309,20 @@ def test_the_offset_of_the_times_is_guarded_too(tmp_path: Path):
         (tmp_path / "a.h5").write_bytes(bytes(damaged))
         with pytest.raises(DataError):
             record_file.read(tmp_path / "a.h5")
+
+
+def test_a_record_of_a_robot_whose_file_is_gone_is_read_and_cut_into_windows(tmp_path):
+    sample = simulated(steps=400)
+    assert sample.params is not None and sample.trajectory is not None
+    robot = RobotSpec(kind=str(tmp_path / "gone.toml"), sha256="a" * 64)
+    params = sample.params.model_copy(update={"robot": robot})
+    sample = dataclasses.replace(sample, params=params, trajectory=sample.trajectory._replace(params=params))
+    path = tmp_path / "record.h5"
+    path.write_bytes(record_file.encode(sample))
+    found = record_file.read(path)
+    assert found.params is not None and found.params.robot == robot
+    assert_equal(found.events, sample.events)
+    cut, as_before = (
+        list(map(str, cutting.labelled(record, WindowSettings()))) for record in (found, simulated(steps=400))
+    )
+    assert cut == as_before
