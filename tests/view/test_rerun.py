@@ -39,6 +39,23 @@ def test_a_file_is_whole(tmp_path: Path):
     assert "/r/camera/events" in printed.stdout
 
 
+def test_events_are_read_again_by_reruns_reader(tmp_path: Path):
+    chunk = pytest.importorskip("rerun.chunk", reason="needs a Rerun that reads its files")
+    record = recording(500)
+    write_rerun(tmp_path / "o.rrd", [record])
+    rows = []
+    for part in chunk.RrdReader(tmp_path / "o.rrd").stream():
+        batch = part.to_record_batch()
+        if part.entity_path == "/r/camera/events" and "Points2D:positions" in batch.schema.names:
+            columns = (batch.column(f"Points2D:{name}").to_pylist() for name in ("positions", "colors"))
+            rows += [row for places, colors in zip(*columns, strict=True) for row in zip(places, colors, strict=True)]
+    places, colors = (np.array(column) for column in zip(*rows, strict=True))
+    assert len(rows) == record.events.count
+    np.testing.assert_array_equal(places, np.stack([record.events.x, record.events.y], -1) + 0.5)
+    of_on, of_off = (np.unique(colors[record.events.p == p]) for p in (True, False))
+    assert len(of_on) == len(of_off) == 1 and of_on != of_off
+
+
 def test_what_cannot_be_written_is_named(tmp_path: Path):
     with pytest.raises(ConfigError, match=r"\.rrd"):
         write_rerun(tmp_path / "o.txt", [recording(5)])

@@ -77,13 +77,16 @@ def log_record(stream: Any, record: Record) -> None:
         origin = int(record.events.t_us[0])
         span, view = (origin, int(record.events.t_us[-1]) + 1), f"{record.name}/camera"
     sight = FrameSource(record)
-    for t_us in range(span[0], span[1], STEP_US):
+    times = range(span[0], span[1], STEP_US)
+    for t_us in times:
         stream.set_time("time", duration=(t_us - origin) / 1e6)
         if record.trajectory is not None:
             _log_poses(stream, record, t_us)
         if sight.is_there:
             stream.log(f"{view}/frame", _rerun().Image(sight.at(t_us)).compress(jpeg_quality=85))
-        _log_events(stream, view, record, t_us)
+        _log_events(stream, view, record, t_us - STEP_US, t_us)
+    stream.set_time("time", duration=(span[1] - origin) / 1e6)
+    _log_events(stream, view, record, times[-1], span[1])
 
 
 def _page(record: Record) -> Any:
@@ -151,8 +154,8 @@ def _place_of(camera: Camera) -> Any:
     return _rerun().Transform3D(translation=camera.position, mat3x3=camera.rotation)
 
 
-def _log_events(stream: Any, view: str, record: Record, t_us: int) -> None:
-    events = record.events.between(t_us - STEP_US, t_us)
+def _log_events(stream: Any, view: str, record: Record, since_us: int, until_us: int) -> None:
+    events = record.events.between(since_us, until_us)
     if events.count > MOST_EVENTS:
         events = events.select(np.linspace(0, events.count - 1, MOST_EVENTS).astype(np.int64))
     places = np.stack([events.x, events.y], -1) + np.float32(0.5)
