@@ -7,7 +7,8 @@ was reached: events a second, what was lost and said to be, answers a second, sk
 
 With records it sends these instead, at their own pace, and measures alarms by the event that causes them: `detect` with
 an answer every hop finds the first answers that say slip. The newest event before such a moment is the cause. The delay
-is from when that event happens, at the pace of the record, to when the line of JSON with an alarm is read.
+is from when that event happens, at the pace of the record, to when the line of JSON with an alarm is read. --source and
+--target take another transport, such as --source dv://127.0.0.1:7790 --target dv://127.0.0.1:7790.
 
 With --cost it sends nothing: it prints the processor time of an answer, whole windows beside rolling ones, which says
 what a machine can do that is busy with other work at the moment.
@@ -84,7 +85,7 @@ def measure_cost(hop_s: float) -> None:
             print(f"| {rate / 1e6:g} | {at_once} | {found[0]:.2f} | {found[1]:.2f} |", flush=True)
 
 
-def send_record(port: int, path: str) -> None:
+def send_record(target_address: str, path: str) -> None:
     """Send a record at its own pace."""
     from evslip.data.record_file import open_recording
     from evslip.exchange.live import make_target
@@ -92,7 +93,7 @@ def send_record(port: int, path: str) -> None:
 
     record, _ = open_recording(path)
     pace, behind_s = Pace(), 0.0
-    with make_target(f"udp://127.0.0.1:{port}", record.size) as target:
+    with make_target(target_address, record.size) as target:
         for piece, until_us in pace.slices(lambda: open_recording(path)[1], path):
             ahead_s = pace.due_s(until_us) - time.monotonic()
             behind_s = max(behind_s, -ahead_s)
@@ -115,21 +116,21 @@ def causes(path: str, hop_s: float) -> list[int]:
     return events.t_us[np.searchsorted(events.t_us, begins) - 1].tolist()
 
 
-def hear(port: int, hop_s: float) -> subprocess.Popen:
+def hear(source: str, hop_s: float) -> subprocess.Popen:
     """`evslip live`, listening."""
-    words = ["-m", "evslip", "live", f"udp://127.0.0.1:{port}", "--json", "--once", "--hop-s", str(hop_s)]
+    words = ["-m", "evslip", "live", source, "--json", "--once", "--hop-s", str(hop_s)]
     hearing = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
     assert hearing.stdout is not None
     hearing.stdout.readline()  # the first status: it listens
     return hearing
 
 
-def measure_alarms(records: list[str], hop_s: float, port: int) -> None:
+def measure_alarms(records: list[str], hop_s: float, source: str, target: str) -> None:
     """Print the delay of alarms after the events that cause them."""
     delays, unheard = [], 0
     for path in records:
-        expected, hearing = causes(path, hop_s), hear(port, hop_s)
-        options = ["--send", "--records", path, "--port", str(port)]
+        expected, hearing = causes(path, hop_s), hear(source, hop_s)
+        options = ["--send", "--records", path, "--target", target]
         sending = subprocess.Popen([sys.executable, __file__, *options], stdout=subprocess.PIPE, text=True)
         alarms, counters = [], {}
         assert hearing.stdout is not None
@@ -144,7 +145,7 @@ def measure_alarms(records: list[str], hop_s: float, port: int) -> None:
             unheard += not heard
             delays += [(now_s - sent["start_s"]) * 1e3 - (t_us - sent["start_us"]) / 1e3 for now_s in heard[:1]]
         print(f"{path}: {len(expected)} causes, {len(alarms)} alarms, {counters['answers']:,} answers,", end=" ")
-        print(f"{counters['skipped']:,} skipped, {counters['lost']:,} lost, sender {sent['behind_ms']:.1f} ms behind")
+        print(f"{counters['skipped']:,} skipped, {counters['lost']} lost, sender {sent['behind_ms']:.1f} ms behind")
     print(f"alarms heard {len(delays)}, causes without one before the next {unheard}")
     if delays:
         quartiles = np.percentile(delays, [50, 90, 100])
@@ -158,23 +159,26 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=30.0)
     parser.add_argument("--hop-s", type=float, default=0.001)
     parser.add_argument("--port", type=int, default=7790)
+    parser.add_argument("--source", help="default: UDP at the port of this machine")
+    parser.add_argument("--target", help="of --records; default: as the source")
     parser.add_argument("--send", action="store_true")
     parser.add_argument("--records", nargs="+", default=[])
     parser.add_argument("--cost", action="store_true")
     given = parser.parse_args()
+    source = given.source or f"udp://127.0.0.1:{given.port}"
     if given.cost:
         measure_cost(given.hop_s)
         return
     if given.send and given.records:
-        send_record(given.port, given.records[0])
+        send_record(given.target, given.records[0])
         return
     if given.records:
-        measure_alarms(given.records, given.hop_s, given.port)
+        measure_alarms(given.records, given.hop_s, source, given.target or source)
         return
     if given.send:
         send(given.port, given.rate, given.seconds)
         return
-    hearing = hear(given.port, given.hop_s)
+    hearing = hear(source, given.hop_s)
     assert hearing.stdout is not None
     options = ["--send", "--rate", str(given.rate), "--seconds", str(given.seconds), "--port", str(given.port)]
     sending = subprocess.Popen([sys.executable, __file__, *options], stdout=subprocess.PIPE, text=True)
