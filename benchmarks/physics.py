@@ -59,8 +59,12 @@ def main() -> None:
     parser.add_argument("--grip-varies", action="store_true", help="tables of a force that changes instead")
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--robot", choices=(*ROBOTS, "all"), default="panda")
+    parser.add_argument("--robot", default="panda", help=f"{', '.join(ROBOTS)}, all, or a robot's file")
     options = parser.parse_args()
+    if options.robot not in (*ROBOTS, "all") and not options.robot.endswith(".toml"):
+        parser.error(
+            f"--robot: {options.robot!r} is unknown; expected one of {', '.join(ROBOTS)}, all, or a .toml file"
+        )
     kept = []
     chosen = GRIP_TABLES if options.grip_varies else {name: TABLES[name] for name in options.only}
     robots = ROBOTS if options.robot == "all" else (options.robot,)

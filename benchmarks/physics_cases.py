@@ -58,8 +58,8 @@ def bisected(params: Params, low: float = 0.8, high: float = 1.25, regrip_n: flo
 
 
 def params_of(index: int, seed: int, robot: str, overrides: dict[str, Any]) -> Params:
-    """A draw of preset complex. robot: its kind, or kind-gripper."""
-    kind, _, gripper = robot.partition("-")
+    """A draw of preset complex. robot: its kind, or kind-gripper, or a robot's file."""
+    kind, _, gripper = (robot, "", "") if robot.endswith(".toml") else robot.partition("-")
     named = {"robot.kind": kind} | ({"robot.gripper": gripper} if gripper else {})
     config = evslip.load_config("complex", {"seed": seed, **named, **overrides})
     return evslip.draw(config, index)
