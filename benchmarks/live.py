@@ -73,7 +73,7 @@ def measure_cost(hop_s: float) -> None:
             rng, found = np.random.default_rng(0), []
             step_us = round(at_once * hop_s * 1e6)
             for rolling in (False, True):
-                detector = Detector("default", hop_s=hop_s, rolling=rolling)
+                detector = Detector("default-complex", hop_s=hop_s, rolling=rolling)
                 detector.follow(noise(rng, 0, 200_000, rate), 200_000, newest=1)
                 pieces = [noise(rng, 200_001 + i * step_us, step_us, rate) for i in range(20)]
                 costs = []
@@ -118,7 +118,7 @@ def causes(path: str, hop_s: float) -> list[int]:
 
 def hear(source: str, hop_s: float) -> subprocess.Popen:
     """`evslip live`, listening."""
-    words = ["-m", "evslip", "live", source, "--json", "--once", "--hop-s", str(hop_s)]
+    words = ["-m", "evslip", "live", source, "--model", "default-complex", "--json", "--once", "--hop-s", str(hop_s)]
     hearing = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
     assert hearing.stdout is not None
     hearing.stdout.readline()  # the first status: it listens

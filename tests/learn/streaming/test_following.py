@@ -56,7 +56,7 @@ def test_rolling_detector_answers_as_the_dense_one(seed):
     events = Events(*map(np.concatenate, zip(first.columns, (second.t_us + 900_000, *second.columns[1:]), strict=True)))
     found = {}
     for rolling in (False, True):
-        detector = Detector("default", hop_s=0.003, rolling=rolling)
+        detector = Detector("default-complex", hop_s=0.003, rolling=rolling)
         parts = [detector.follow(part, newest=11) for part in events.chunks(duration_us=40_000)]
         detector.restart()
         parts.append(detector.follow(first))
