@@ -144,12 +144,20 @@ def test_a_detector_is_asked_at_every_step(name):
     """Noise over all of the sensor is no slip; a threshold of 0 makes every answer one."""
     quiet = forces(make_controller(name, **{"relaxation.share_s": 0.0}), [40] * 30)
     assert quiet == [2.0] * 30
-    found = np.array(forces(make_controller(name, threshold=0.0), [40] * 80))
+    found = np.array(forces(make_controller(name, model="default-complex", threshold=0.0), [40] * 80))
     first = int(np.flatnonzero(found > 2.0)[0])
     assert 15 <= first <= 17  # the first window of 0.16 s is complete
     assert found[first] == pytest.approx(4.0)
     assert len(set(found[first : first + 17])) == 1
     assert np.unique(found)[:4] == pytest.approx([2.0, 4.0, 6.0, 7.5])  # each alarm adds half as large a share
+
+
+def test_the_force_grows_with_the_speed_that_a_detector_estimates():
+    found = np.array(forces(make_controller("detector-pi", threshold=0.0), [40] * 80))
+    first = int(np.flatnonzero(found > 2.0)[0])
+    assert 15 <= first <= 17
+    # In noise the speed is about 0, and so is what is added.
+    assert 2.0 < found[first] < 2.1
 
 
 def test_a_policy_of_ones_own_is_named_by_its_class():

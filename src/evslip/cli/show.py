@@ -63,7 +63,7 @@ def show(
     if preset == "robot":
         return _robot(name or "panda", out or Path("robot.png"))
     if name is not None:
-        raise ConfigError(f"show {preset}: {name!r} is one word too many; camera, textures and robot take a name")
+        raise ConfigError(f"show {preset}: {name!r} is one word too many; show camera, textures and robot take a name")
     if preset == "parameters":
         print(parameters_table(), end="")
         return None

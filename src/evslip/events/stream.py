@@ -74,7 +74,7 @@ class Events:
     def select(self, which: slice | np.ndarray) -> Self:
         """Events that a slice, a mask or an index array picks, labels included."""
         body, cause = self.body, self.cause
-        if isinstance(which, np.ndarray) and which.dtype == bool:
+        if isinstance(which, np.ndarray) and which.dtype == bool and which.shape == self.t_us.shape:
             which = np.flatnonzero(which)  # counted once; then a column costs a tenth to a half of what a mask costs
         return type(self)(
             self.t_us[which],

@@ -92,7 +92,7 @@ def test_training_may_start_from_a_detector(windows, whole, tmp_path) -> None:
     before, after = (load_model(folder)[0].state_dict() for folder in (whole, tmp_path / "again"))
     learned = [name for name in before if "running" not in name and "num_batches" not in name]
     assert learned and all(torch.allclose(before[name], after[name], atol=1e-9) for name in learned)
-    with pytest.raises(ConfigError, match=r"start: default is a countnet .*250 pixels.*; expected a voxelnet for"):
+    with pytest.raises(ConfigError, match=r"start: default is a slipnet .*250 pixels.*; expected a voxelnet for"):
         train(windows, tmp_path / "other", TrainSettings.of("voxelnet", start="default"), quiet=True)
     with pytest.raises(DataError, match="nothing-here"):
         train(windows, tmp_path / "none", replace(QUICK, start="nothing-here"), quiet=True)
