@@ -16,6 +16,8 @@ import sys
 import time
 from pathlib import Path
 
+from evslip.utils import atomic
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "experiments"))
 from machine import describe, facts  # pyright: ignore[reportMissingImports]
 
@@ -80,9 +82,7 @@ def run(name: str, out: Path, recordings: Path | None, known: dict) -> bool:
     if ended.returncode:
         return False
     head = f"`python benchmarks/{TABLES[name]}`: {describe([known])[0]}; {time.monotonic() - begun:.0f} s."
-    temporary = out / f".{name}.md"
-    temporary.write_text(f"{head}\n\n{ended.stdout}", encoding="utf-8")
-    temporary.replace(out / f"{name}.md")
+    atomic.write_text(out / f"{name}.md", f"{head}\n\n{ended.stdout}")
     return True
 
 

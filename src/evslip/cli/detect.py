@@ -36,7 +36,7 @@ def evaluate(
         models_and_data: Folders of models, or `default`, `default-complex` or `default-wild`, of the package; then what
             to examine them on: a data set, a record, a folder of records, or a file of `evslip windows` (scores alone:
             alarms and conditions need records).
-        out: Folder for the files; default: the model's folder; of several models, or of `default`, `evaluation`.
+        out: Folder for the files; default: the model's folder; of several models, or one of the package, `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
         resamples: Resamples of the trajectories that the confidence intervals come from.

@@ -52,8 +52,8 @@ def build(params: Params) -> mujoco.MjModel:
     except ValueError as error:
         if not params.robot.is_file:
             raise
-        told = " ".join(str(error).split())[:200]
-        raise ConfigError(f"{params.robot.kind}: MuJoCo does not take this robot: {told}") from None
+        reason = " ".join(str(error).split())[:200]
+        raise ConfigError(f"{params.robot.kind}: MuJoCo does not take this robot: {reason}") from None
 
 
 def assemble(robot: Any, params: Params) -> mujoco.MjModel:

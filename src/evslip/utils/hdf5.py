@@ -1,4 +1,4 @@
-"""HDF5 files that are built in memory, have the same bytes every time, and may be damaged when they come back."""
+"""HDF5 files that have the same bytes every time, and may be damaged when they come back."""
 
 import contextlib
 import uuid
@@ -11,7 +11,7 @@ import numpy as np
 from h5py import h5l, h5o  # pyright: ignore[reportAttributeAccessIssue]
 
 from evslip.utils import atomic
-from evslip.utils.errors import DataError
+from evslip.utils.errors import DataError, StorageError
 from evslip.utils.files import MOST_COMPRESSED, require_file
 
 CHUNK_BYTES = 1 << 20
@@ -39,41 +39,40 @@ def write(path: Path, fill: Callable[[h5py.File], None]) -> None:
     """Write the file that `fill` builds, whole or not at all: like the `image` of it, but never in memory as a whole.
     Equal content gives equal bytes. Raises StorageError."""
     with atomic.staged(path) as staged:
-        target = _Target(staged)
+        target = _Target(staged, path)
         with h5py.File(target, "w", libver=("v110", "v110"), track_times=False) as file:
             fill(file)
-        with atomic.storage_errors(path):
-            if target.refused is not None:
-                raise target.refused
+        if target.refused is not None:
+            raise target.refused
 
 
 class _Target:
     """A file for h5py to write into, to which no write seems to fail: HDF5 does not survive one that does."""
 
-    def __init__(self, file: BinaryIO):
-        self._file, self.refused = file, None
+    def __init__(self, file: BinaryIO, path: Path):
+        self._file, self._path = file, path
+        self.refused: StorageError | None = None
         self.seek, self.tell, self.read, self.readinto = file.seek, file.tell, file.read, file.readinto  # pyright: ignore[reportAttributeAccessIssue]
 
     def write(self, data: memoryview) -> int:
-        if self.refused is None:
-            rest = memoryview(data).cast("B")
-            try:
-                while rest:
-                    rest = rest[self._file.write(rest) :]
-            except OSError as error:
-                self.refused = error
+        self._attempt(lambda: atomic.write_into(self._file, data, self._path))
         return len(data)
 
     def truncate(self, size: int) -> int:
-        if self.refused is None:
-            try:
-                self._file.truncate(size)
-            except OSError as error:
-                self.refused = error
+        self._attempt(lambda: self._file.truncate(size))
         return size
 
     def flush(self) -> None:
         pass
+
+    def _attempt(self, change: Callable[[], object]) -> None:
+        """Change the file, unless it has refused once."""
+        if self.refused is None:
+            try:
+                with atomic.storage_errors(self._path):
+                    change()
+            except StorageError as error:
+                self.refused = error
 
 
 def put(group: h5py.Group, name: str, values: np.ndarray) -> None:

@@ -115,7 +115,7 @@ def _flicker(quality: Quality) -> str:
 
 
 def _source(found: Flicker) -> str:
-    """Source of the flicker: the mains, light of another period, or what cannot be told."""
+    """Source of the flicker: the mains, light of another period, or "" where it is not known."""
     if found.cause != "lamp":
         return ""
     off = min(abs(found.frequency_hz - mains * round(found.frequency_hz / mains)) for mains in MAINS_HZ)

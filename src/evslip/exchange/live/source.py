@@ -28,7 +28,7 @@ class Piece:
     until_us: int | None = None
     """Time up to which the stream is known, if the source says so: silence, where events end before it."""
     lost: int = 0
-    """Events that were sent before these and did not come; negative: of those told earlier, so many came after all."""
+    """Events that were sent before these and did not come; negative: of those counted, so many came after all."""
     lost_packets: int = 0
     """Datagrams that this machine threw away, of sources that do not number their events."""
     damaged: int = 0

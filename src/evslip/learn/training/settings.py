@@ -5,7 +5,7 @@ from typing import Any, Literal, get_args
 
 from evslip.utils.errors import ConfigError
 
-Optimiser = Literal["adam", "rmsprop"]
+OptimiserName = Literal["adam", "rmsprop"]
 Schedule = Literal["cycle", "constant"]
 Protocol = Literal["trajectory", "paper"]
 Precision = Literal["float32", "bfloat16"]
@@ -27,7 +27,7 @@ class TrainSettings:
     """Learning rate, the highest of a cycle."""
     schedule: Schedule = "cycle"
     """cycle: the rate rises over a fifth of the steps, then falls to nothing by a cosine. constant: as in the paper."""
-    optimiser: Optimiser = "adam"
+    optimiser: OptimiserName = "adam"
     """adam (AdamW) or rmsprop."""
     weight_decay: float = 1e-4
     """How strongly weights are pulled towards 0: apart from the gradient with adam, as an L2 penalty with rmsprop."""
@@ -74,7 +74,7 @@ class TrainSettings:
                 "expected at least 1, at least 2, more than 0, at least 1"
             )
         for name, values in (
-            ("optimiser", Optimiser),
+            ("optimiser", OptimiserName),
             ("schedule", Schedule),
             ("protocol", Protocol),
             ("precision", Precision),

@@ -69,8 +69,8 @@ def train(
     Deterministic on CPU: equal windows and settings give equal weights, and so does a training that was killed and is
     started again. Raises DataError for too little data and for a loss that is not finite; then the best state so far is
     saved, if there is one. Raises ConfigError if the folder holds another unfinished training, and for a precision that
-    is not for the network. `watch` is called with
-    each epoch's number and figures; what it raises stops the training, which can be gone on with.
+    is not for the network. `watch` is called with each epoch's number and figures; what it raises stops the training,
+    which can be gone on with.
     """
     settings = settings or TrainSettings()
     out = Path(out)

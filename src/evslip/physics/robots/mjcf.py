@@ -78,7 +78,7 @@ def _text(numbers: Any) -> str:
 
 def _add_origin(part: ET.Element, place: np.ndarray, quat: np.ndarray) -> None:
     turn = Rotation.from_quat(quat, scalar_first=True)
-    # A matrix near the gimbal lock is still told exactly by its angles: scipy then sets one of them to zero.
+    # A matrix near the gimbal lock still has exact angles: scipy then sets one of them to zero.
     ET.SubElement(part, "origin", xyz=_text(place), rpy=_text(turn.as_euler("xyz")))
 
 

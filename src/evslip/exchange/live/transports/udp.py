@@ -25,7 +25,7 @@ MOST_AT_ONCE = 512
 LOCAL_BYTES, NETWORK_BYTES = 8_192, 1_400
 """Lengths of datagrams to this machine, and to others, through whose networks longer ones would go in pieces."""
 SO_RXQ_OVFL = 40
-"""Linux: every datagram is told how many the socket has thrown away so far."""
+"""Linux: every datagram comes with the number that the socket has thrown away so far."""
 ENDS = 3
 """How often the end is said: datagrams get lost."""
 
