@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from figures import MISSING, PAPER, detected, latency, mean, spread, tested, validated
 from plan import Plan
+from readings import MISSING, PAPER, detected, latency, mean, spread, tested, validated
 from tables import table
 
 from evslip.learn.evaluation.evaluation import Evaluation

@@ -11,8 +11,8 @@ import goals
 import machine
 import stages
 import tables
-from figures import MISSING, samples, tested
 from plan import VARIANTS, Plan
+from readings import MISSING, samples, tested
 
 from evslip.config.loading import load_config
 from evslip.data.dataset import Dataset

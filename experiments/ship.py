@@ -4,8 +4,8 @@ import shutil
 from pathlib import Path
 from string import Template
 
-from figures import assessment, detected, latency, samples, training
 from plan import Plan
+from readings import assessment, detected, latency, samples, training
 from steps import read_json
 
 from evslip.data.layout import CONFIG

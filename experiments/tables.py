@@ -5,8 +5,8 @@ import json
 from collections.abc import Sequence
 
 import stages
-from figures import MISSING, PAPER, percent, samples, spread, tested, training, validated
 from plan import PAPERS, Plan
+from readings import MISSING, PAPER, percent, samples, spread, tested, training, validated
 from steps import done_path, log_path, read_json, seconds_of
 from worlds import FIXED, WORLDS
 

@@ -140,3 +140,12 @@ def test_every_room_says_what_happens_in_it(room):
 
 def _standard_library() -> frozenset[str]:
     return sys.stdlib_module_names
+
+
+def test_no_two_scripts_that_tests_import_have_one_name():
+    """One process imports from all of these folders: the first module of a name would be taken for the others."""
+    root = Path(__file__).parents[1]
+    names = [
+        file.stem for folder in ("benchmarks", "experiments", "tests/helpers") for file in (root / folder).glob("*.py")
+    ]
+    assert len(names) == len(set(names)), sorted(name for name in set(names) if names.count(name) > 1)

@@ -66,7 +66,7 @@ def validation(folder: Path) -> str:
 
 def test_a_cell_of_several_seeds_has_mean_and_range(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(SCRIPT.parent)
-    spread = importlib.import_module("figures").spread
+    spread = importlib.import_module("readings").spread
     assert spread([0.81, 0.9, 0.84], 1, 100) == "85.0 (81.0–90.0)"
     assert spread([0.81], 1, 100) == "81.0"
     assert spread([0.02, math.inf], 0, 1000) == "20, never"
