@@ -51,11 +51,18 @@ def test_the_loss_finds_median_and_scale() -> None:
     np.testing.assert_allclose(found[1::2], spreads, rtol=0.1)
 
 
-def test_nobody_knows_any_speed() -> None:
+@pytest.mark.parametrize("speed", [torch.nan, 0.0, 1.0])
+def test_what_nobody_knows_and_what_does_not_slip_teaches_nothing(speed: float) -> None:
     weights = torch.zeros(3, 4, requires_grad=True)
-    loss = speed_loss(weights, torch.full((3, 2), torch.nan))
+    loss = speed_loss(weights, torch.full((3, 2), speed))
     loss.backward()
     assert loss.item() == 0 and weights.grad is not None and not weights.grad.any()
+
+
+def test_what_turns_teaches_that_it_does_not_slide() -> None:
+    columns = torch.ones((2, 4), requires_grad=True)
+    speed_loss(columns, torch.tensor([[50.0, 0.0], [0.0, 0.0]])).backward()
+    assert columns.grad is not None and columns.grad[0].all() and not columns.grad[1].any()
 
 
 def test_a_certain_window_moves_the_median_no_more_than_another() -> None:

@@ -9,10 +9,15 @@ LEAST_SCALE, MOST_SCALE = 0.01, 4.0
 """Bounds of the scale: a certain estimate is of 1 %, an utterly uncertain one of a factor of 50."""
 
 
+SLIPPING = 1.0
+"""Speed in deg/s or mm/s above which an object slips now; others teach an estimate nothing."""
+
+
 class SpeedEstimate(NamedTuple):
-    """Estimates of a slip's speed, the mean of the last 20 ms, for n windows. Given a window, log(1 + speed) has a
-    Laplace distribution: its median, and every quantile, is that of the speed by exp(.) - 1, so that errors count as
-    shares of a fast slip's speed, and as they are of a slow one's. All nan from a detector that does not estimate it.
+    """Estimates of a slip's speed, the mean of the last 20 ms, for n windows: how fast if it slips, which the
+    probability tells. Given a window in which it does, log(1 + speed) has a Laplace distribution: its median, and every
+    quantile, is that of the speed by exp(.) - 1, so that errors count as shares of a fast slip's speed, and as they are
+    of a slow one's. All nan from a detector that does not estimate it.
     """
 
     median: np.ndarray

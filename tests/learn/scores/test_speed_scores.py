@@ -18,14 +18,14 @@ def test_an_estimate_that_is_as_uncertain_as_it_says() -> None:
     assert 0.95 < found.correlation < 1
 
 
-def test_slow_windows_count_for_the_correlation_alone_and_unknown_ones_not_at_all() -> None:
-    true = np.array([0.0, 1.0, 10.0, 20.0, np.nan])
-    estimate = SpeedEstimate(np.array([0.5, 9.0, 11.0, 30.0, 7.0]), np.full(5, 0.05))
+def test_slow_and_unknown_windows_do_not_count() -> None:
+    true = np.array([0.0, 1.0, 10.0, 20.0, 15.0, np.nan])
+    estimate = SpeedEstimate(np.array([0.5, 9.0, 11.0, 30.0, 15.3, 7.0]), np.full(6, 0.05))
     found = speed_scores(true, estimate)
     assert found is not None
-    assert (found.windows, found.coverage_68, found.coverage_90) == (2, 0, 0.5)
-    assert found.median_error == pytest.approx(0.3)
-    expected = np.corrcoef(np.log1p(true[:4]), np.log1p(estimate.median[:4]))[0, 1]
+    assert (found.windows, found.coverage_68, found.coverage_90) == pytest.approx((3, 1 / 3, 2 / 3))
+    assert found.median_error == pytest.approx(0.1)
+    expected = np.corrcoef(np.log1p(true[2:5]), np.log1p(estimate.median[2:5]))[0, 1]
     assert found.correlation == pytest.approx(expected)
 
 

@@ -12,8 +12,8 @@ LEAST_SPEED = 5.0
 
 @dataclass(frozen=True)
 class SpeedScores:
-    """How well a detector knows the speed of a slip. All but the correlation is of the windows whose true speed is
-    above LEAST_SPEED; nan without any."""
+    """How well a detector knows the speed of a slip, in the windows whose true speed is above LEAST_SPEED; nan without
+    any."""
 
     windows: int
     """Number of these windows."""
@@ -23,7 +23,7 @@ class SpeedScores:
     """Share of the windows whose true speed lies in the interval of 68 %; of an honest detector, 0.68."""
     coverage_90: float
     correlation: float
-    """Pearson's correlation of log(1 + speed), of all windows."""
+    """Pearson's correlation of log(1 + speed)."""
 
 
 def speed_scores(true: np.ndarray, estimate: SpeedEstimate) -> SpeedScores | None:
@@ -43,11 +43,13 @@ def speed_scores(true: np.ndarray, estimate: SpeedEstimate) -> SpeedScores | Non
         int(fast.sum()),
         float(np.median(error)) if fast.any() else float("nan"),
         *coverage,
-        correlation=_correlation(np.log1p(true), np.log1p(estimate.median)),
+        correlation=_correlation(np.log1p(true[fast]), np.log1p(estimate.median[fast])),
     )
 
 
 def _correlation(one: np.ndarray, other: np.ndarray) -> float:
+    if not len(one):
+        return float("nan")
     one, other = one - one.mean(), other - other.mean()
     spread = np.sqrt((one**2).sum() * (other**2).sum())
     return float((one * other).sum() / spread) if spread else float("nan")
