@@ -176,14 +176,14 @@ def test_a_precision_that_a_network_has_not_is_refused(windows, tmp_path) -> Non
 
 
 def test_slipnet_learns_how_fast_the_object_turns(windows, tmp_path) -> None:
-    """The slips turn at 12 deg/s, and nothing slides. Windows without speeds train it, too."""
+    """The slips turn at 12 deg/s, and nothing slides; holds, which say nothing of it, do not draw the speed towards 0.
+    Windows without speeds train it, too."""
     settings = TrainSettings.of("slipnet", val_fraction=0.25, epochs=12, batch=8)
     result = train(windows, tmp_path / "known", settings, quiet=True)
     network, _ = load_model(tmp_path / "known")
     found = answers(network, windows)
     turning = windows.rotation_speed_deg_s > 11
     assert np.median(found.rotation_speed.median[turning]) == pytest.approx(12, rel=0.4)
-    assert np.median(found.rotation_speed.median[windows.rotation_speed_deg_s == 0]) < 2
     assert found.slide_speed.median.max() < 2
     assert result.history[-1]["val_speed_loss"] < result.history[0]["val_speed_loss"]
     unknown = np.full(len(windows), np.nan, np.float32)
