@@ -5,6 +5,7 @@ import pytest
 
 from evslip.control.controllers import CONTROLLERS, make_controller
 from evslip.control.controllers.controller import Controller, Setup
+from evslip.control.controllers.detector_pi import DetectorPI
 from evslip.control.controllers.grip_force import GripForce, Relaxation
 from evslip.control.episode_truth import GripTruth
 from evslip.control.senses import GRAVITY_M_S2, Senses
@@ -153,11 +154,20 @@ def test_a_detector_is_asked_at_every_step(name):
 
 
 def test_the_force_grows_with_the_speed_that_a_detector_estimates():
-    found = np.array(forces(make_controller("detector-pi", threshold=0.0), [40] * 80))
-    first = int(np.flatnonzero(found > 2.0)[0])
-    assert 15 <= first <= 17
-    # In noise the speed is about 0, and so is what is added.
-    assert 2.0 < found[first] < 2.1
+    own = DetectorPI.Parameters(threshold=0.0)
+    controller = DetectorPI(own)
+    controller.reset(SETUP)
+    found, speeds = [], []
+    for k in range(1, 81):
+        found.append(controller.step(events(k, 40), senses(k)))
+        answer = controller.answer
+        assert answer is not None
+        speeds.append(answer.slide_mm_s + answer.rotation_deg_s / own.deg_mm)
+    first = int(np.flatnonzero(np.array(found) > 2.0)[0])
+    assert 15 <= first <= 17 and speeds[first] > 0
+    # In proportion to the speed, and to the way of one step.
+    gain = own.proportional + own.integral * SETUP.step_us / 1e6
+    assert found[first] == pytest.approx(2 * (1 + speeds[first] * gain))
 
 
 def test_a_policy_of_ones_own_is_named_by_its_class():
