@@ -1,16 +1,20 @@
 """Estimates of a speed, with their uncertainty."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 LEAST_SCALE, MOST_SCALE = 0.01, 4.0
 """Bounds of the scale: a certain estimate is of 1 %, an utterly uncertain one of a factor of 50."""
-
-
 SLIPPING = 1.0
-"""Speed in deg/s or mm/s above which an object slips now; others teach an estimate nothing."""
+"""Speed in deg/s or mm/s above which an object slips now."""
+
+
+def learned_from(speeds: Any) -> Any:
+    """Mask of the speeds (windows, 2), an array or a tensor, that teach an estimate something: those, known and not
+    nan, of windows that turn or slide. Holds would outweigh the few slips, and draw every median towards 0."""
+    return (speeds > SLIPPING).any(1)[:, None] & (speeds == speeds)
 
 
 class SpeedEstimate(NamedTuple):

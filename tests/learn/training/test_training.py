@@ -184,6 +184,7 @@ def test_slipnet_learns_how_fast_the_object_turns(windows, tmp_path) -> None:
     found = answers(network, windows)
     turning = windows.rotation_speed_deg_s > 11
     assert np.median(found.rotation_speed.median[turning]) == pytest.approx(12, rel=0.4)
+    assert np.median(found.rotation_speed.median[windows.rotation_speed_deg_s == 0]) > 4
     assert found.slide_speed.median.max() < 2
     assert result.history[-1]["val_speed_loss"] < result.history[0]["val_speed_loss"]
     unknown = np.full(len(windows), np.nan, np.float32)

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import torch
 
 from evslip.learn.networks.network import Geometry, Network
-from evslip.learn.speed_estimate import LEAST_SCALE, MOST_SCALE, SLIPPING
+from evslip.learn.speed_estimate import LEAST_SCALE, MOST_SCALE, learned_from
 
 
 class SpeedNetwork(Network):
@@ -44,14 +44,13 @@ class SpeedNetwork(Network):
 
 
 def speed_loss(columns: torch.Tensor, speeds: torch.Tensor) -> torch.Tensor:
-    """Mean loss of speeds (windows, 2) of what turns or slides: absolute error of the centre, and the likelihood of the
-    scale given the centre.
+    """Mean loss of the speeds (windows, 2) that are learned from: absolute error of the centre, and the likelihood of
+    the scale given the centre.
 
-    Holds would outweigh the few slips, and draw every median towards 0. Error and likelihood are apart, for in the
-    likelihood alone a window counts by 1 / scale, so that the windows that are easy would outweigh the others.
+    Apart, for in the likelihood alone a window counts by 1 / scale, so that easy windows would outweigh the others.
     """
     centre, scale = columns[:, ::2], _scale(columns[:, 1::2])
-    known = (speeds > SLIPPING).any(1, keepdim=True) & ~speeds.isnan()
+    known = learned_from(speeds)
     error = (torch.log1p(speeds.nan_to_num()) - centre).abs()
     loss = error + error.detach() / scale + scale.log()
     return (loss * known).sum() / known.sum().clamp(min=1)

@@ -33,23 +33,23 @@ def speed_scores(true: np.ndarray, estimate: SpeedEstimate) -> SpeedScores | Non
         return None
     true, estimate = true[known], SpeedEstimate(*(values[known].astype(float) for values in estimate))
     fast = true > LEAST_SPEED
+    if not fast.any():
+        return SpeedScores(0, *[float("nan")] * 4)
     error = np.abs(estimate.median - true)[fast] / true[fast]
     coverage = []
     for share in (0.68, 0.9):
         low, high = estimate.interval(share)
         inside = ((true >= low) & (true <= high))[fast]
-        coverage.append(float(inside.mean()) if fast.any() else float("nan"))
+        coverage.append(float(inside.mean()))
     return SpeedScores(
         int(fast.sum()),
-        float(np.median(error)) if fast.any() else float("nan"),
+        float(np.median(error)),
         *coverage,
         correlation=_correlation(np.log1p(true[fast]), np.log1p(estimate.median[fast])),
     )
 
 
 def _correlation(one: np.ndarray, other: np.ndarray) -> float:
-    if not len(one):
-        return float("nan")
     one, other = one - one.mean(), other - other.mean()
     spread = np.sqrt((one**2).sum() * (other**2).sum())
     return float((one * other).sum() / spread) if spread else float("nan")

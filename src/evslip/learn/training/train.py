@@ -17,7 +17,7 @@ from evslip.learn.networks import build_model, network_class
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
-from evslip.learn.speed_estimate import SLIPPING
+from evslip.learn.speed_estimate import learned_from
 from evslip.learn.training.augment import Augmentation
 from evslip.learn.training.calibration import calibrate
 from evslip.learn.training.logs import logs
@@ -261,10 +261,10 @@ def _speeds(windows: Windows) -> np.ndarray:
 
 
 def _surprise(found: Answers, speeds: np.ndarray) -> float:
-    """Mean surprise of the true speeds of what slips; 0 if nothing does, or nobody knows."""
+    """Mean surprise of the true speeds that are learned from; 0 without any."""
     estimated = found.rotation_speed, found.slide_speed
-    surprises = np.stack([one.surprise(true) for one, true in zip(estimated, speeds.T, strict=True)])
-    known = (speeds > SLIPPING).any(1) & ~np.isnan(surprises)
+    surprises = np.stack([one.surprise(true) for one, true in zip(estimated, speeds.T, strict=True)], 1)
+    known = learned_from(speeds)
     return float(surprises[known].mean()) if known.any() else 0.0
 
 
