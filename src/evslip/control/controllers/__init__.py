@@ -6,7 +6,8 @@ it the camera's events and the hand's senses, command what it gives.
 
 from dataclasses import MISSING, asdict, fields
 from importlib import import_module
-from typing import Any
+from numbers import Real
+from typing import Any, get_args, get_type_hints
 
 from evslip.control.controllers.controller import Controller
 from evslip.utils.errors import ConfigError
@@ -66,6 +67,7 @@ def _parameters(name: str, kind: type, given: dict[str, Any]) -> Any:
             values[field.name] = type(usual)(**asdict(usual) | _known(name, usual, parts.pop(field.name)))
     if parts:
         raise ConfigError(f"controller {name}: {next(iter(parts))} has no parts; expected a value")
+    _require_numbers(name, kind, values)
     return kind(**values)
 
 
@@ -74,4 +76,16 @@ def _known(name: str, usual: Any, given: dict[str, Any]) -> dict[str, Any]:
     for key in given:
         if key not in names:
             raise ConfigError(f"controller {name}: {key!r} is no parameter; expected some of {', '.join(names)}")
+    _require_numbers(name, type(usual), given)
     return given
+
+
+def _require_numbers(name: str, kind: type, values: dict[str, Any]) -> None:
+    """Raise ConfigError unless the values of those fields of a dataclass that are numbers are."""
+    for key, hint in get_type_hints(kind).items():
+        allowed = get_args(hint) or (hint,)
+        if key not in values or not {int, float} & set(allowed):
+            continue
+        value = values[key]
+        if isinstance(value, bool) or not isinstance(value, (Real, *allowed)):
+            raise ConfigError(f"controller {name}: {key} is {value!r}; expected a number")
