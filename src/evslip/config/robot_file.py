@@ -58,10 +58,26 @@ class PadsFile(Section):
     """Least and largest grip.friction that these pads can have with an object."""
 
 
+PARTS = ("palm", "left", "right")
+OF_PARTS = ("pads", "palm", "left", "stroke_m", "force_n")
+FROM_FILE = ("file", "base", "joints", "pads", "force_n")
+"""Keys that a gripper must have."""
+
+
 class GripperFile(Section):
-    """A gripper of two fingers that slide along y: built in, by its name, or of parts."""
+    """A gripper of two fingers that slide along y: built in, by its name, from a URDF or MJCF, or of parts."""
 
     name: str | None = None
+    file: str | None = None
+    """URDF or MJCF, beside this file."""
+    base: str | None = None
+    """Its link (URDF) or body (MJCF) that is the palm."""
+    joints: Annotated[tuple[str, ...] | None, Field(min_length=2, max_length=2)] = None
+    """Its sliding joints that open the left and the right finger."""
+    mount_m: Annotated[Vector, Within(-1.0, 1.0, METRES)] = (0.0, 0.0, 0.0)
+    """Place of the face that it is mounted with, in the frame of the base,"""
+    mount_rpy_deg: Annotated[Vector, Within(-360.0, 360.0)] = (0.0, 0.0, 0.0)
+    """... and its roll, pitch and yaw."""
     pads: PadsFile | None = None
     palm: PartFile | None = None
     left: PartFile | None = None
@@ -69,19 +85,25 @@ class GripperFile(Section):
     right: PartFile | None = None
     """The finger at y < 0; default: the left one, turned by half a turn about z."""
     stroke_m: Annotated[Number | None, Within(0.003, 0.15, METRES)] = None
-    """Way that each finger opens."""
+    """Way that each finger opens; default, from a file: as far as its joints go."""
     force_n: Annotated[tuple[Number, Number] | None, Within(0.1, 70.0)] = None
     """Least and largest grip force."""
 
     @model_validator(mode="after")
     def _check_kind(self) -> "GripperFile":
-        needed = ("pads", "palm", "left", "stroke_m", "force_n")
-        if self.name is None:
-            for key in needed:
-                if getattr(self, key) is None:
-                    raise wrong(key, f"this key is missing; a gripper of parts has {', '.join(needed)}")
-        elif self.model_fields_set != {"name"}:
-            raise wrong("name", "a gripper that is built in has no other keys; leave them out, or the name")
+        if self.name is not None:
+            if self.model_fields_set != {"name"}:
+                raise wrong("name", "a gripper that is built in has no other keys; leave them out, or the name")
+            return self
+        kind, needed, foreign = (
+            ("of parts", OF_PARTS, FROM_FILE) if self.file is None else ("from a file", FROM_FILE, PARTS)
+        )
+        for key in needed:
+            if getattr(self, key) is None:
+                raise wrong(key, f"this key is missing; a gripper {kind} has {', '.join(needed)}")
+        for key in foreign:
+            if key not in needed and key in self.model_fields_set:
+                raise wrong(key, f"a gripper {kind} has no such key; expected {', '.join(needed)}")
         return self
 
 

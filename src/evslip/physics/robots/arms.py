@@ -29,7 +29,7 @@ PANDA = Arm(
     most_speed_rad_s=(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
     most_acceleration_rad_s2=(15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0),
     reach_m=(0.3, 0.7),
-    hand="panda_hand",
+    left_out=("panda_hand",),
 )
 UR5 = Arm(
     name="UR5",

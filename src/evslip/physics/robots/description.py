@@ -54,8 +54,8 @@ class Arm:
     most_acceleration_rad_s2: tuple[float, ...]
     reach_m: tuple[float, float]
     """Distances from the base between which a path is likely to be reached; for messages."""
-    hand: str | None = None
-    """Link of a hand that the URDF has; another gripper takes its place."""
+    left_out: tuple[str, ...] = ()
+    """Links that the URDF has besides, with all that they carry: a hand, in whose place another gripper comes."""
     content: str = ""
     """Digest of the URDF and its meshes, of an arm from outside: with another, it is another arm."""
 
@@ -76,14 +76,19 @@ class Box:
 
 @dataclass(frozen=True)
 class Look:
-    """A mesh file that is seen, placed in the frame of a part."""
+    """A mesh file or a convex body that is seen, placed in the frame of a part."""
 
-    file: Path
-    """As `Arm.urdf`."""
+    file: Path | None
+    """As `Arm.urdf`; None for a body."""
     place_m: Vector = (0.0, 0.0, 0.0)
     axes: tuple[Vector, Vector, Vector] = STRAIGHT
     """As of `Box`."""
-    scale: float = 1.0
+    scale: Vector = (1.0, 1.0, 1.0)
+    """Metres by unit of the file, along its axes."""
+    corners_m: tuple[Vector, ...] = ()
+    """Of the body, in its own frame."""
+    colour: Vector | None = None
+    """Of the body, sRGB of 0 to 1."""
     content: str = ""
     """As of `Arm`."""
 
@@ -93,10 +98,10 @@ class Part:
     """The palm or a finger."""
 
     boxes: tuple[Box, ...]
-    """What throws its shadow; also what is seen, where it has no mesh."""
+    """What throws its shadow; also what is seen, where it has no looks."""
     blocker: Box
     """A coarse box that keeps light from all around away."""
-    look: Look | None = None
+    looks: tuple[Look, ...] = ()
     """What is seen."""
     hull: Path | None = None
     """Convex mesh (STL) that must not touch the table; as `Arm.urdf`. None: the boxes."""

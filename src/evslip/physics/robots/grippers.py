@@ -13,7 +13,7 @@ PANDA_HAND = Gripper(
     palm=Part(
         (_PALM, Box((0.0, 0.0, -0.055), (0.04, 0.04, 0.05))),
         _PALM,
-        Look(Path("panda_description/meshes/visual/hand.dae")),
+        (Look(Path("panda_description/meshes/visual/hand.dae")),),
         Path("panda_description/meshes/collision/hand.stl"),
     ),
     finger=Part(
@@ -23,7 +23,7 @@ PANDA_HAND = Gripper(
             Box((0.0, 0.0072, 0.045), (0.009, 0.0072, 0.009)),
         ),
         Box((0.0, 0.0115, 0.027), (0.0098, 0.0115, 0.027)),
-        Look(Path("panda_description/meshes/visual/finger.dae")),
+        (Look(Path("panda_description/meshes/visual/finger.dae")),),
         Path("panda_description/meshes/collision/finger.stl"),
     ),
     pad_half_m=0.0085,

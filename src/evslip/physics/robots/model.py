@@ -39,7 +39,7 @@ def _with_arm(arm: Arm, gripper: Gripper) -> Any:
         spec = mujoco.MjSpec.from_string(bare(arm.urdf, base))
     else:
         # The URDF's own hand, if it has one, makes room.
-        spec = mujoco.MjSpec.from_string(bare(arm.urdf, base, arm.hand))
+        spec = mujoco.MjSpec.from_string(bare(arm.urdf, base, arm.left_out))
         turn = Rotation.from_euler("xyz", arm.mount_rpy)
         place = np.array(arm.mount_m) + turn.apply([0.0, 0.0, gripper.length_m - TCP_M[2]])
         _add_boxes(spec, spec.body(arm.flange), gripper, place, turn.as_quat(scalar_first=True))

@@ -15,6 +15,7 @@ from evslip.physics.robots.grippers import GRIPPERS
 from evslip.physics.robots.own_arm import arm_of
 from evslip.physics.robots.own_files import digest
 from evslip.physics.robots.own_gripper import gripper_of
+from evslip.physics.robots.own_gripper_links import gripper_from
 from evslip.utils.errors import ConfigError
 
 DOWN_DEG = 45.0
@@ -89,7 +90,10 @@ def _arm(given: RobotFile, path: Path) -> tuple[Arm | None, list[str], list[Path
 def _gripper(given: RobotFile, path: Path, arm: Arm | None) -> tuple[Gripper, list[str], list[Path]]:
     name = given.gripper.name
     if name is None:
-        return gripper_of(given.gripper, path)
+        try:
+            return (gripper_of if given.gripper.file is None else gripper_from)(given.gripper, path)
+        except (ValueError, KeyError) as error:
+            raise ConfigError(f"{path}: gripper.file: a number or an attribute is wrong or missing: {error}") from None
     if name not in GRIPPERS:
         raise ConfigError(f"{path}: gripper.name: {name!r} is unknown; expected one of {', '.join(GRIPPERS)}")
     gripper = GRIPPERS[name]

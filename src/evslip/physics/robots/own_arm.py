@@ -1,6 +1,7 @@
 """Arms from files, URDF or MJCF."""
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +79,7 @@ def arm_of(given: ArmFile, path: Path) -> tuple[Arm, list[str], list[Path]]:
         most_speed_rad_s=speeds if given.speed_deg_s is None else tuple(map(math.radians, speeds)),
         most_acceleration_rad_s2=tuple(map(math.radians, accelerations)),
         reach_m=(round(REACH[0] * length, 2), round(REACH[1] * length, 2)),
+        left_out=tuple(_besides(file, {link.name for link in links})),
         content=digest(files),
     )
     return arm, assumed, files
@@ -117,6 +119,14 @@ def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
         if mass is None or not float(mass.attrib.get("value", "0")) > 0 or link.find("inertial/inertia") is None:
             raise ConfigError(f"{path}: arm.file: link {link.attrib['name']!r} has no mass; give it an <inertial>")
     return found[::-1]
+
+
+def _besides(file: Path, links: set[str]) -> Iterator[str]:
+    """What an arm's links carry that is none of them."""
+    for joint in urdf.tree(file).findall("joint"):
+        child = urdf.end_of(joint, "child")
+        if urdf.end_of(joint, "parent") in links and child not in links:
+            yield child
 
 
 def _each(

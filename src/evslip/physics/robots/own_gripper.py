@@ -15,6 +15,8 @@ from evslip.utils.errors import ConfigError
 
 SLACK_M = 0.0005
 """Distances of a pad from its jaw, and of a mesh from the middle, that do not matter."""
+TOOL_M = float(TCP_M[2]) - FINGER_Z_M
+"""Height of the pads' middle in the frames of the fingers."""
 LONGEST_M = 0.6
 """Parts that reach farther are taken for ones in millimetres."""
 TURNED = np.diag([-1.0, -1.0, 1.0])
@@ -24,7 +26,7 @@ def gripper_of(given: GripperFile, path: Path) -> tuple[Gripper, list[str], list
     """The gripper that a robot's file describes, what is assumed of it, and the files it is made of. path: the robot's
     file. Raises ConfigError."""
     made: Any = given  # the schema has asked for all of them
-    pads, assumed = made.pads, []
+    pads = made.pads
     files = [_mesh(part, key, path) for key, part in _parts(given) if part.mesh is not None]
     lift = float(TCP_M[2]) - pads.z_m  # from the face's frame to that of the hand
     up = np.array([0.0, 0.0, lift])
@@ -32,7 +34,21 @@ def gripper_of(given: GripperFile, path: Path) -> tuple[Gripper, list[str], list
     down = np.array([0.0, 0.0, lift - FINGER_Z_M])
     left = _jaw(made.left, "left", path, down, np.eye(3), pads)
     right = None if made.right is None else _jaw(made.right, "right", path, down, TURNED, pads)
-    low, high = made.force_n
+    assumed = [] if right is not None else ["gripper: right is not given: the left finger, turned by half a turn"]
+    for key, part in _parts(given):
+        if part.mass_kg is None:
+            assumed.append(f"gripper: {key}.mass_kg is not given: that of its boxes at 1500 kg/m3")
+    gripper, more = assembled(given, path, (palm, left, right), made.stroke_m)
+    return gripper, assumed + more, files
+
+
+def assembled(
+    given: GripperFile, path: Path, parts: tuple[Part, Part, Part | None], stroke_m: float
+) -> tuple[Gripper, list[str]]:
+    """The gripper of a palm, a left and a right finger, each in its own frame, and what is assumed of its pads. Raises
+    ConfigError."""
+    made: Any = given
+    pads, (palm, left, right), (low, high) = made.pads, parts, made.force_n
     if low > high:
         raise ConfigError(f"{path}: gripper.force_n: {low:g} is above {high:g}; expected the least, then the largest")
     if pads.friction[0] > pads.friction[1]:
@@ -42,13 +58,6 @@ def gripper_of(given: GripperFile, path: Path) -> tuple[Gripper, list[str], list
         raise ConfigError(
             f"{path}: gripper.palm: reaches to {1e3 * top:.1f} mm from the pads' middle; there is no room for an object"
         )
-    if given.right is None:
-        assumed.append("gripper: right is not given: the left finger, turned by half a turn")
-    for key, part in _parts(given):
-        if part.mass_kg is None:
-            assumed.append(f"gripper: {key}.mass_kg is not given: that of its boxes at 1500 kg/m3")
-    if "stiffness_pa_m" not in pads.model_fields_set:
-        assumed.append(f"gripper: pads.stiffness_pa_m is not given: {pads.stiffness_pa_m:.3g}")
     gripper = Gripper(
         name=path.stem,
         palm=palm,
@@ -57,12 +66,14 @@ def gripper_of(given: GripperFile, path: Path) -> tuple[Gripper, list[str], list
         pad_half_m=pads.size_m / 2,
         pad_stiffness_pa_m=pads.stiffness_pa_m,
         friction=pads.friction,
-        stroke_m=made.stroke_m,
+        stroke_m=stroke_m,
         least_n=low,
         most_n=high,
         length_m=pads.z_m,
     )
-    return gripper, assumed, files
+    if "stiffness_pa_m" in pads.model_fields_set:
+        return gripper, []
+    return gripper, [f"gripper: pads.stiffness_pa_m is not given: {pads.stiffness_pa_m:.3g}"]
 
 
 def _parts(given: GripperFile) -> list[tuple[str, PartFile]]:
@@ -85,33 +96,42 @@ def _mesh(part: PartFile, key: str, path: Path) -> Path:
 def _jaw(given: PartFile, key: str, path: Path, shift: np.ndarray, turn: np.ndarray, pads: PadsFile) -> Part:
     """A finger with its pad, in its own frame."""
     jaw = tuple(_box(box, shift, turn) for box in given.boxes)
-    half, tool = pads.size_m / 2, float(TCP_M[2]) - FINGER_Z_M
-    _require_behind(jaw, half, tool, pads, f"{path}: gripper.{key}.boxes")
-    pad = Box((0.0, pads.thickness_m / 2, tool), (half, pads.thickness_m / 2, half), albedo=RUBBER)
-    return _whole(given, path, shift, turn, (*jaw, pad))
+    _require_behind(jaw, pads.size_m / 2, TOOL_M, pads, f"{path}: gripper.{key}.boxes")
+    return _whole(given, path, shift, turn, (*jaw, pad_of(pads)))
 
 
 def _whole(given: PartFile, path: Path, shift: np.ndarray, turn: np.ndarray, boxes: tuple[Box, ...]) -> Part:
     """A part of boxes in a frame whose axes are turned by `turn`, after it has been shifted from the face's."""
-    corners = corners_of(boxes)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    blocker = Box(_vector((low + high) / 2), _vector((high - low) / 2))
     mass = mass_of(*boxes) if given.mass_kg is None else given.mass_kg
-    look = None
+    looks = ()
     if given.mesh is not None:
         file = (path.parent / given.mesh).resolve()
-        rows: Any = tuple(map(_vector, turn))
-        look = Look(file, _vector(turn @ shift), rows, given.mesh_scale, digest([file]))
-    return Part(boxes, blocker, look, mass_kg=mass)
+        rows: Any = tuple(map(vector, turn))
+        scale = given.mesh_scale, given.mesh_scale, given.mesh_scale
+        looks = (Look(file, vector(turn @ shift), rows, scale, content=digest([file])),)
+    return Part(boxes, around(corners_of(boxes)), looks, mass_kg=mass)
+
+
+def around(corners_m: np.ndarray) -> Box:
+    """The box along the axes around corners of shape (n, 3)."""
+    low, high = corners_m.min(axis=0), corners_m.max(axis=0)
+    return Box(vector((low + high) / 2), vector((high - low) / 2))
+
+
+def pad_of(pads: PadsFile) -> Box:
+    """The pad in a finger's frame."""
+    half, thick = pads.size_m / 2, pads.thickness_m
+    return Box((0.0, thick / 2, TOOL_M), (half, thick / 2, half), albedo=RUBBER)
 
 
 def _box(given: BoxFile, shift: np.ndarray, turn: np.ndarray) -> Box:
     axes = turn @ Rotation.from_euler("xyz", given.turn_deg, degrees=True).as_matrix()
-    rows: Any = tuple(map(_vector, axes))
-    return Box(_vector(turn @ (given.centre_m + shift)), _vector(np.array(given.size_m) / 2), rows, given.albedo)
+    rows: Any = tuple(map(vector, axes))
+    return Box(vector(turn @ (given.centre_m + shift)), vector(np.array(given.size_m) / 2), rows, given.albedo)
 
 
-def _vector(numbers: Any) -> tuple[float, float, float]:
+def vector(numbers: Any) -> tuple[float, float, float]:
+    """Three numbers as a description has them."""
     x, y, z = (float(number) + 0.0 for number in numbers)  # no minus before a zero
     return x, y, z
 

@@ -2,6 +2,7 @@
 
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from functools import cache
 from importlib import import_module, metadata
 from pathlib import Path
@@ -43,6 +44,9 @@ class Origin(NamedTuple):
     """In metres, of shape (3,)."""
     turn: np.ndarray
     """Axes as columns, of shape (3, 3)."""
+
+
+AT_ORIGIN = Origin(np.zeros(3), np.eye(3))
 
 
 class Shape(NamedTuple):
@@ -89,15 +93,15 @@ def tree(path: Path) -> ET.Element:
     raise ConfigError(f"{path}: begins with <{root.tag[:40]}>; expected <robot>, a URDF, or <mujoco>, an MJCF")
 
 
-def bare(path: Path, base: str, without: str | None = None) -> str:
-    """The URDF from link `base` on, up to link `without`, without geometry: MuJoCo loads it without looking for mesh
-    files."""
+def bare(path: Path, base: str, without: Collection[str] = ()) -> str:
+    """The URDF from link `base` on, up to the links `without`, without geometry: MuJoCo loads it without looking for
+    mesh files."""
     root = ET.fromstring(ET.tostring(tree(path)))
     joints = root.findall("joint")
     parents = {end_of(joint, "child"): end_of(joint, "parent") for joint in joints}
 
     def kept(link: str) -> bool:
-        return link != without and (link == base or (link in parents and kept(parents[link])))
+        return link not in without and (link == base or (link in parents and kept(parents[link])))
 
     for link in root.findall("link"):
         for part in [*link.findall("visual"), *link.findall("collision")]:
@@ -121,16 +125,14 @@ def chain(path: Path, joints: tuple[str, ...]) -> tuple[Link, ...]:
     above = {end_of(joint, "child"): joint for joint in named.values()}
     links = {link.attrib["name"]: link for link in root.findall("link")}
     base = end_of(named[joints[0]], "parent")
-    found, before = [_described(path, links[base], Origin(np.zeros(3), np.eye(3)), np.eye(3))], base
+    found, before = [described(path, links[base])], base
     for name in joints:
         joint, link = named[name], end_of(named[name], "child")
         origin, at = origin_of(joint), end_of(named[name], "parent")
         while at != before:
             place, turn = origin_of(above[at])
             origin, at = Origin(place + turn @ origin.place, turn @ origin.turn), end_of(above[at], "parent")
-        axis = joint.find("axis")
-        along = np.array([1.0, 0.0, 0.0]) if axis is None else _numbers(axis.attrib["xyz"])
-        found.append(_described(path, links[link], origin, _turn_to(along)))
+        found.append(described(path, links[link], origin, _turn_to(axis_of(joint))))
         before = link
     return tuple(found)
 
@@ -157,6 +159,12 @@ def origin_of(part: ET.Element) -> Origin:
     return Origin(place, Rotation.from_euler("xyz", rpy).as_matrix())
 
 
+def axis_of(joint: ET.Element) -> np.ndarray:
+    """Axis of a joint in its own frame, of shape (3,), not of unit length if the file's is not."""
+    axis = joint.find("axis")
+    return np.array([1.0, 0.0, 0.0]) if axis is None else _numbers(axis.attrib["xyz"])
+
+
 def _turn_to(axis: np.ndarray) -> np.ndarray:
     z = np.array([0.0, 0.0, 1.0])
     if np.array_equal(axis, z):
@@ -164,7 +172,8 @@ def _turn_to(axis: np.ndarray) -> np.ndarray:
     return Rotation.align_vectors(axis[None], z[None])[0].as_matrix()
 
 
-def _described(path: Path, link: ET.Element, origin: Origin, axis_turn: np.ndarray) -> Link:
+def described(path: Path, link: ET.Element, origin: Origin = AT_ORIGIN, axis_turn: np.ndarray = AT_ORIGIN.turn) -> Link:
+    """A link with its shapes."""
     looks, collisions = (
         tuple(_shape(path, part) for part in link.findall(kind) if part.find("geometry/*") is not None)
         for kind in ("visual", "collision")

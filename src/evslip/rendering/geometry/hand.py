@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from evslip.physics.robots.description import FINGER_Z_M, Box, Gripper, Part, corners_of
 from evslip.physics.robots.grippers import PANDA_HAND
@@ -73,11 +74,39 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
 @cache
 def part_mesh(part: Part) -> Mesh:
     """What is seen of a palm or of a finger, in its own frame. Raises MissingExtraError."""
-    if part.look is None:
+    if not part.looks:
         return joined([_box_mesh(box) for box in part.boxes])
-    mesh, look = read_mesh(part.look.file), part.look
-    turn = np.array(look.axes)
-    return Mesh((mesh.corners * look.scale) @ turn.T + look.place_m, mesh.normals @ turn.T, mesh.albedo)
+    return joined([
+        placed(
+            convex_mesh(np.array(look.corners_m), look.colour) if look.file is None else read_mesh(look.file),
+            np.array(look.scale),
+            np.array(look.axes),
+            np.array(look.place_m),
+        )
+        for look in part.looks
+    ])  # fmt: skip
+
+
+def placed(mesh: Mesh, scale: np.ndarray, turn: np.ndarray, place_m: np.ndarray) -> Mesh:
+    """A mesh scaled along its axes by (3,), turned by (3, 3) and moved by (3,)."""
+    corners, normals, albedo = mesh
+    if np.ptp(scale) > 0 or scale[0] < 0:
+        # Normals of a mesh that is stretched stand on the stretched faces; one that is mirrored is turned inside out.
+        normals = normals / scale
+        normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), np.finfo(float).tiny)
+    if np.prod(scale) < 0:
+        corners, normals = corners[:, ::-1], normals[:, ::-1]
+    return Mesh((corners * scale) @ turn.T + place_m, normals @ turn.T, albedo)
+
+
+def convex_mesh(corners_m: np.ndarray, colour: Sequence[float] | np.ndarray | None) -> Mesh:
+    """A convex body in its own frame, with flat faces; corners_m of shape (n, 3), colour in sRGB of 0 to 1."""
+    hull = ConvexHull(corners_m)
+    faces, outward = corners_m[hull.simplices], hull.equations[:, :3]
+    inwards = np.sum(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]) * outward, 1) < 0
+    faces[inwards] = faces[inwards][:, ::-1]
+    linear = PLAIN if colour is None else np.minimum(srgb_to_linear(np.asarray(colour)), WHITEST)
+    return Mesh(faces, np.repeat(outward[:, None], 3, 1), np.repeat(linear[None], len(faces), 0))
 
 
 def jaw(gripper: Gripper, part: int) -> Part:

@@ -13,13 +13,12 @@ from scipy.spatial.transform import Rotation
 
 from evslip.physics.robots.description import MOST_JOINTS, TCP_M, Arm, Robot
 from evslip.physics.robots.hulls import link_corners
-from evslip.physics.robots.urdf import Link, Shape, chain
+from evslip.physics.robots.urdf import Link, chain
 from evslip.rendering.geometry.facets import Facets, prepare_facets
-from evslip.rendering.geometry.hand import PLAIN, WHITEST, Mesh, joined, read_mesh
+from evslip.rendering.geometry.hand import Mesh, convex_mesh, joined, placed, read_mesh
 from evslip.rendering.scratch import kernel
 from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.scene.shapes.surface import corner_normals
-from evslip.scene.textures.library import srgb_to_linear
 
 MOST_LINKS = MOST_JOINTS + 1
 """Most links of an arm, from the base to the one that the hand is fixed to."""
@@ -93,24 +92,11 @@ def carries(robot: Robot, joints_rad: np.ndarray, hand_m: np.ndarray) -> bool:
 @cache
 def link_mesh(arm: Arm, number: int) -> Mesh:
     """What is seen of a link, in its frame. Raises MissingExtraError."""
-    meshes = []
-    link = links_of(arm)[number]
+    link, meshes = links_of(arm)[number], []
     for shape in link.looks or link.collisions:
-        turn = shape.origin.turn
-        mesh = _convex(shape) if shape.file is None else read_mesh(shape.file)
-        corners = (mesh.corners * shape.scale) @ turn.T + shape.origin.place
-        meshes.append(Mesh(corners, mesh.normals @ turn.T, mesh.albedo))
+        mesh = convex_mesh(shape.corners, shape.colour) if shape.file is None else read_mesh(shape.file)
+        meshes.append(placed(mesh, shape.scale, shape.origin.turn, shape.origin.place))
     return joined(meshes) if meshes else Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3)))
-
-
-def _convex(shape: Shape) -> Mesh:
-    """A convex body in its own frame, with flat faces."""
-    hull = ConvexHull(shape.corners)
-    faces, outward = shape.corners[hull.simplices], hull.equations[:, :3]
-    inwards = np.sum(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]) * outward, 1) < 0
-    faces[inwards] = faces[inwards][:, ::-1]
-    colour = PLAIN if shape.colour is None else np.minimum(srgb_to_linear(shape.colour), WHITEST)
-    return Mesh(faces, np.repeat(outward[:, None], 3, 1), np.repeat(colour[None], len(faces), 0))
 
 
 def _directions(count: int) -> np.ndarray:
