@@ -28,7 +28,7 @@ from scipy.spatial.transform import Rotation
 
 from evslip.data import record_file
 from evslip.data.record import Record
-from evslip.exchange.sample_bag import frames_of, write_sample
+from evslip.exchange.sample_bag import View, frames_of, write_sample
 from evslip.physics.robots.description import TCP_M
 from evslip.rendering.camera import hand_camera
 
@@ -51,7 +51,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         paths = {suffix: Path(folder) / f"a{suffix}" for suffix in (".bag", ".db3", ".mcap")}
         for suffix, path in paths.items():
-            count = write_sample(path, record, [record.events], arguments.frames_hz)
+            count = write_sample(path, [View(record, [record.events])], arguments.frames_hz)
             print(f"{suffix}: {count:,} messages, {path.stat().st_size / 1e6:.1f} MB, {record.events.count:,} events")
             rows.append(("rosbags", suffix, differing(known, by_rosbags(path))))
         rows.append(("mcap", ".mcap", differing(known, by_mcap(paths[".mcap"])) if is_there("mcap_ros2") else None))

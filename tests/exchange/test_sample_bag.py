@@ -12,18 +12,21 @@ from evslip.cli import run
 from evslip.codecs import open_events, read_events, write_events
 from evslip.codecs.ros.definitions import types
 from evslip.codecs.ros.packing import PACKET_US
+from evslip.config.sections.camera import CAMERAS
 from evslip.data import record_file
 from evslip.data.record import Poses, Record
 from evslip.events import Events
+from evslip.events.stream import concatenate
 from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.importing.settings import Importing
-from evslip.exchange.sample_bag import write_sample
+from evslip.exchange.sample_bag import View, write_sample
 from evslip.physics.robots.description import TCP_M
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import ScenePoses
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import random_events, simulated
 from shared_data import shared
+from two_cameras import seen_by_two
 
 pytest.importorskip("rosbags")
 SIZE = (40, 30)
@@ -111,7 +114,7 @@ def test_a_whole_sample_lies_in_one_bag(suffix: str, tmp_path: Path):
     record = simulated(0, events=300, steps=5)
     assert record.trajectory is not None and record.truth is not None and record.params is not None
     path = tmp_path / f"a{suffix}"
-    write_sample(path, record, record.events.chunks(50), frames_hz=0)
+    write_sample(path, [View(record, record.events.chunks(50))], frames_hz=0)
     found = messages(path)
     by_topic = {topic: [m for t, _, m in found if t == topic] for topic, _, _ in found}
     assert [t for _, t, _ in found] == sorted(t for _, t, _ in found)
@@ -132,6 +135,54 @@ def test_a_whole_sample_lies_in_one_bag(suffix: str, tmp_path: Path):
     np.testing.assert_allclose([m.data for m in by_topic["/gripper/grip_force_n"]], force, rtol=1e-6)
     plain = record.events.replace(body=None, cause=None)
     assert read_events(path) == plain
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_sample_of_two_cameras_lies_in_one_bag(suffix: str, tmp_path: Path):
+    record = seen_by_two()
+    record_file.write(tmp_path / "a.h5", record)
+    path = tmp_path / f"b{suffix}"
+    run(["convert", str(tmp_path / "a.h5"), str(path), "--frames-hz", "0"])
+    for name in CAMERAS:
+        assert open_whole(tmp_path / "a.h5", name).replace(body=None, cause=None) == open_whole(path, name)
+    found = messages(path)
+    topics = {topic for topic, _, _ in found}
+    assert {f"/{name}/event_camera/{kind}" for name in CAMERAS for kind in ("events", "camera_info")} <= topics
+    assert {m.header.frame_id for topic, _, m in found if topic == "/left/event_camera/events"} == {"left_camera"}
+    trees = [m.transforms for topic, _, m in found if topic == "/tf"]
+    assert {f.child_frame_id for f in trees[0]} == {"gripper", "object", "left_camera", "right_camera"}
+    assert sum(topic == "/slip/label" for topic, _, _ in found) == 1
+    with pytest.raises(DataError, match=r"cameras left, right; expected one of them, such as --camera left$"):
+        open_events(path)
+    with pytest.raises(DataError, match=r"such as --camera left, not 'top'"):
+        open_events(path, "top")
+    one = tmp_path / f"c{suffix}"
+    run(["convert", str(tmp_path / "a.h5"), str(one), "--frames-hz", "0", "--camera", "right"])
+    assert read_events(one) == open_whole(path, "right")
+    for name, size in (("left", (40, 30)), ("right", (48, 30))):
+        back = import_recording(path, tmp_path / f"{name}.h5", Importing(camera=name))
+        assert back.size == size and back.events == open_whole(path, name) and back.truth is not None
+    # As a bag of a stranger's two cameras, of events alone, from which one is chosen.
+    run(["convert", str(path), str(tmp_path / "d.dvs.mcap"), "--camera", "right"])
+    assert read_events(tmp_path / "d.dvs.mcap") == read_events(one)
+
+
+@pytest.mark.parametrize("camera", ["left", "a_longer_name"])
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_arrays_of_a_camera_of_several_are_those_of_another_reader(suffix: str, camera: str, tmp_path: Path):
+    record = replace(moving(), footage=None, poses=None)
+    other = replace(record, events=some_events(7))
+    path = tmp_path / f"a.dvs{suffix}"
+    write_sample(path, [View(record, [record.events], camera), View(other, [other.events], "other")], frames_hz=0)
+    found = messages(path)
+    arrays = [m for topic, _, m in found if topic == f"/{camera}/dvs/events"]
+    assert {m.header.frame_id for m in arrays} == {f"{camera}_camera"}
+    assert [event.x for m in arrays for event in m.events] == record.events.x.tolist()
+    assert open_whole(path, "other") == other.events
+
+
+def open_whole(path: Path, camera: str) -> Events:
+    return concatenate(list(open_events(path, camera).parts))
 
 
 def rotation_of(turn: Any) -> Rotation:
@@ -156,7 +207,7 @@ def test_the_frames_and_the_camera_show_the_object_where_the_renderer_does(suffi
         small = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.01, (4, 3))).as_quat(scalar_first=True)
         moved = np.hstack([np.random.default_rng(1).normal(0, 0.003, (4, 3)), small])
     motion = motion._replace(params=params, gripper_pose=hand, object_pose=thing, camera_displacement=moved)
-    write_sample(tmp_path / f"a{suffix}", replace(record, params=params, trajectory=motion), [], frames_hz=0)
+    write_sample(tmp_path / f"a{suffix}", [View(replace(record, params=params, trajectory=motion), [])], frames_hz=0)
     found = messages(tmp_path / f"a{suffix}")
     (info,) = (m for topic, _, m in found if topic == "/event_camera/camera_info")
     matrix, terms = (np.array(getattr(info, n if hasattr(info, n) else n.upper())) for n in ("k", "d"))
@@ -198,7 +249,7 @@ def test_a_simulated_sample_comes_back_with_its_truth(tmp_path: Path):
         truth=truth._replace(held=held),
         params=record.params,
     )
-    write_sample(tmp_path / "a.mcap", record, [record.events], frames_hz=0)
+    write_sample(tmp_path / "a.mcap", [View(record, [record.events])], frames_hz=0)
     import_recording(tmp_path / "a.mcap", tmp_path / "b.h5", Importing())
     back = record_file.read(tmp_path / "b.h5")
     assert back.truth is not None and back.label == "slip"
@@ -251,7 +302,7 @@ def test_mcap_files_open_with_the_package_mcap(tmp_path: Path):
     reader = pytest.importorskip("mcap.reader")
     decoder = pytest.importorskip("mcap_ros2.decoder")
     record = moving()
-    write_sample(tmp_path / "a.mcap", record, [record.events])
+    write_sample(tmp_path / "a.mcap", [View(record, [record.events])])
     with (tmp_path / "a.mcap").open("rb") as file:
         made = reader.make_reader(file, decoder_factories=[decoder.DecoderFactory()])
         found = [(channel.topic, content) for _, channel, _, content in made.iter_decoded_messages()]
@@ -271,7 +322,7 @@ def test_what_bags_cannot_hold_is_said(tmp_path: Path):
     with pytest.raises(DataError, match="2048 at most"):
         write_events(tmp_path / "a.evt3.mcap", some_events(), (4000, 30))
     with pytest.raises(ConfigError, match="frames-hz"):
-        write_sample(tmp_path / "a.bag", moving(), [], frames_hz=-1)
+        write_sample(tmp_path / "a.bag", [View(moving(), [])], frames_hz=-1)
     assert list(tmp_path.iterdir()) == []
     assert types(True) is types(True)
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import evslip
+from evslip.physics.episodes import slips_of
 from evslip.physics.motion.phases import phase_times
 from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
@@ -148,3 +149,7 @@ def test_every_sample_has_the_phase_of_its_time():
     for name, (start, end) in phase_times(PARAMS).items():
         assert np.array_equal(truth.t_us[truth.during(name)], np.arange(start, min(end, 1000 * N), 1000)), name
     assert truth.during("tilt", "back").sum() == truth.during("tilt").sum() + truth.during("back").sum()
+
+
+def test_an_object_that_is_held_for_one_sample_does_not_slip():
+    assert slips_of(Rotation.identity(1), np.zeros((1, 3)), 1e-3) == []

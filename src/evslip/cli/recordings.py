@@ -76,7 +76,8 @@ def convert(
         rotate: Turn the picture clockwise, after the crop.
         flip: Mirror the picture after that: left and right (x), or top and bottom (y).
         frames_hz: Frames a second in a bag of a whole simulated record; 0: none.
-        camera: Of a record of two cameras, the one whose events are written: left or right.
+        camera: Of a record or a bag of two cameras, the one whose events are written, such as left; a whole record
+            in a bag has both without it.
     """
     from evslip.exchange.format_to_format import convert_format
     from evslip.exchange.pixel_list import read_pixels

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from evslip.codecs.arrays.record_head import wrong_camera
-from evslip.codecs.formats import FORMATS, HDF5, Format, format_of, known_suffixes, register
+from evslip.codecs.formats import FORMATS, Format, format_of, known_suffixes, register
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 
@@ -27,8 +27,8 @@ def read_events(path: str | Path) -> Events:
 def open_events(path: str | Path, camera: str | None = None) -> "Source":
     """The events of a file part by part, checked, so that memory holds one part; its format chosen by suffix.
 
-    camera: of a record of several cameras, the one whose events are wanted. Raises DataError, here or when a part is
-    asked for.
+    camera: of a record or a bag of several cameras, the one whose events are wanted. Raises DataError, here or when a
+    part is asked for.
     """
     from evslip.codecs.source import checked
 
@@ -41,7 +41,7 @@ def raw_source(path: str | Path, camera: str | None = None) -> "Source":
     from evslip.codecs.source import counted
 
     form = format_of(path)
-    if camera is not None and form != HDF5:
+    if camera is not None and not form.keeps_cameras:
         raise DataError(f"{path}: {wrong_camera((), camera)}")
     chosen = {} if camera is None else {"camera": camera}
     return counted(form.codec.stream(Path(path), **chosen), Path(path))
@@ -63,8 +63,8 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
             push(events)
 
 
-def read_whole(path: Path) -> tuple[Events, tuple[int, int]]:
-    """The events of a file and the sensor's (width, height). Raises DataError."""
+def read_whole(path: Path, camera: str | None = None) -> tuple[Events, tuple[int, int]]:
+    """The events of a file and the sensor's (width, height). camera: as of `open_events`. Raises DataError."""
     from evslip.codecs.source import whole
 
-    return whole(raw_source(path), path)
+    return whole(raw_source(path, camera), path)

@@ -25,6 +25,8 @@ class Format:
     keeps_size: bool = True
     keeps_labels: bool = False
     keeps_settings: bool = False
+    keeps_cameras: bool = False
+    """Whether it may have the events of several cameras."""
 
     @property
     def codec(self) -> Any:
@@ -32,9 +34,11 @@ class Format:
         return importlib.import_module(self.origin) if isinstance(self.origin, str) else self.origin
 
 
-HDF5 = Format("hdf5", "evslip.codecs.arrays.hdf5", (".h5", ".hdf5"), keeps_labels=True, keeps_settings=True)
+HDF5 = Format(
+    "hdf5", "evslip.codecs.arrays.hdf5", (".h5", ".hdf5"), keeps_labels=True, keeps_settings=True, keeps_cameras=True
+)
 """The format of records, too."""
-ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"))
+ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"), keeps_cameras=True)
 """Its folders, too."""
 FORMATS = (
     HDF5,
@@ -47,7 +51,7 @@ FORMATS = (
     Format("txt", "evslip.codecs.text.txt", (".txt",), keeps_size=False),
     Format("mat", "evslip.codecs.arrays.mat", (".mat",), keeps_size=False),
     Format("aedat2", "evslip.codecs.inivation.aedat2", (".aedat",), writes=False),
-    Format("rosbag", "evslip.codecs.ros.bag", (".bag",)),
+    Format("rosbag", "evslip.codecs.ros.bag", (".bag",), keeps_cameras=True),
     ROSBAG2,
 )
 """Formats that evslip brings along."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from evslip.codecs import open_events, raw_source, read_whole
+from evslip.codecs import open_events, read_whole
 from evslip.codecs.arrays import record_head
 from evslip.codecs.arrays.dsec import check_index, get_events, put_events
 from evslip.codecs.arrays.record_head import (
@@ -82,9 +82,7 @@ def read_recording(path: str | Path, camera: str | None = None) -> Record:
     path = Path(path)
     if is_record(path):
         return read(path, camera=camera)
-    if camera is not None:
-        raw_source(path, camera)  # which says what is wrong
-    events, size = read_whole(path)
+    events, size = read_whole(path, camera)
     return Record(kind="recording", name=path.stem, size=size, events=events, provenance=provenance())
 
 
@@ -106,7 +104,7 @@ def open_recording(path: str | Path, camera: str | None = None) -> tuple[Record,
     source = open_events(path, camera)
     size = source.size or extent_of(source.parts)
     record = Record(kind="recording", name=path.stem, size=size, events=empty_events(), provenance=provenance())
-    return record, source.parts if source.size else open_events(path).parts
+    return record, source.parts if source.size else open_events(path, camera).parts
 
 
 def is_record(path: str | Path) -> bool:

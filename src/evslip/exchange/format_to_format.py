@@ -1,7 +1,6 @@
 """Conversion from one format of events to another, of all or a part, in memory that does not grow with the file."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,9 +9,9 @@ import numpy as np
 from evslip.codecs import format_of, open_events
 from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
-from evslip.data.record_file import is_record, read
-from evslip.events.stream import Events, empty_events
-from evslip.exchange.sample_bag import FRAMES_HZ, is_bag, write_sample
+from evslip.data.record_file import camera_names_in, is_record, read
+from evslip.events.stream import Events
+from evslip.exchange.sample_bag import FRAMES_HZ, View, is_bag, write_sample
 from evslip.exchange.selection import EVERYTHING, Selection
 from evslip.exchange.selector import Selector
 from evslip.utils.errors import DataError
@@ -33,6 +32,26 @@ class ConvertedFormat(NamedTuple):
     """Kinds of data that the source holds and the file that was written does not."""
 
 
+class Tally:
+    """What passed through it."""
+
+    def __init__(self) -> None:
+        self.count = self.on = self.start_us = self.end_us = 0
+        self.labelled = False
+
+    def counted(self, parts: Iterable[Events]) -> Iterator[Events]:
+        """The same parts."""
+        for events in parts:
+            yield events
+            if events.count:
+                first, last = int(events.t_us[0]), int(events.t_us[-1])
+                self.start_us = min(self.start_us, first) if self.count else first
+                self.end_us = max(self.end_us, last) if self.count else last
+            self.count += events.count
+            self.on += int(np.count_nonzero(events.p))
+            self.labelled |= events.body is not None or events.cause is not None
+
+
 def convert_format(
     source: str | Path,
     out: str | Path,
@@ -41,8 +60,8 @@ def convert_format(
     camera: str | None = None,
 ) -> ConvertedFormat:
     """Read the events of a file of any known format and write those of `selection` in the format of `out`'s suffix. A
-    whole record becomes a whole bag: see `sample_bag`, which frames_hz is of. camera: of a record of several cameras,
-    the one whose events are wanted.
+    whole record becomes a whole bag: see `sample_bag`, which frames_hz is of. camera: of a record or a bag of several
+    cameras, the one whose events are wanted; a whole bag has those of all, unless one is named.
 
     A file that does not state the sensor's size is read twice, first for its extent. Raises DataError,
     ConfigError for a selection that cannot be, StorageError.
@@ -52,30 +71,22 @@ def convert_format(
     form = format_of(out, writing=True)
     if out.exists() and source.exists() and out.samefile(source):
         raise DataError(f"{out}: is the file that is read; give the new one another name")
-    stated = open_events(source, camera)
+    is_whole = is_bag(out) and selection == EVERYTHING and is_record(source)
+    cameras = (camera_names_in(source) if is_whole and camera is None else ()) or (camera,)
+    stated = open_events(source, cameras[0])
     size = stated.size or extent_of(stated.parts)
     selector = Selector(selection, size)
-    count = on = start_us = end_us = 0
-    labelled = False
-
-    def counted(parts: Iterable[Events]) -> Iterator[Events]:
-        nonlocal count, on, start_us, end_us, labelled
-        for events in parts:
-            yield events
-            if events.count:
-                start_us, end_us = start_us if count else int(events.t_us[0]), int(events.t_us[-1])
-            count, on = count + events.count, on + int(np.count_nonzero(events.p))
-            labelled |= events.body is not None or events.cause is not None
-
-    parts = counted(selector.of(open_events(source, camera).parts))
-    is_whole = is_record(source) and is_bag(out) and selection == EVERYTHING
+    tally = Tally()
     if is_whole:
-        write_sample(out, replace(read(source, camera=camera), events=empty_events()), parts, frames_hz)
+        records = [read(source, events=False, camera=name) for name in cameras]
+        parts = [tally.counted(open_events(source, name).parts) for name in cameras]
+        names = cameras if len(cameras) > 1 else (None,)
+        write_sample(out, list(map(View, records, parts, names)), frames_hz)
     else:
         with writing(out, selector.size) as push:
-            for events in parts:
+            for events in tally.counted(selector.of(open_events(source, camera).parts)):
                 push(events)
-    lost = ("the labels",) if labelled and not form.keeps_labels else ()
+    lost = ("the labels",) if tally.labelled and not form.keeps_labels else ()
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) and not is_whole else ()
-    return ConvertedFormat(count, on, start_us, end_us, selector.size, lost)
+    return ConvertedFormat(tally.count, tally.on, tally.start_us, tally.end_us, selector.size, lost)

@@ -1,8 +1,9 @@
 """A whole sample in one bag: events, poses, frames, forces and the truth about slip, each on a topic of its own."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from heapq import merge
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from evslip.codecs.formats import FORMATS, format_of
 from evslip.codecs.ros.bag_writer import BagWriter
 from evslip.codecs.ros.composer import NUMBER, TEXT, Composer
 from evslip.codecs.ros.messages import FLAG, IMAGE
-from evslip.codecs.ros.packing import EventPacker, Message
+from evslip.codecs.ros.packing import EventPacker, Message, of_camera
 from evslip.codecs.ros.topics import HELD, IMAGES
 from evslip.data.record import Record
 from evslip.events.stream import Events
@@ -30,11 +31,21 @@ def is_bag(path: Path) -> bool:
     return format_of(path, writing=True) in [form for form in FORMATS if form.name in ("rosbag", "rosbag2")]
 
 
-def write_sample(path: Path, record: Record, parts: Iterable[Events], frames_hz: float = FRAMES_HZ) -> int:
-    """Write a record, its events given part by part, as a bag, whole or not at all. Returns the number of messages.
+class View(NamedTuple):
+    """A record as one camera has it."""
 
-    frames_hz: frames a second of a simulated sample, 0 for none; those of a recording are taken as they are.
-    Raises ConfigError, DataError, StorageError, MissingExtraError.
+    record: Record
+    parts: Iterable[Events]
+    """Its events, part by part."""
+    camera: str | None = None
+    """Name of the camera, where the sample has several."""
+
+
+def write_sample(path: Path, views: Sequence[View], frames_hz: float = FRAMES_HZ) -> int:
+    """Write a record as a bag, whole or not at all. Returns the number of messages.
+
+    views: one, or one of each camera; frames_hz: frames a second of a simulated sample, 0 for none; those of a
+    recording are taken as they are. Raises ConfigError, DataError, StorageError, MissingExtraError.
     """
     if not 0 <= frames_hz <= 1000:
         raise ConfigError(f"frames-hz: {frames_hz:g} is out of range, expected 0 to 1000")
@@ -42,13 +53,14 @@ def write_sample(path: Path, record: Record, parts: Iterable[Events], frames_hz:
     with atomic.staged(path) as file:
         bag = BagWriter(path)
         try:
-            composer = Composer(bag.cdr)
+            composer, record = Composer(bag.cdr), views[0].record
+            packers = [EventPacker(path, view.record.size, bag.cdr, view.camera) for view in views]
             streams = [
-                _events(EventPacker(path, record.size, bag.cdr), parts),
+                *(_events(packer, view.parts) for packer, view in zip(packers, views, strict=True)),
                 _about(composer, record),
-                geometry(composer, record),
+                geometry(bag.cdr, {view.camera: view.record for view in views}),
                 _truth(composer, record),
-                _images(composer, record, frames_hz),
+                *(_images(bag.cdr, view, frames_hz) for view in views),
             ]
             for message in merge(*streams, key=lambda message: message[2]):
                 bag.put(*message)
@@ -92,10 +104,11 @@ def _truth(composer: Composer, record: Record) -> Iterator[Message]:
             yield GRIP_FORCE, NUMBER, t_us, composer.value(NUMBER, float(force[k]))
 
 
-def _images(composer: Composer, record: Record, frames_hz: float) -> Iterator[Message]:
-    for t_us, image in frames_of(record, frames_hz):
+def _images(cdr: bool, view: View, frames_hz: float) -> Iterator[Message]:
+    topic, composer = of_camera(IMAGES, view.camera), Composer(cdr, view.camera)
+    for t_us, image in frames_of(view.record, frames_hz):
         if t_us >= 0:
-            yield IMAGES, IMAGE, t_us, composer.image(t_us, image)
+            yield topic, IMAGE, t_us, composer.image(t_us, image)
 
 
 def frames_of(record: Record, frames_hz: float) -> Iterator[tuple[int, np.ndarray]]:

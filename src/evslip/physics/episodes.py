@@ -72,7 +72,8 @@ def _resting(rotation: Rotation, position_m: np.ndarray, steps: int) -> np.ndarr
         turned = np.degrees((rotation[:-lag].inv() * rotation[lag:]).magnitude())
         moved = np.linalg.norm(position_m[lag:] - position_m[:-lag], axis=1)
         rest[:-lag] &= (turned < ONSET_DEG) & (moved < ONSET_M)
-    rest[-1:] = rest[-2:-1]  # nothing follows the last sample: it goes on as the one before
+    if len(rest) > 1:
+        rest[-1] = rest[-2]  # nothing follows the last sample: it goes on as the one before
     return rest
 
 

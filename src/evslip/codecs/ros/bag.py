@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs.ros.library import choose, reading
+from evslip.codecs.ros.packing import of_camera
 from evslip.codecs.ros.sink import Sink
-from evslip.codecs.ros.topics import events_source, flags_of, frames_of, poses_of
+from evslip.codecs.ros.topics import IMAGES, events_source, flags_of, frames_of, poses_of
 from evslip.codecs.source import Source
 from evslip.utils.files import require_file
 
@@ -19,15 +20,18 @@ LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk; ROS makes them of 768 kB, or of one message."""
 
 
-def stream(path: Path) -> Source:
-    """The events of the file's first topic of events, and the sensor's (width, height). Raises DataError,
-    MissingExtraError."""
-    return events_source(partial(_messages, require_file(path)), path, cdr=False)
+def stream(path: Path, camera: str | None = None) -> Source:
+    """The events of the file's first topic of events, and the sensor's (width, height). camera: as of `choose`. Raises
+    DataError, MissingExtraError."""
+    return events_source(partial(_messages, require_file(path), camera=camera), path, cdr=False)
 
 
-def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
-    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images."""
-    return frames_of(partial(_messages, path), path, cdr=False)
+def frames(path: Path, camera: str | None = None) -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images, or of that of
+    a camera of several."""
+    return frames_of(
+        partial(_messages, path), path, cdr=False, topic="" if camera is None else of_camera(IMAGES, camera)
+    )
 
 
 def poses(path: Path, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
@@ -41,14 +45,16 @@ def flags(path: Path, topic: str) -> Iterator[bool]:
     return flags_of(partial(_messages, path), path, cdr=False, topic=topic)
 
 
-def _messages(path: Path, kinds: tuple[str, ...], topic: str = "") -> Iterator[tuple[str, bytes]]:
+def _messages(
+    path: Path, kinds: tuple[str, ...], topic: str = "", camera: str | None = None
+) -> Iterator[tuple[str, bytes]]:
     with reading(path):
         from rosbags.rosbag1 import Reader
 
         with Reader(path) as reader:
             for place, chunk in reader.chunks.items():
                 reader.chunks[place] = chunk._replace(decompressor=bounded(chunk.decompressor))
-            wanted = choose(reader.connections, kinds, path, topic)
+            wanted = choose(reader.connections, kinds, path, topic, camera)
             for connection, _, data in reader.messages(wanted) if wanted else ():
                 yield connection.msgtype, data
 

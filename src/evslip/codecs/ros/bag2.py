@@ -13,8 +13,9 @@ import numpy as np
 
 from evslip.codecs.formats import is_bag_folder
 from evslip.codecs.ros.library import choose, reading
+from evslip.codecs.ros.packing import of_camera
 from evslip.codecs.ros.sink import Sink
-from evslip.codecs.ros.topics import events_source, flags_of, frames_of, poses_of
+from evslip.codecs.ros.topics import IMAGES, events_source, flags_of, frames_of, poses_of
 from evslip.codecs.source import Source
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
@@ -24,17 +25,20 @@ LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk of an .mcap file; ROS makes them of 768 kB, or of one message."""
 
 
-def stream(path: Path) -> Source:
-    """The events of the bag's first topic of events, and the sensor's (width, height). Raises DataError,
-    MissingExtraError."""
+def stream(path: Path, camera: str | None = None) -> Source:
+    """The events of the bag's first topic of events, and the sensor's (width, height). camera: as of `choose`. Raises
+    DataError, MissingExtraError."""
     if not is_bag_folder(path):
         require_file(path)
-    return events_source(partial(_messages, path), path, cdr=True)
+    return events_source(partial(_messages, path, camera=camera), path, cdr=True)
 
 
-def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
-    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images."""
-    return frames_of(partial(_messages, path), path, cdr=True)
+def frames(path: Path, camera: str | None = None) -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images, or of that of
+    a camera of several."""
+    return frames_of(
+        partial(_messages, path), path, cdr=True, topic="" if camera is None else of_camera(IMAGES, camera)
+    )
 
 
 def poses(path: Path, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
@@ -48,7 +52,9 @@ def flags(path: Path, topic: str) -> Iterator[bool]:
     return flags_of(partial(_messages, path), path, cdr=True, topic=topic)
 
 
-def _messages(path: Path, kinds: tuple[str, ...], topic: str = "") -> Iterator[tuple[str, bytes]]:
+def _messages(
+    path: Path, kinds: tuple[str, ...], topic: str = "", camera: str | None = None
+) -> Iterator[tuple[str, bytes]]:
     if path.is_dir() and any(path.glob("*.zstd")):
         raise _packed(path)
     _check_length(path)
@@ -59,7 +65,7 @@ def _messages(path: Path, kinds: tuple[str, ...], topic: str = "") -> Iterator[t
         with Reader(path) as reader:
             if reader.compression_mode == "message":
                 raise _packed(path)
-            wanted = choose(reader.connections, kinds, path, topic)
+            wanted = choose(reader.connections, kinds, path, topic, camera)
             for connection, _, data in reader.messages(wanted) if wanted else ():
                 yield connection.msgtype, data
 

@@ -24,16 +24,21 @@ TEXT, NUMBER = "std_msgs/msg/String", "std_msgs/msg/Float32"
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 
 
-class Composer:
-    """Messages of one kind of bag; cdr: of ROS 2."""
+def camera_frame(camera: str | None) -> str:
+    """Coordinate frame of a camera of several, or of the only one, None."""
+    return "camera" if camera is None else f"{camera}_camera"
 
-    def __init__(self, cdr: bool):
-        self._cdr, self._store = cdr, types(cdr)
+
+class Composer:
+    """Messages of one kind of bag; cdr: of ROS 2; camera: name of a camera of several."""
+
+    def __init__(self, cdr: bool, camera: str | None = None):
+        self._cdr, self._store, self._frame = cdr, types(cdr), camera_frame(camera)
 
     def packet(self, t_us: int, size: Size, seq: int, time_base_ns: int, encoding: str, content: bytes) -> bytes:
         """An EventPacket."""
         events = np.frombuffer(content, np.uint8)
-        fields = (self._header(t_us, "camera"), size[1], size[0], seq, time_base_ns, encoding, False, events)
+        fields = (self._header(t_us, self._frame), size[1], size[0], seq, time_base_ns, encoding, False, events)
         return self._packed(PACKET, *fields)
 
     def array(self, events: Events, size: Size, seq: int) -> bytes:
@@ -44,11 +49,13 @@ class Composer:
         values = events.x, events.y, events.t_us // 10**6, events.t_us % 10**6 * 1000, events.p
         for name, column in zip(COLUMNS, values, strict=True):
             rows[name] = column
+        name = self._frame.encode()
         if not self._cdr:
-            head = struct.pack("<I", seq) + head + struct.pack("<I", 6) + b"camera"
+            head = struct.pack("<I", seq) + head + struct.pack("<I", len(name)) + name
             return head + struct.pack("<III", size[1], size[0], events.count) + rows.tobytes()
-        # "camera" with its zero takes 7 bytes and one that aligns what follows; the first event has no gap before it.
-        head = _LITTLE_ENDIAN + head + struct.pack("<I", 7) + b"camera\0\0"
+        # The name ends in a zero, and in others that align what follows; the first event has no gap before it.
+        name += b"\0"
+        head = _LITTLE_ENDIAN + head + struct.pack("<I", len(name)) + name + bytes(-len(name) % 4)
         first = np.zeros(min(1, events.count), EVENT)
         for name in COLUMNS:
             first[name] = rows[name][:1]
@@ -58,7 +65,7 @@ class Composer:
         """An Image, mono8 or rgb8, of uint8 of shape (h, w) or (h, w, 3)."""
         height, width = pixels.shape[:2]
         encoding, step = ("mono8", width) if pixels.ndim == 2 else ("rgb8", 3 * width)
-        fields = (self._header(t_us, "camera"), height, width, encoding, 0, step, pixels.reshape(-1))
+        fields = (self._header(t_us, self._frame), height, width, encoding, 0, step, pixels.reshape(-1))
         return self._packed(IMAGE, *fields)
 
     def camera_info(self, t_us: int, size: Size, focal_px: float, distortion: tuple[float, ...]) -> bytes:
@@ -71,7 +78,7 @@ class Composer:
         projection = np.hstack([matrix, np.zeros((3, 1))]).ravel()
         terms = np.array([*distortion, 0.0])
         region = self._made("sensor_msgs/msg/RegionOfInterest", 0, 0, 0, 0, False)
-        fields = (self._header(t_us, "camera"), height, width, "plumb_bob", terms)
+        fields = (self._header(t_us, self._frame), height, width, "plumb_bob", terms)
         return self._packed(CAMERA_INFO, *fields, matrix.ravel(), np.eye(3).ravel(), projection, 0, 0, region)
 
     def pose(self, t_us: int, pose: np.ndarray, frame: str = "world") -> bytes:

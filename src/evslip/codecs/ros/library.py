@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from evslip.codecs.arrays.record_head import wrong_camera
 from evslip.codecs.ros.messages import FLAG, IMAGE, POSE
 from evslip.utils.errors import DataError, MissingExtraError
 
@@ -23,11 +24,28 @@ def reading(path: Path) -> Iterator[None]:
         raise DataError(f"{path}: damaged bag: {reason}") from None
 
 
-def choose(connections: Sequence[Any], kinds: tuple[str, ...], path: Path, topic: str = "") -> list[Any]:
-    """The connections of the first topic of some types, or of the one that is named. Raises DataError where there is
-    none, but for images, poses and flags."""
+def choose(
+    connections: Sequence[Any], kinds: tuple[str, ...], path: Path, topic: str = "", camera: str | None = None
+) -> list[Any]:
+    """The connections of the first topic of some types, or of the one that is named.
+
+    camera: the namespace of a topic of events, where topics of several have them. Raises DataError where there is
+    none, but for images, poses and flags, and where nobody said which of several cameras is meant.
+    """
     topics = [c for c in connections if c.msgtype in kinds and topic in ("", c.topic)]
-    if not topics and kinds not in ((IMAGE,), (POSE,), (FLAG,)):
-        found = ", ".join(sorted({c.msgtype for c in connections})) or "none"
-        raise DataError(f"{path}: holds no events; its messages are {found[:160]}")
+    if kinds not in ((IMAGE,), (POSE,), (FLAG,)):
+        if not topics:
+            found = ", ".join(sorted({c.msgtype for c in connections})) or "none"
+            raise DataError(f"{path}: holds no events; its messages are {found[:160]}")
+        topics = _seen_by(topics, camera, path)
     return [c for c in topics if (c.topic, c.msgtype) == (topics[0].topic, topics[0].msgtype)]
+
+
+def _seen_by(topics: list[Any], camera: str | None, path: Path) -> list[Any]:
+    """Those of a camera, whose name is the first part of their names."""
+    names = sorted({c.topic.strip("/").split("/")[0] for c in topics})
+    if camera is None and len(names) == 1:
+        return topics
+    if camera not in names:
+        raise DataError(f"{path}: {wrong_camera(tuple(names) if len(names) > 1 else (), camera)}")
+    return [c for c in topics if c.topic.strip("/").split("/")[0] == camera]

@@ -26,6 +26,11 @@ Message = tuple[str, str, int, bytes]
 """Topic, type, time in microseconds, bytes."""
 
 
+def of_camera(topic: str, camera: str | None) -> str:
+    """A topic of a camera of several, which has a namespace of its own; of the only one, None, as it is."""
+    return topic if camera is None else f"/{camera}{topic}"
+
+
 def encoding_of(path: Path) -> str:
     """Encoding by a file's name: evt3 if it ends in .evt3.bag or the like, dvs in .dvs.bag, else mono."""
     middle = Path(path.stem).suffix.lower().removeprefix(".")
@@ -33,13 +38,14 @@ def encoding_of(path: Path) -> str:
 
 
 class EventPacker:
-    """Messages of a stream that comes in pieces; they do not depend on where it is cut. Raises DataError for what the
-    encoding cannot hold."""
+    """Messages of a stream that comes in pieces; they do not depend on where it is cut. camera: as of `of_camera`.
+    Raises DataError for what the encoding cannot hold."""
 
-    def __init__(self, path: Path, size: Size, cdr: bool):
+    def __init__(self, path: Path, size: Size, cdr: bool, camera: str | None = None):
         self._path, self._size, self._encoding = path, size, encoding_of(path)
+        self._topic = of_camera(TOPICS[self._encoding], camera)
         check_sides(size, MOST_COLUMNS[self._encoding], path)
-        self._composer, self._words = Composer(cdr), evt3.Encoder()
+        self._composer, self._words = Composer(cdr, camera), evt3.Encoder()
         self._latest_us = min(LATEST_US, evt3.LATEST_US) if self._encoding == "evt3" else LATEST_US
         self._waiting: list[Events] = []
         self._start_us: int | None = None
@@ -90,7 +96,7 @@ class EventPacker:
             content = (self._evt3 if self._encoding == "evt3" else self._mono)(events)
             kind = PACKET
             data = self._composer.packet(first_us, self._size, seq, first_us * 1000, self._encoding, content)
-        return TOPICS[self._encoding], kind, last_us, data
+        return self._topic, kind, last_us, data
 
     def _evt3(self, events: Events) -> bytes:
         return self._words.encode(events).astype("<u2").tobytes()

@@ -49,9 +49,9 @@ def events_source(messages: Messages, path: Path, cdr: bool) -> Source:
     return Source(check_size(width, height, path), _parts(messages, path, cdr))
 
 
-def frames_of(messages: Messages, path: Path, cdr: bool) -> Iterator[tuple[int, np.ndarray]]:
-    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images."""
-    for _, data in messages((IMAGE,)):
+def frames_of(messages: Messages, path: Path, cdr: bool, topic: str = "") -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of a topic, or of the first one."""
+    for _, data in messages((IMAGE,), topic):
         try:
             yield image(data, cdr)
         except _DAMAGE as error:

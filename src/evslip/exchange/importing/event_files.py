@@ -24,12 +24,12 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
 
     from_zero: let the first event be at 0. Raises DataError.
     """
-    known = read_recording(source)
+    known = read_recording(source, how.camera)
     if known.kind != "recording":
         if how.labels is not None or how.selection != Selection():
             raise DataError(f"{source}: is a {known.kind} record; only recordings are labelled, cropped and turned")
         return known
-    known = replace(known, size=_size_of(source, known, how.size))
+    known = replace(known, size=_size_of(source, known, how))
     selector = Selector(how.selection, known.size)
     poses = known.poses or poses_of(source)
     starts = [int(part.t_us[0]) for part in (known.events, poses) if part is not None and len(part.t_us)]
@@ -37,7 +37,7 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
     events = selector.events(known.events, zero_us)
     footage = known.footage
     if footage is None and how.frames:
-        footage = footage_of(_frames(source), source)
+        footage = footage_of(_frames(source, how.camera), source)
     if footage is not None and footage.images.shape[1:3] != known.size[::-1]:
         height, width = footage.images.shape[1:3]
         raise DataError(f"{source}: frames of {width}x{height} pixels, events of {known.size[0]}x{known.size[1]}")
@@ -63,11 +63,12 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
     )
 
 
-def _size_of(source: Path, known: Record, size: tuple[int, int] | None) -> tuple[int, int]:
+def _size_of(source: Path, known: Record, how: Importing) -> tuple[int, int]:
     """The size of a recording's sensor: as its file states it, or else as a person does, or else its events' extent."""
+    size = how.size
     if size is None:
         return known.size
-    stated = known.size if is_record(source) else open_events(source).size
+    stated = known.size if is_record(source) else open_events(source, how.camera).size
     if stated is not None and stated != size:
         raise ConfigError(f"size: {source} states {stated[0]} x {stated[1]} pixels; expected no other size")
     if known.size[0] > size[0] or known.size[1] > size[1]:
@@ -76,9 +77,11 @@ def _size_of(source: Path, known: Record, size: tuple[int, int] | None) -> tuple
     return size
 
 
-def _frames(source: Path) -> Iterator[tuple[int, np.ndarray]]:
+def _frames(source: Path, camera: str | None) -> Iterator[tuple[int, np.ndarray]]:
     frames = getattr(format_of(source).codec, "frames", None)
-    return iter(()) if frames is None else frames(source)
+    if frames is None:
+        return iter(())
+    return frames(source) if camera is None else frames(source, camera)
 
 
 def poses_of(source: Path) -> Poses | None:

@@ -27,8 +27,9 @@ class Importing:
     size: tuple[int, int] | None = None
     """Width and height of the sensor where the file does not state them; default: the extent of its events, and 346 260
     for a simulator, whose frames are brought to this size."""
-    camera: str = "davis346"
-    """Event camera that looks at a simulator's frames where there are no events."""
+    camera: str | None = None
+    """Of a bag of several cameras the one that is brought in, such as left; of a simulator's folder without events the
+    event camera that looks at its frames, default: davis346."""
     seed: int = 0
     """Seed of that camera."""
     centre_m: tuple[float, float, float] | None = None
@@ -39,6 +40,11 @@ class Importing:
     def selection(self) -> Selection:
         """Part of the picture that is kept, and its turn."""
         return Selection(self.crop, rotate=self.rotate, flip=self.flip)
+
+    @property
+    def simulated_camera(self) -> str:
+        """The event camera that looks at a simulator's frames."""
+        return self.camera or "davis346"
 
     @property
     def simulated_size(self) -> tuple[int, int]:

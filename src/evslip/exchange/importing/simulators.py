@@ -95,6 +95,6 @@ def _events_of(folder: Path, zero_us: int, footage: Footage | None, how: Importi
     from evslip.codecs.clips.grey import to_grey
     from evslip.events.camera import EventCamera
 
-    camera = EventCamera(how.camera, size=how.simulated_size, seed=how.seed, intensity="uint8")
+    camera = EventCamera(how.simulated_camera, size=how.simulated_size, seed=how.seed, intensity="uint8")
     images = (to_grey(image, "uint8") for image in footage.images)
-    return camera.run(zip(footage.t_us.tolist(), images, strict=True)), f"made by evslip, camera {how.camera}"
+    return camera.run(zip(footage.t_us.tolist(), images, strict=True)), f"made by evslip, camera {how.simulated_camera}"
