@@ -24,6 +24,7 @@ ALONG = math.cos(math.radians(1.0))
 """Least part of y in the direction in which a finger slides."""
 SPARE_M = 0.0003
 """Pads may meet so far beyond the ends of a joint."""
+LEAST_STROKE_M = 0.003
 MOST_BOXES = 16
 RUBBER = (0.31, 0.31, 0.31)
 """Colour of pads, sRGB."""
@@ -195,7 +196,7 @@ def _finger(tree: _Tree, made: Any, side: int, hand: Origin, path: Path) -> tupl
     links = links.moved(Origin(-turn @ [0.0, 0.0, FINGER_Z_M], turn))
     behind = backing_m(links.seen, made.pads, f"{path}: gripper.pads", urdf.end_of(joint, "child"))
     closed = made.pads.thickness_m - behind  # way from the joint's 0 to where the pads touch
-    if not ends[0] - SPARE_M <= closed < ends[1] - SPARE_M:
+    if not ends[0] - SPARE_M <= closed <= ends[1] - LEAST_STROKE_M:
         gap = behind + ends[0]
         raise ConfigError(
             f"{key}: {name!r} leaves {1e3 * gap:.2f} mm between finger and middle where it is closed, and "
