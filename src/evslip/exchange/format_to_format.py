@@ -1,6 +1,7 @@
 """Conversion from one format of events to another, of all or a part, in memory that does not grow with the file."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ from evslip.codecs import format_of, open_events
 from evslip.codecs.source import extent_of
 from evslip.codecs.writers import writing
 from evslip.data.record_file import camera_names_in, is_record, read
-from evslip.events.stream import Events
+from evslip.events.stream import Events, empty_events
 from evslip.exchange.sample_bag import FRAMES_HZ, View, is_bag, write_sample
 from evslip.exchange.selection import EVERYTHING, Selection
 from evslip.exchange.selector import Selector
@@ -78,7 +79,7 @@ def convert_format(
     selector = Selector(selection, size)
     tally = Tally()
     if is_whole:
-        records = [read(source, events=False, camera=name) for name in cameras]
+        records = [replace(read(source, camera=name), events=empty_events()) for name in cameras]
         parts = [tally.counted(open_events(source, name).parts) for name in cameras]
         names = cameras if len(cameras) > 1 else (None,)
         write_sample(out, list(map(View, records, parts, names)), frames_hz)
