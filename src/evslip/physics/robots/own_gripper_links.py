@@ -16,7 +16,7 @@ from evslip.physics.robots.hulls import shape_corners
 from evslip.physics.robots.own_files import digest, require_mesh
 from evslip.physics.robots.own_gripper import LONGEST_M, TURNED, around, assembled, pad_of, vector
 from evslip.physics.robots.own_pads import backing_m
-from evslip.physics.robots.urdf import ET, Origin, Shape
+from evslip.physics.robots.urdf import ET, Origin, Shape, after
 from evslip.utils.errors import ConfigError
 
 SIDES = ("left", "right")
@@ -45,7 +45,7 @@ class _Links(NamedTuple):
     def moved(self, frame: Origin) -> "_Links":
         """The same in another frame, in which theirs is at `frame`."""
         looks, collisions = (
-            tuple(shape._replace(origin=_after(frame, shape.origin)) for shape in shapes)
+            tuple(shape._replace(origin=after(frame, shape.origin)) for shape in shapes)
             for shapes in (self.looks, self.collisions)
         )
         return _Links(looks, collisions, self.mass_kg)
@@ -130,7 +130,7 @@ class _Tree:
                 if joint.attrib.get("type") != "fixed":
                     self.assumed.append(f"gripper: joint {joint.attrib['name']} stands still at 0")
                 seen.add(child)
-                waiting.append((child, _after(frame, urdf.origin_of(joint))))
+                waiting.append((child, after(frame, urdf.origin_of(joint))))
         self._require_meshes(base, (*looks, *collisions))
         return _Links(tuple(looks), tuple(collisions), mass)
 
@@ -143,7 +143,7 @@ class _Tree:
             joint = above.pop(link, None)  # so that a loop ends
             if joint is None or joint.attrib["name"] in without:
                 return None
-            frame, link = _after(urdf.origin_of(joint), frame), urdf.end_of(joint, "parent")
+            frame, link = after(urdf.origin_of(joint), frame), urdf.end_of(joint, "parent")
         return frame
 
     def _require_meshes(self, base: str, shapes: tuple[Shape, ...]) -> None:
@@ -178,7 +178,7 @@ def _finger(tree: _Tree, made: Any, side: int, hand: Origin, path: Path) -> tupl
     above = tree.place(urdf.end_of(joint, "parent"), made.base, made.joints)
     if above is None:
         raise ConfigError(f"{key}: {name!r} is not on {made.base!r}; expected a joint that gripper.base carries")
-    frame = _after(_after(hand, above), urdf.origin_of(joint))
+    frame = after(after(hand, above), urdf.origin_of(joint))
     along = frame.turn @ urdf.axis_of(joint)
     along = along / max(float(np.linalg.norm(along)), 1e-12)
     outward = -1.0 if side else 1.0
@@ -257,8 +257,3 @@ def _look(shape: Shape) -> Look:
         return Look(shape.file, place, rows, scale, content=digest([shape.file]))
     colour = None if shape.colour is None else vector(shape.colour)
     return Look(None, place, rows, corners_m=tuple(map(vector, shape.corners)), colour=colour)
-
-
-def _after(outer: Origin, inner: Origin) -> Origin:
-    """A frame given in another one, whose own is `outer`."""
-    return Origin(outer.place + outer.turn @ inner.place, outer.turn @ inner.turn)

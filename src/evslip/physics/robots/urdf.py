@@ -49,6 +49,11 @@ class Origin(NamedTuple):
 AT_ORIGIN = Origin(np.zeros(3), np.eye(3))
 
 
+def after(outer: Origin, inner: Origin) -> Origin:
+    """A frame that is given in another one, whose own is `outer`."""
+    return Origin(outer.place + outer.turn @ inner.place, outer.turn @ inner.turn)
+
+
 class Shape(NamedTuple):
     """A mesh of a link, or a convex body."""
 
@@ -130,8 +135,7 @@ def chain(path: Path, joints: tuple[str, ...]) -> tuple[Link, ...]:
         joint, link = named[name], end_of(named[name], "child")
         origin, at = origin_of(joint), end_of(named[name], "parent")
         while at != before:
-            place, turn = origin_of(above[at])
-            origin, at = Origin(place + turn @ origin.place, turn @ origin.turn), end_of(above[at], "parent")
+            origin, at = after(origin_of(above[at]), origin), end_of(above[at], "parent")
         found.append(described(path, links[link], origin, _turn_to(axis_of(joint))))
         before = link
     return tuple(found)
