@@ -42,6 +42,7 @@ TABLES = {
     "physics": "physics.py",
     "grip-varies": "physics.py --grip-varies",
     "robots": "physics.py --robot all --only onset motion creep",
+    "robot-frames": "robot_frames.py",
     "slip-kinds": "slip_kinds.py",
     "shapes": "shapes.py",
     "textures": "textures.py",
