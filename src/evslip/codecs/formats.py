@@ -85,7 +85,7 @@ def is_bag_folder(path: str | Path) -> bool:
 
 
 def recordings_in(folder: str | Path) -> list[Path]:
-    """What can be read as events in a folder, by name: files, and folders that are a ROS 2 bag."""
+    """Readable recordings of events in a folder, by name: files, and folders that are a ROS 2 bag."""
     known = known_suffixes()
     return [
         one for one in sorted(Path(folder).iterdir()) if is_bag_folder(one) or (one.is_file() and one.suffix in known)

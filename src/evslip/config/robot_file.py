@@ -35,7 +35,7 @@ class PartFile(Section):
     """The palm or a finger."""
 
     boxes: Annotated[tuple[BoxFile, ...], Field(min_length=1, max_length=16)]
-    """What throws its shadow and what is seen, where there is no mesh."""
+    """Boxes that throw its shadow, and are seen where there is no mesh."""
     mesh: str | None = None
     """File of what is seen, beside this one; its frame is that of the boxes."""
     mesh_scale: Annotated[Number, Within(1e-6, 1e3)] = 1.0

@@ -32,7 +32,7 @@ class Poses(NamedTuple):
 
 
 class Stream(NamedTuple):
-    """What one of several cameras saw of a sample."""
+    """One camera's share of a sample that several saw."""
 
     size: tuple[int, int]
     """The sensor's (width, height)."""

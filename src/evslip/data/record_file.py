@@ -87,7 +87,7 @@ def read_recording(path: str | Path, camera: str | None = None) -> Record:
 
 
 def views(path: str | Path, camera: str | None = None) -> list[Record]:
-    """What `read_recording` gives for one camera; for ALL_CAMERAS for each that the record has, in a list."""
+    """A list of what `read_recording` gives for one camera; for ALL_CAMERAS, for each that the record has."""
     if camera != ALL_CAMERAS:
         return [read_recording(path, camera)]
     names = camera_names_in(path) if is_record(path) else ()

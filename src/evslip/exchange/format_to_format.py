@@ -34,14 +34,14 @@ class ConvertedFormat(NamedTuple):
 
 
 class Tally:
-    """What passed through it."""
+    """Counts of what passed through it."""
 
     def __init__(self) -> None:
         self.count = self.on = self.start_us = self.end_us = 0
         self.labelled = False
 
     def counted(self, parts: Iterable[Events]) -> Iterator[Events]:
-        """The same parts."""
+        """These parts, counted."""
         for events in parts:
             yield events
             if events.count:

@@ -44,7 +44,7 @@ def stream_of(file: h5py.File, camera: str | None) -> h5py.Group:
 
 
 def wrong_camera(names: tuple[str, ...], camera: str | None) -> str:
-    """What is wrong with a choice among these cameras, and what would be right."""
+    """Message of a wrong choice among these cameras: what is wrong, and what would be right."""
     if not names:
         return f"holds the events of one camera, which has no name; expected no camera, not {camera!r}"
     choice = f"expected one of them, such as --camera {names[0]}" + ("" if camera is None else f", not {camera!r}")

@@ -12,7 +12,7 @@ from evslip.utils.errors import MissingExtraError
 
 BLOCK_BYTES = 1 << 22
 VERSION = 9
-"""Of the format of ROS 2 bags: that of Iron and later; Humble reads its files, too."""
+"""Version of the format of ROS 2 bags, that of Iron and later; Humble reads its files, too."""
 
 
 class BagWriter:

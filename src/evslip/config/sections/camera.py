@@ -13,7 +13,7 @@ CAMERAS = ("left", "right")
 
 
 class ViewSpec(Section, Generic[N, S]):
-    """What one of two cameras has otherwise than the section camera says; its keys and limits are that section's."""
+    """Differences of one of two cameras from the section camera; its keys and limits are that section's."""
 
     mount: S | None = None
     x_m: N | None = None

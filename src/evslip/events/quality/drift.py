@@ -30,7 +30,7 @@ class Drift(NamedTuple):
     """ON over OFF events."""
     ratio_end: float
     change: float
-    """Of the ratio's logarithm from begin to end, without what goes along with the logarithm of the rate."""
+    """Change of the ratio's logarithm from begin to end, without what goes along with the logarithm of the rate."""
     error: float
     """Standard error of the change, from the parts' scatter about the line."""
     rate_begin_hz: float

@@ -44,7 +44,7 @@ def described(quality: Quality) -> dict[str, str]:
 
 
 def harms(quality: Quality) -> list[str]:
-    """What hurts a detector, a line each: what happens, and what to do."""
+    """Findings that hurt a detector, a line each: what happens, and what to do."""
     return list(_harms(quality))
 
 

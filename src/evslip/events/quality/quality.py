@@ -24,7 +24,7 @@ LISTED = 100
 
 @dataclass(frozen=True)
 class Quality:
-    """What of a recording's events comes from the readout, the pixels or the lamp. None: not known."""
+    """Shares of a recording's events that come from the readout, the pixels or the lamp. None: not known."""
 
     count: int
     """Events of the recording that lie within the sensor."""

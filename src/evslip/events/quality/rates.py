@@ -24,7 +24,7 @@ class Rates(NamedTuple):
     start_us: int
     step_us: int
     on: np.ndarray
-    """Of shape (n,), float64; off too."""
+    """ON events of each step, float64 of shape (n,); `off` likewise."""
     off: np.ndarray
     reads: np.ndarray
     """Rows that were read: events that differ from the one before in time or in row; of shape (n,)."""

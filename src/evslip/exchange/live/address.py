@@ -14,9 +14,9 @@ class Address(NamedTuple):
     scheme: str
     """`file` for what names none."""
     place: str
-    """What follows the scheme, without the options."""
+    """The part after the scheme, without the options."""
     options: dict[str, str]
-    """What follows a question mark, such as format=faery; of a file nothing."""
+    """The part after a question mark, such as format=faery; of a file nothing."""
 
     @classmethod
     def of(cls, text: str) -> Self:

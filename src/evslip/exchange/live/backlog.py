@@ -1,4 +1,4 @@
-"""What has come and not yet been taken, bounded."""
+"""Pieces that have come and were not yet taken, bounded."""
 
 import threading
 from collections import deque

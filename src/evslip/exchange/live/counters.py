@@ -6,7 +6,7 @@ from typing import Any
 
 @dataclass
 class Counters:
-    """What has come, what has not, and what was not answered, since the beginning."""
+    """Numbers of events and answers, and of those that are missing, since the beginning."""
 
     received: int = 0
     """Events that came."""
@@ -45,7 +45,7 @@ class Counters:
         return found | {"lost": self.lost if self.tells_loss else None}
 
     def line(self) -> str:
-        """What matters, for a person."""
+        """The counters that matter, for a person."""
         lost = f"{self.lost:,} lost" if self.tells_loss else "loss unknown"
         parts = [f"{self.received:,} events", lost]
         named = {

@@ -15,7 +15,7 @@ QUIET_S = 0.01
 
 @dataclass(frozen=True)
 class Sent:
-    """What was sent."""
+    """Numbers of what was sent."""
 
     events: int
     seconds: float

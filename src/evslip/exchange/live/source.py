@@ -19,7 +19,7 @@ class Ended(Exception):
 
 @dataclass(frozen=True)
 class Piece:
-    """What a source gives at once."""
+    """Events that a source gives at once."""
 
     events: Events
     """May be none. Not checked: `feed.Feed` does that."""
@@ -58,7 +58,7 @@ class LiveSource(ABC):
 
     @abstractmethod
     def read(self, timeout_s: float) -> Piece | None:
-        """What has come, at the latest after the timeout; None for nothing. Raises Unreachable when the source has
+        """The next piece, at the latest after the timeout; None for nothing. Raises Unreachable when the source has
         gone, Ended when it is over."""
 
     @abstractmethod

@@ -23,7 +23,7 @@ class Publication:
     fps: int = 30
     """Frames a second of these episodes."""
     camera: str | None = None
-    """Of samples that two cameras saw, the one whose events and pictures these episodes have: left or right."""
+    """The camera whose events and pictures these episodes have, of samples that two saw: left or right."""
     shard_mb: float = 500.0
     """A shard is closed once it holds this much, in MB."""
     date_published: str | None = None

@@ -79,7 +79,7 @@ class RollingCounts:
         self._borders_us = np.array([-(-k * length_us // bins) for k in range(bins + 1)]) - length_us
         shape = (2 * bins, -(-size[1] // pool), -(-size[0] // pool))
         self.counts = np.zeros(shape, np.int32)
-        """Of shape (2 * bins, rows, columns)."""
+        """Counts of shape (2 * bins, rows, columns)."""
         self._times, self._places = np.empty(ROOM, np.int64), np.empty(ROOM, np.int32)
         self._first, self._number = np.zeros(bins + 1, np.int64), 0
 

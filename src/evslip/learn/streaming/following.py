@@ -1,4 +1,4 @@
-"""What answers for the windows of a stream: each as a whole, or from what has changed since the one before."""
+"""Answers for the windows of a stream: each as a whole, or from what has changed since the one before."""
 
 from abc import ABC, abstractmethod
 from typing import Any
@@ -117,7 +117,7 @@ class RollingCountNet(Following):
 
 
 def following(network: Network, settings: WindowSettings, rolling: bool) -> Following:
-    """What answers for the windows of a stream, cut as `settings` say. rolling: from what changes, where the network
+    """Follower of a stream whose windows are cut as `settings` say. rolling: from what changes, where the network
     can, which pays for hops that are short beside the window."""
     if rolling and type(network) is CountNet:
         return RollingCountNet(network, settings)

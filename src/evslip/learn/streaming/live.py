@@ -38,7 +38,7 @@ class Answered:
     delay_ms: np.ndarray
     """Time from the moment that an answer is about, as the quickest delivery tells it, to the answer; (n,)."""
     events: Events
-    """What came since the last answers."""
+    """Events since the last answers."""
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Each answer for a machine."""

@@ -16,7 +16,7 @@ from torch.optim.rmsprop import rmsprop
 from evslip.learn.training.settings import TrainSettings
 
 Lists = dict[str, list[Tensor]]
-"""What is remembered of several parameters, by name."""
+"""Memory of several parameters, by name."""
 
 
 class Optimiser(ABC):

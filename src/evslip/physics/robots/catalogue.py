@@ -28,7 +28,7 @@ def robot_of(spec: RobotSpec) -> Robot:
 
 
 def pinned(spec: RobotSpec) -> RobotSpec:
-    """The same robot, of a file with its digest. Raises ConfigError."""
+    """This robot, of a file with its digest. Raises ConfigError."""
     robot_of(spec)
     return spec if not spec.is_file else spec.model_copy(update={"sha256": load(spec.kind).sha256})
 

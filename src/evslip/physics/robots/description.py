@@ -36,7 +36,7 @@ class Arm:
     """An arm of revolute joints in a row, from its URDF."""
 
     name: str
-    """What messages call it."""
+    """Name in messages."""
     urdf: Path
     """File, or its place in the package example-robot-data."""
     joints: tuple[str, ...]
@@ -86,9 +86,9 @@ class Look:
     scale: Vector = (1.0, 1.0, 1.0)
     """Metres by unit of the file, along its axes."""
     corners_m: tuple[Vector, ...] = ()
-    """Of the body, in its own frame."""
+    """Corners of the body, in its own frame."""
     colour: Vector | None = None
-    """Of the body, sRGB of 0 to 1."""
+    """Colour of the body, sRGB of 0 to 1."""
     content: str = ""
     """As of `Arm`."""
 
@@ -98,11 +98,11 @@ class Part:
     """The palm or a finger."""
 
     boxes: tuple[Box, ...]
-    """What throws its shadow; also what is seen, where it has no looks."""
+    """Boxes that throw its shadow, and are seen where it has no looks."""
     blocker: Box
     """A coarse box that keeps light from all around away."""
     looks: tuple[Look, ...] = ()
-    """What is seen."""
+    """Visible surfaces."""
     hull: Path | None = None
     """Convex mesh (STL) that must not touch the table; as `Arm.urdf`. None: the boxes."""
     mass_kg: float = 0.0
@@ -147,7 +147,7 @@ class Gripper:
 
 @dataclass(frozen=True)
 class Robot:
-    """What moves the hand, and the hand."""
+    """An arm, or nothing in place of it, and the hand."""
 
     arm: Arm | None
     """None: a cartesian hand."""

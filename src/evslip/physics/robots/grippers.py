@@ -40,7 +40,7 @@ METAL, JAW, RUBBER = 0.45, 0.6, 0.08
 PAD_M = 0.002
 """Thickness of its rubber pads."""
 DENSITY_KG_M3 = 1500.0
-"""Of all that it is made of: an assumption, aluminium with motors and room between."""
+"""Density of all that it is made of: an assumption, aluminium with motors and room between."""
 
 
 def parallel_gripper(

@@ -94,7 +94,7 @@ def _add_inertia(link: ET.Element, model: mujoco.MjModel, body: int, anchor: np.
 
 
 def _add_geom(link: ET.Element, model: mujoco.MjModel, geom: int, anchor: np.ndarray, path: Path) -> None:
-    """What is seen, and, where something may touch it, a collision shape."""
+    """Visible geometry, and, where something may touch it, a collision shape."""
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     place, quat = model.geom_pos[geom], model.geom_quat[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:

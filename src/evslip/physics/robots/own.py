@@ -31,7 +31,7 @@ class Own(NamedTuple):
     sha256: str
     """Digest of the file and of all that it names."""
     assumed: tuple[str, ...]
-    """What the file does not say and is taken for granted."""
+    """Assumptions about what the file does not say."""
     stamps: dict[Path, tuple[int, int]]
     """Time of change and size of every file."""
 

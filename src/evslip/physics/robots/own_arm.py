@@ -122,7 +122,7 @@ def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
 
 
 def _besides(file: Path, links: set[str]) -> Iterator[str]:
-    """What an arm's links carry that is none of them."""
+    """Links that an arm's links carry and that are none of them."""
     for joint in urdf.tree(file).findall("joint"):
         child = urdf.end_of(joint, "child")
         if urdf.end_of(joint, "parent") in links and child not in links:

@@ -43,7 +43,7 @@ class _Links(NamedTuple):
         return self.looks or self.collisions
 
     def moved(self, frame: Origin) -> "_Links":
-        """The same in another frame, in which theirs is at `frame`."""
+        """These in another frame, in which theirs is at `frame`."""
         looks, collisions = (
             tuple(shape._replace(origin=after(frame, shape.origin)) for shape in shapes)
             for shapes in (self.looks, self.collisions)
@@ -211,7 +211,7 @@ def _finger(tree: _Tree, made: Any, side: int, hand: Origin, path: Path) -> tupl
 
 
 def _part(links: _Links, pads: PadsFile | None, key: str, tree: _Tree, path: Path) -> Part:
-    """What links are, with a pad if they are a finger."""
+    """Description of links, with a pad if they are a finger."""
     shapes = links.collisions or links.looks
     boxes = tuple(_box(shape) for shape in shapes)
     if len(boxes) > MOST_BOXES:
@@ -242,7 +242,7 @@ def _box(shape: Shape) -> Box:
 
 
 def _behind(box: Box) -> Box:
-    """What of a box along the axes lies on its finger's side of the middle; others as they are."""
+    """The part of a box along the axes on its finger's side of the middle; others as they are."""
     low, high = box.place_m[1] - box.half_m[1], box.place_m[1] + box.half_m[1]
     if box.axes != STRAIGHT or low >= 0 or high <= 0:
         return box

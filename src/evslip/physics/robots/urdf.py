@@ -1,4 +1,4 @@
-"""What a URDF says of links and joints, and where its meshes are."""
+"""Links and joints of a URDF, and the files of its meshes."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -61,11 +61,11 @@ class Shape(NamedTuple):
     """The mesh's; None for a body."""
     origin: Origin
     scale: np.ndarray
-    """Of the mesh, of shape (3,)."""
+    """Factors of the mesh along its axes, of shape (3,)."""
     corners: np.ndarray
-    """Of the body, in metres in its own frame, of shape (n, 3)."""
+    """Points of the body, in metres in its own frame, of shape (n, 3)."""
     colour: np.ndarray | None
-    """Of the body, sRGB of 0 to 1, of shape (3,), if the URDF says one."""
+    """Colour of the body, sRGB of 0 to 1, of shape (3,), if the URDF says one."""
 
 
 class Link(NamedTuple):

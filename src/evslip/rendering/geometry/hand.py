@@ -73,7 +73,7 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
 
 @cache
 def part_mesh(part: Part) -> Mesh:
-    """What is seen of a palm or of a finger, in its own frame. Raises MissingExtraError."""
+    """Visible surface of a palm or of a finger, in its own frame. Raises MissingExtraError."""
     if not part.looks:
         return joined([_box_mesh(box) for box in part.boxes])
     return joined([

@@ -91,7 +91,7 @@ def carries(robot: Robot, joints_rad: np.ndarray, hand_m: np.ndarray) -> bool:
 
 @cache
 def link_mesh(arm: Arm, number: int) -> Mesh:
-    """What is seen of a link, in its frame. Raises MissingExtraError."""
+    """Visible surface of a link, in its frame. Raises MissingExtraError."""
     link, meshes = links_of(arm)[number], []
     for shape in link.looks or link.collisions:
         mesh = convex_mesh(shape.corners, shape.colour) if shape.file is None else read_mesh(shape.file)

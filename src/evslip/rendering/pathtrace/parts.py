@@ -20,7 +20,7 @@ from evslip.scene.shapes.surface import Surface
 OBJECT, TABLE, HAND = "object", "table", "hand"
 FINGERS = {hand.LEFT: "left", hand.RIGHT: "right"}
 LINKS = tuple(f"link{k}" for k in range(links.MOST_LINKS))
-"""Of arms with as many, from the arm's base to the link that carries the hand."""
+"""Parts of arms with as many links, from the arm's base to the link that carries the hand."""
 LEAST_AREA_M2 = 1e-14
 """Smaller triangles have no direction."""
 _RINGS = (0.25, 1.0, 4.0, 16.0, 64.0, 256.0)

@@ -37,7 +37,7 @@ MOST_NOTES = 8
 
 
 class LiveView:
-    """What pages are shown: the newest reports, bounded. Threads may put and take."""
+    """The newest reports, which pages are shown; bounded. Threads may put and take."""
 
     def __init__(self, name: str, size: tuple[int, int] | None):
         self.name, self.size, self.threshold = name, size or (346, 260), 0.5

@@ -18,7 +18,7 @@ from evslip.utils.errors import ConfigError, DataError
 
 FORMATS = ("evslip", "faery")
 BUFFER_BYTES = 32 << 20
-"""What the kernel shall keep while nobody reads; it may grant less."""
+"""Bytes that the kernel shall keep while nobody reads; it may grant less."""
 MOST_BYTES = 65_536
 MOST_AT_ONCE = 512
 """Datagrams that are taken together."""
