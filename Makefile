@@ -7,17 +7,23 @@ INSTALL := $(BIN)/python -m pip install --no-compile -c constraints.txt
 # Where this is set, each of a run's hundreds of processes would compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test docs dist figures reproduce reproduce-small clean
+.PHONY: demo test lint compiled docs dist figures reproduce reproduce-small clean
 
 demo: $(VENV)/demo
 	$(BIN)/evslip demo demo
 
-test: $(VENV)/ready
+test: lint compiled
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+
+lint: $(VENV)/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+
+# What samples need, compiled once: the workers that test side by side would each compile it.
+compiled: $(VENV)/ready
+	$(BIN)/evslip warm-up
 
 # The documentation's site, into site/; a broken link or a missing page is an error.
 docs: $(VENV)/ready
