@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,7 @@ class Runner:
         code = None
         try:
             with log.open("w") as file:
-                command = [self._program, *step.words, *step.aside]
-                code = subprocess.run(
-                    command, stdout=file, stderr=subprocess.STDOUT, env=_environment(jobs), check=False
-                ).returncode
+                code = run_command([self._program, *step.words, *step.aside], file, jobs)
         finally:
             seconds = time.perf_counter() - start
             entry = {"name": step.name, "command": step.command, "begun": begun, "seconds": seconds, "code": code}
@@ -111,6 +108,11 @@ class Runner:
                 f"now it would be `{step.command}`: remove it and {done_path(self._out, step)}, or choose another --out"
             )
         return record["key"] == step.key
+
+
+def run_command(command: list[str], log: TextIO, jobs: int) -> int:
+    """Exit code of a command, one of several at the same time, that prints into a file."""
+    return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, env=_environment(jobs), check=False).returncode
 
 
 def done_path(out: Path, step: Step) -> Path:

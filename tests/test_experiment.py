@@ -9,11 +9,13 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from command_line import evslip
 from evslip.config.loading import load_config, parse_override
 from evslip.config.params import Params
 from evslip.config.sample import leaves
@@ -37,13 +39,30 @@ TINY = (
     "--small", "--simple", 12, "--complex-train", 8, "--complex-test", 4, "--world", 3, "--ablation-train", 8,
     "--ablation-test", 4, "--networks", "mlp", "event_rate", "--finals", "event_rate", "--ablated", "event_rate",
     "--seeds", 0, "--worlds", "front", "--ablations", "noise", "--sweeps", "simple/mlp", "--trials", 1,
-    "--resamples", 20, "--jobs", 2, "--window-hop-s", 0.01, "--training", "epochs=1", "--keys", *KEYS,
+    "--resamples", 20, "--jobs", 2, "--workers", 1, "--window-hop-s", 0.01, "--training", "epochs=1", "--keys", *KEYS,
 )  # fmt: skip
 
 
+def command(out: Path, *more: object) -> list[str]:
+    return [sys.executable, str(SCRIPT), "--out", str(out), *map(str, TINY), *map(str, more)]
+
+
 def reproduce(out: Path, *more: object) -> subprocess.CompletedProcess:
-    command = [sys.executable, str(SCRIPT), "--out", str(out), *map(str, TINY), *map(str, more)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return subprocess.run(command(out, *more), capture_output=True, text=True, check=False)
+
+
+def reproduce_here(monkeypatch: pytest.MonkeyPatch, out: Path) -> int:
+    """Its exit code within the tests' own process: thirty processes would import PyTorch thirty times."""
+
+    def run_command(command: list[str], log: TextIO, jobs: int) -> int:
+        done = evslip(*command[1:])
+        log.write(done.stdout + done.stderr)
+        return done.returncode
+
+    monkeypatch.syspath_prepend(SCRIPT.parent)
+    monkeypatch.setattr(importlib.import_module("steps"), "run_command", run_command)
+    monkeypatch.setattr(sys, "argv", command(out, "--jobs", 1)[1:])
+    return importlib.import_module("reproduce").main()
 
 
 def rows(text: str, under: str) -> dict[str, list[str]]:
@@ -116,10 +135,9 @@ def test_the_curves_of_nuisances_are_means_over_seeds(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.slow
-def test_every_cell_is_what_the_product_measured(tmp_path: Path) -> None:
+def test_every_cell_is_what_the_product_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "all"
-    done = reproduce(out)
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert reproduce_here(monkeypatch, out) == 0
     text = "".join((out / page).read_text() for page in ("results.md", "results-tables.md"))
     table2 = rows(text, "Simple val, paper")
     for network, paper in (("mlp", ["98", "72", "69"]), ("event_rate", ["–", "–", "–"])):
@@ -154,7 +172,7 @@ def test_every_cell_is_what_the_product_measured(tmp_path: Path) -> None:
 
 
 def resumes_and_notices(out: Path) -> None:
-    """Nothing is done twice; a gap and a changed command are told."""
+    """Nothing is done twice; a gap and a changed command are told, and what is missing is made."""
     again = reproduce(out)
     assert again.returncode == 0
     assert "$ evslip" not in again.stdout
@@ -165,6 +183,9 @@ def resumes_and_notices(out: Path) -> None:
     gap = reproduce(out, "--stages", "tables")
     assert gap.returncode == 1
     assert "evaluate test/mlp-0" in gap.stdout
+    filled = reproduce(out, "--stages", "test", "tables")
+    assert filled.returncode == 0, filled.stdout + filled.stderr
+    assert filled.stdout.count("$ evslip") == filled.stdout.count("$ evslip evaluate") == 1
 
 
 @pytest.mark.parametrize(
@@ -180,8 +201,14 @@ def resumes_and_notices(out: Path) -> None:
         (("--stages", "train", "--training", "epochs"), "expected OPTION=VALUE"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
-    done = reproduce(tmp_path / "none", *arguments)
-    assert done.returncode == 1
-    assert words in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+def test_what_is_wrong_is_said_in_one_line(
+    arguments: tuple[str, ...], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    monkeypatch.syspath_prepend(SCRIPT.parent)
+    monkeypatch.setattr(sys, "argv", command(tmp_path / "none", *arguments)[1:])
+    with pytest.raises(SystemExit) as stop:
+        importlib.import_module("reproduce").main()
+    assert isinstance(stop.value.code, str)  # which Python prints, and exits with 1
+    assert words in stop.value.code
+    assert len(stop.value.code.splitlines()) == 1
+    assert not capsys.readouterr().err
