@@ -12,7 +12,8 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: $(VENV)/demo
 	$(BIN)/evslip demo demo
 
-test: lint compiled
+test: $(VENV)/ready
+	$(MAKE) --jobs 2 lint compiled
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 lint: $(VENV)/ready
