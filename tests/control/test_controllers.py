@@ -7,6 +7,7 @@ from evslip.control.controllers import CONTROLLERS, make_controller
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.controllers.detector_pi import DetectorPI
 from evslip.control.controllers.grip_force import GripForce, Relaxation
+from evslip.control.controllers.slip_signal import SlipSignal
 from evslip.control.episode_truth import GripTruth
 from evslip.control.senses import GRAVITY_M_S2, Senses
 from evslip.events.stream import Events, empty_events
@@ -151,6 +152,20 @@ def test_a_detector_is_asked_at_every_step(name):
     assert found[first] == pytest.approx(4.0)
     assert len(set(found[first : first + 17])) == 1
     assert np.unique(found)[:4] == pytest.approx([2.0, 4.0, 6.0, 7.5])  # each alarm adds half as large a share
+
+
+def test_a_camera_whose_clock_jumps_does_not_stop_a_detector():
+    """Its time stamps lie behind the steps, and before them; no event is lost."""
+    jumps = {20: -1500, 21: -900, 25: 1000}
+    answers = []
+    for by_us in ({}, jumps):
+        signal = SlipSignal("default", SETUP, None, 1)
+        for k in range(1, 40):
+            some = events(k, 300)
+            answers.append(signal.push(some.replace(t_us=some.t_us + by_us.get(k, 0)), k * STEP_US).p_slip)
+    steady, jumping = np.array(answers).reshape(2, -1)
+    np.testing.assert_array_equal(steady[:19], jumping[:19])
+    assert 0 < np.abs(steady - jumping).max() < 0.2
 
 
 def test_the_force_grows_with_the_speed_that_a_detector_estimates():

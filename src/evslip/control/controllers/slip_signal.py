@@ -2,6 +2,8 @@
 
 from typing import Protocol
 
+import numpy as np
+
 from evslip.control.controllers.controller import NO_ANSWER, Setup, SlipAnswer
 from evslip.events.stream import Events
 from evslip.learn.streaming.stream import Detector
@@ -39,6 +41,7 @@ class SlipSignal:
         self._threshold = self._detector.description.threshold if threshold is None else threshold
         self._needed, self._in_a_row = answers, 0
         self._latest = NO_ANSWER
+        self._known_us = 0
 
     @property
     def has_speeds(self) -> bool:
@@ -46,8 +49,11 @@ class SlipSignal:
         return self._detector.estimates_speeds
 
     def push(self, events: Events, now_us: int) -> SlipAnswer:
-        """Take the events since the last step; the answer now."""
-        found = self._detector.follow(events, now_us)
+        """Take the events since the last step; the answer now. Events with time stamps before what is known already, as a
+        clock that jumps gives them, count as of then."""
+        in_order = events.replace(t_us=np.maximum(events.t_us, self._known_us))
+        self._known_us = max(now_us, self._known_us, *in_order.t_us[-1:].tolist())
+        found = self._detector.follow(in_order, self._known_us)
         for k in range(len(found.t_us)):
             p_slip = float(found.p_slip[k])
             self._in_a_row = self._in_a_row + 1 if p_slip >= self._threshold else 0
