@@ -49,8 +49,8 @@ class SlipSignal:
         return self._detector.estimates_speeds
 
     def push(self, events: Events, now_us: int) -> SlipAnswer:
-        """Take the events since the last step; the answer now. Events with time stamps before what is known already, as a
-        clock that jumps gives them, count as of then."""
+        """Take the events since the last step; the answer now. Events with time stamps before what is known already, as
+        a clock that jumps gives them, count as of then."""
         in_order = events.replace(t_us=np.maximum(events.t_us, self._known_us))
         self._known_us = max(now_us, self._known_us, *in_order.t_us[-1:].tolist())
         found = self._detector.follow(in_order, self._known_us)
