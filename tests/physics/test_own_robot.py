@@ -22,6 +22,7 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble, box_parts, shadow_boxes
 from evslip.rendering.geometry.links import link_mesh, link_poses
 from evslip.utils.errors import ConfigError, PlanRejected
+from robot_files import changed, refused
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_robot"
 TINY = {"camera.width": 96, "camera.height": 72, "motion.duration_s": 6.0}
@@ -62,13 +63,6 @@ def params_of(file, index=0, mass_of_onset=None, **overrides):
         return params
     obj = params.object.model_copy(update={"mass_kg": mass_of_onset * onset_mass(params)})
     return params.model_copy(update={"object": obj})
-
-
-def changed(file: Path, old: str, new: str) -> Path:
-    text = file.read_text()
-    assert old in text
-    file.write_text(text.replace(old, new))
-    return file
 
 
 def stl(path: Path, corners: np.ndarray) -> Path:
@@ -154,7 +148,7 @@ def test_an_mjcf_is_the_same_arm_as_mujoco_makes_of_it(tmp_path):
 def test_a_finger_may_be_seen_as_a_mesh(robot):
     mesh = np.array([[-8.0, 2, 80], [8, 2, 80], [0, 12, 80], [0, 2, 158]])
     stl(robot.parent / "jaw.stl", mesh)
-    changed(robot, "[gripper.left]  ", '[gripper.left]\nmesh = "jaw.stl"\nmesh_scale = 0.001\n#')
+    changed(robot, ("[gripper.left]  ", '[gripper.left]\nmesh = "jaw.stl"\nmesh_scale = 0.001\n#'))
     seen, parts = assemble(0.0, gripper=load(str(robot)).robot.gripper)
     left = seen.corners[parts == LEFT].reshape(-1, 3)
     assert left.min(axis=0) == pytest.approx((-0.008, 0.002, 0.08 - 0.15 + TCP_M[2]), abs=1e-6)
@@ -176,7 +170,7 @@ def test_a_change_of_the_file_never_passes_unnoticed(robot):
     params = params_of(robot)
     text = dump_config(load_config("simple", {"robot.kind": str(robot), "robot.sha256": params.robot.sha256}))
     assert draw(config_from_text(text), 0).robot == params.robot
-    changed(robot.parent / "arm.urdf", 'mass value="3"', 'mass value="3.5"')
+    changed(robot.parent / "arm.urdf", ('mass value="3"', 'mass value="3.5"'))
     with pytest.raises(ConfigError, match=r"^robot\.sha256: .* has changed: its digest is .*, expected .*new data set"):
         simulate(params)
     with pytest.raises(ConfigError, match=r"^robot\.sha256: .* has changed"):
@@ -193,7 +187,7 @@ def test_pads_have_limits_of_force_and_friction(robot):
 
 
 def test_long_fingers_stay_off_the_table(robot):
-    changed(robot, "0.119], size_m = [0.016, 0.010, 0.078]", "0.124], size_m = [0.016, 0.010, 0.088]")
+    changed(robot, ("0.119], size_m = [0.016, 0.010, 0.078]", "0.124], size_m = [0.016, 0.010, 0.088]"))
     gripper = load(str(robot)).robot.gripper
     tip = corners_of(gripper.finger.boxes)[:, 2].max() + FINGER_Z_M - TCP_M[2]
     assert tip == pytest.approx(0.018)
@@ -272,21 +266,17 @@ WRONG_ARMS = [
 
 @pytest.mark.parametrize(("old", "new", "says"), WRONG)
 def test_a_wrong_file_is_told_in_one_line(robot, old, new, says):
-    with pytest.raises(ConfigError, match=says) as caught:
-        load(str(changed(robot, old, new)))
-    assert str(caught.value).startswith(str(robot.parent)) and "\n" not in str(caught.value)
+    refused(changed(robot, (old, new)), says)
 
 
 @pytest.mark.parametrize(("old", "new", "says"), WRONG_ARMS)
 def test_a_wrong_arm_is_told_in_one_line(robot, old, new, says):
-    changed(robot.parent / "arm.urdf", old, new)
-    with pytest.raises(ConfigError, match=says) as caught:
-        load(str(robot))
-    assert str(caught.value).startswith(str(robot.parent)) and "\n" not in str(caught.value)
+    changed(robot.parent / "arm.urdf", (old, new))
+    refused(robot, says)
 
 
 def test_an_inertia_that_no_body_has_is_told(robot):
-    changed(robot.parent / "arm.urdf", 'ixx="0.042" iyy="0.042" izz="0.006"', 'ixx="0.042" iyy="0.042" izz="0.6"')
+    changed(robot.parent / "arm.urdf", ('ixx="0.042" iyy="0.042" izz="0.006"', 'ixx="0.042" iyy="0.042" izz="0.6"'))
     with pytest.raises(ConfigError, match=r"robot\.toml: MuJoCo does not take this robot: .*inertia"):
         simulate(params_of(robot))
 
@@ -294,7 +284,7 @@ def test_an_inertia_that_no_body_has_is_told(robot):
 def test_a_mesh_that_is_too_large_is_not_read(robot):
     with (robot.parent / "jaw.stl").open("wb") as file:
         file.truncate(40 << 20)
-    changed(robot, "[gripper.left]  ", '[gripper.left]\nmesh = "jaw.stl"\n#')
+    changed(robot, ("[gripper.left]  ", '[gripper.left]\nmesh = "jaw.stl"\n#'))
     with pytest.raises(ConfigError, match=r"gripper\.left\.mesh: jaw\.stl: larger than 32 MB; simplify the mesh"):
         load(str(robot))
 
