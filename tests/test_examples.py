@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from evslip.codecs import read_events, write_events
+from evslip.control.controllers.controller import Setup
 from evslip.windows.window_set import open_windows
 from notebooks import run
 from sample_records import random_events
@@ -132,3 +133,22 @@ def test_the_ros2_node_answers_packets_of_a_bag(tmp_path):
     assert answers[-1] == pytest.approx(expected, abs=1e-6)
     assert feed.refused == 0
     assert len((EXAMPLES / "ros2_node" / "slip_node.py").read_text().splitlines()) <= 70
+
+
+def test_a_learned_grip_sees_on_a_robot_what_it_saw_when_it_learned(monkeypatch):
+    pytest.importorskip("gymnasium")
+    monkeypatch.syspath_prepend(EXAMPLES / "rl_grip")
+    learned = importlib.import_module("learned_grip")
+    env = learned.Seen(learned.environment())
+    seen, _ = env.reset(options={"index": 1})
+    episode = env.unwrapped.episode
+    policy = learned.Learned()
+    policy.reset(Setup(learned.SIZE, 1_000_000 // learned.RATE_HZ, episode.t_us, episode.senses.force_n, 0.5, 20.0))
+    forces = []
+    for _ in range(20):
+        force_n = policy.step(env.unwrapped.events, episode.senses)
+        np.testing.assert_array_equal(policy.features, seen)
+        seen, *_ = env.step(np.array([policy.action], np.float32))
+        forces.append((force_n, episode.senses.force_n))
+    np.testing.assert_allclose(*np.transpose(forces), rtol=1e-5)
+    assert np.ptp(forces) > 0
