@@ -13,6 +13,9 @@ from unittest.mock import patch
 
 ROOT = Path(__file__).resolve().parents[2]
 _SEARCH = 'data-md-component="search" role="dialog"'
+_CONTENTS = re.compile(
+    r'(<a href="#([^"]+)" class="md-nav__link">(?:(?!</a>).)*</a>\s*<nav class="md-nav" aria-label=)"[^"]*"', re.DOTALL
+)
 _LINK = re.compile(r"\]\((?!\w+:|#)([^)\s]+)\)")
 
 
@@ -42,8 +45,9 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
 
 def on_post_page(output: str, page: Any, config: Any) -> str:
-    """A name for the theme's dialog of the search, which screen readers tell."""
-    return output.replace(_SEARCH, f'{_SEARCH} aria-label="Search"')
+    """Names for screen readers: one for the dialog of the search, and one of its own for each part of the contents."""
+    output = output.replace(_SEARCH, f'{_SEARCH} aria-label="Search"')
+    return _CONTENTS.sub(r'\1"Contents of \2"', output)
 
 
 def verbs() -> str:
