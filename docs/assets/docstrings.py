@@ -31,6 +31,8 @@ def as_lists(text: str) -> str:
     inside = False
     for line in text.splitlines():
         item = _ITEM.fullmatch(line)
+        if item and not lines and line[0].isupper():
+            item = None  # "Scene: shapes, textures" is a summary.
         if item and (inside or not lines or not lines[-1].strip()):
             if not inside and lines:
                 lines.append("")
