@@ -25,6 +25,8 @@ import numpy as np
 
 SIZE = (346, 260)
 TICK_S = 0.001
+MODEL = "default-complex"
+"""The detector that is asked: one whose answers come from what has changed."""
 
 
 def send(port: int, rate: float, seconds: float) -> None:
@@ -73,7 +75,7 @@ def measure_cost(hop_s: float) -> None:
             rng, found = np.random.default_rng(0), []
             step_us = round(at_once * hop_s * 1e6)
             for rolling in (False, True):
-                detector = Detector("default-complex", hop_s=hop_s, rolling=rolling)
+                detector = Detector(MODEL, hop_s=hop_s, rolling=rolling)
                 detector.follow(noise(rng, 0, 200_000, rate), 200_000, newest=1)
                 pieces = [noise(rng, 200_001 + i * step_us, step_us, rate) for i in range(20)]
                 costs = []
@@ -110,7 +112,7 @@ def causes(path: str, hop_s: float) -> list[int]:
 
     record, parts = open_recording(path)
     events = concatenate(list(parts))
-    found = detect("default", events, record.size, hop_s=hop_s)
+    found = detect(MODEL, events, record.size, hop_s=hop_s)
     slips = found.p_slip >= found.threshold
     begins = found.t_us[slips & ~np.concatenate([[False], slips[:-1]])]
     return events.t_us[np.searchsorted(events.t_us, begins) - 1].tolist()
@@ -118,7 +120,7 @@ def causes(path: str, hop_s: float) -> list[int]:
 
 def hear(source: str, hop_s: float) -> subprocess.Popen:
     """`evslip live`, listening."""
-    words = ["-m", "evslip", "live", source, "--model", "default-complex", "--json", "--once", "--hop-s", str(hop_s)]
+    words = ["-m", "evslip", "live", source, "--model", MODEL, "--json", "--once", "--hop-s", str(hop_s)]
     hearing = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
     assert hearing.stdout is not None
     hearing.stdout.readline()  # the first status: it listens
