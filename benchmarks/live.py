@@ -123,7 +123,9 @@ def hear(source: str, hop_s: float) -> subprocess.Popen:
     words = ["-m", "evslip", "live", source, "--model", MODEL, "--json", "--once", "--hop-s", str(hop_s)]
     hearing = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
     assert hearing.stdout is not None
-    hearing.stdout.readline()  # the first status: it listens
+    for line in hearing.stdout:  # with the first status it listens; a note may come before
+        if "status" in json.loads(line):
+            break
     return hearing
 
 
