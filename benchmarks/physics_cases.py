@@ -57,11 +57,15 @@ def bisected(params: Params, low: float = 0.8, high: float = 1.25, regrip_n: flo
     return (low + high) / 2
 
 
-def params_of(index: int, seed: int, robot: str, overrides: dict[str, Any]) -> Params:
-    """A draw of preset complex. robot: its kind, or kind-gripper, or a robot's file."""
+def robot_keys(robot: str) -> dict[str, str]:
+    """Overrides that choose a robot by its kind, or kind-gripper, or by its file."""
     kind, _, gripper = (robot, "", "") if robot.endswith(".toml") else robot.partition("-")
-    named = {"robot.kind": kind} | ({"robot.gripper": gripper} if gripper else {})
-    config = evslip.load_config("complex", {"seed": seed, **named, **overrides})
+    return {"robot.kind": kind} | ({"robot.gripper": gripper} if gripper else {})
+
+
+def params_of(index: int, seed: int, robot: str, overrides: dict[str, Any]) -> Params:
+    """A draw of preset complex. robot: as of robot_keys."""
+    config = evslip.load_config("complex", {"seed": seed, **robot_keys(robot), **overrides})
     return evslip.draw(config, index)
 
 

@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Iterator
 
-from physics_cases import ROBOTS
+from physics_cases import ROBOTS, robot_keys
 
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
@@ -49,9 +49,7 @@ def main() -> None:
 
 def _frames(robot: str, width: int, height: int) -> tuple[int, Iterator[object]]:
     """Number of frames, and the frames."""
-    kind, _, gripper = (robot, "", "") if robot.endswith(".toml") else robot.partition("-")
-    named = {"robot.kind": kind} | ({"robot.gripper": gripper} if gripper else {})
-    config = load_config("simple", SAMPLE | named | {"camera.width": width, "camera.height": height})
+    config = load_config("simple", SAMPLE | robot_keys(robot) | {"camera.width": width, "camera.height": height})
     trajectory = simulate(draw(config, 0))
     camera, span = hand_camera(trajectory.params), recorded_span(trajectory)
     times = frame_times(trajectory, *span, camera=camera)
