@@ -33,7 +33,7 @@ class ConvertedFormat(NamedTuple):
     """Kinds of data that the source holds and the file that was written does not."""
 
 
-class Tally:
+class Counts:
     """Counts of what passed through it."""
 
     def __init__(self) -> None:
@@ -77,17 +77,17 @@ def convert_format(
     stated = open_events(source, cameras[0])
     size = stated.size or extent_of(stated.parts)
     selector = Selector(selection, size)
-    tally = Tally()
+    counts = Counts()
     if is_whole:
         records = [replace(read(source, camera=name), events=empty_events()) for name in cameras]
-        parts = [tally.counted(open_events(source, name).parts) for name in cameras]
+        parts = [counts.counted(open_events(source, name).parts) for name in cameras]
         names = cameras if len(cameras) > 1 else (None,)
         write_sample(out, list(map(View, records, parts, names)), frames_hz)
     else:
         with writing(out, selector.size) as push:
-            for events in tally.counted(selector.of(open_events(source, camera).parts)):
+            for events in counts.counted(selector.of(open_events(source, camera).parts)):
                 push(events)
-    lost = ("the labels",) if tally.labelled and not form.keeps_labels else ()
+    lost = ("the labels",) if counts.labelled and not form.keeps_labels else ()
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) and not is_whole else ()
-    return ConvertedFormat(tally.count, tally.on, tally.start_us, tally.end_us, selector.size, lost)
+    return ConvertedFormat(counts.count, counts.on, counts.start_us, counts.end_us, selector.size, lost)
