@@ -20,6 +20,7 @@ from evslip.physics.simulation import simulate
 from evslip.rendering import exposure_scale, frame_times, make_renderer, recorded_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import ScenePoses
+from evslip.utils.errors import ConfigError
 
 TURNS = 50
 SAMPLE = {"motion.duration_s": 8.0, "object.x_m": 0.45, "object.y_m": 0.0, "motion.move_y_m": -0.15}
@@ -31,7 +32,10 @@ def main() -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(173, 130))
     options = parser.parse_args()
     robots = ["panda", *(robot for robot in options.robots if robot != "panda")]
-    sequences = {robot: _frames(robot, *options.size) for robot in robots}
+    try:
+        sequences = {robot: _frames(robot, *options.size) for robot in robots}
+    except ConfigError as error:
+        parser.error(str(error))
     for _, sequence in sequences.values():  # what is compiled or kept at first does not count
         next(sequence)
     spent = dict.fromkeys(robots, 0.0)
