@@ -49,7 +49,7 @@ def _counts(window: Window) -> tuple[spaces.Space[Any], Observe]:
     def observe(events: Events, senses: Senses, now_us: int) -> np.ndarray:
         place = (events.p == 0).astype(np.intp) * (width * height) + events.y.astype(np.intp) * width + events.x
         counts = np.bincount(place, minlength=2 * width * height)
-        return np.minimum(counts, MOST_COUNT).astype(np.uint8).reshape(2, height, width)
+        return np.minimum(counts, MOST_COUNT, out=counts).astype(np.uint8).reshape(2, height, width)
 
     return spaces.Box(0, MOST_COUNT, (2, height, width), np.uint8), observe
 

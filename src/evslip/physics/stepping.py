@@ -184,12 +184,16 @@ class SteppedSimulation:
         push = rotation.T @ self._conditions.push_n[self._last] / self.mass_kg
         linear = linear - push + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
         com = (arm - TCP_M)[[0, 2]] * [1, -1]
-        wrench = load_wrench(com, linear[0], -linear[2], -angular[1], gyration_m2(self.params))
+        wrench = load_wrench(com, linear[0], -linear[2], -angular[1], self._gyration_m2)
         return float(self.mass_kg * self._surface.utilisation(wrench, PADS * self.friction))
 
     @cached_property
     def _surface(self) -> LimitSurface:
         return pad_surface(self.params)
+
+    @cached_property
+    def _gyration_m2(self) -> float:
+        return gyration_m2(self.params)
 
     def _grip(self, force_n: float) -> None:
         if force_n != self._model.actuator_forcerange[self._fingers[0], 1]:

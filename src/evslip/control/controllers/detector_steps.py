@@ -23,15 +23,20 @@ class DetectorSteps(Controller):
         """Probability from which on it says slip; None: the detector's own."""
         answers: int = 1
         """Answers in a row that are an alarm."""
-        gain: float = 2.0
+        gain: float = 2.5
         """Multiple of the force that an alarm asks for, ..."""
         least_step_n: float = 0.5
         """... or this much more, if that is more; ..."""
         again: float = 0.5
         """... of this, the share that the next alarm adds, until there has been none for a while: an object that goes
-        on slipping with twice the force is rarer than a detector that goes on being wrong."""
+        on slipping with a raised force is rarer than a detector that goes on being wrong."""
         wait_s: float = 0.17
         """Time that a raised force is given before it is raised again: as long as a detector looks back."""
+        falling: float = 0.8
+        """Share of the largest estimated speed since the alarm began below which the object is coming to rest, so that
+        the alarm is about the past and raises nothing. A detector without speeds does not know."""
+        deg_mm: float = 3.0
+        """Degrees of turning that count as a millimetre of sliding."""
         relaxation: Relaxation = field(default_factory=Relaxation)
 
     def __init__(self, parameters: Parameters | None = None):
@@ -46,18 +51,21 @@ class DetectorSteps(Controller):
         self._step_us, self._quiet_us, self._share = setup.step_us, 0, 1.0
         # Whether the alarm has gone on since the last raise: only then has the object slipped at the raised force.
         self._goes_on = False
+        self._fastest_mm_s = 0.0
 
     def step(self, events: Events, senses: Senses) -> float:
         assert self._signal is not None, "reset comes first"
         own = self.parameters
         self.answer = self._signal.push(events, senses.t_us)
         self.alarm = self.answer.alarm
+        speed_mm_s = max(self.answer.slide_mm_s, self.answer.rotation_deg_s / own.deg_mm)
+        self._fastest_mm_s = max(speed_mm_s, self._fastest_mm_s) if self.alarm else 0.0
         if not self.alarm:
             self._force.rest()
             self._goes_on = False
             self._quiet_us += self._step_us
             self._share = 1.0 if self._quiet_us > own.relaxation.quiet_s * 1e6 else self._share
-        elif self._raised_us is None or senses.t_us - self._raised_us >= own.wait_s * 1e6:
+        elif self._may_raise(senses.t_us, speed_mm_s):
             before = self._force.value_n
             if self._share == 1.0 or self._goes_on:
                 self._force.slipped_at(before)
@@ -65,3 +73,11 @@ class DetectorSteps(Controller):
             self._raised_us, self._quiet_us, self._goes_on = senses.t_us, 0, True
             self._share *= own.again
         return self._force.command_n(senses)
+
+    def _may_raise(self, now_us: int, speed_mm_s: float) -> bool:
+        """Whether an alarm may raise the force: it is new, or the last raise has had its time and did not help."""
+        own = self.parameters
+        if self._raised_us is None:
+            return True
+        is_falling = self._goes_on and speed_mm_s < own.falling * self._fastest_mm_s
+        return now_us - self._raised_us >= own.wait_s * 1e6 and not is_falling
