@@ -1,6 +1,8 @@
 """The README's moving picture: one episode with the grip force left alone, and with a detector that sets it.
 
-python examples/closed_loop_clip.py docs/figures/closed_loop.webp [--split train] [--index 3] [--model default-wild]
+python examples/closed_loop_clip.py docs/figures/closed_loop.webp [--split train] [--index 3] [--model default]
+
+Shown at half speed, for a slip is over in a tenth of a second.
 """
 
 import argparse
@@ -17,7 +19,8 @@ from evslip.control.controllers.controller import Setup
 from evslip.control.picture import picture_of
 from evslip.events.stream import concatenate
 
-STEP_US, PICTURE_US = 10_000, 100_000
+STEP_US, PICTURE_US, SLOWER = 10_000, 50_000, 2
+LAST_MS = 1500
 EVENTS_US = 20_000
 PLOT_PX, SHOWN_S = 74, 8.0
 INK, GREY, RED, ORANGE, BLUE = "#222222", "#bbbbbb", "#c0392b", "#e67e22", "#2471a3"
@@ -27,7 +30,7 @@ class Course(NamedTuple):
     """One episode, in pictures and in numbers."""
 
     pictures: list[np.ndarray]
-    """Frames with the events of the last 20 ms, one every 0.1 s."""
+    """Frames with the events of the last 20 ms, one every 0.05 s."""
     rows: np.ndarray
     """Time in seconds, force and least force in newtons, slip probability, angle in degrees; of shape (n, 5), a row a
     step."""
@@ -39,8 +42,8 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--split", default="train")
     parser.add_argument("--index", type=int, default=3)
-    parser.add_argument("--model", default="default-wild")
-    parser.add_argument("--seconds", type=float, default=SHOWN_S)
+    parser.add_argument("--model", default="default")
+    parser.add_argument("--seconds", type=float, default=SHOWN_S, help="most of the episode that is shown")
     options = parser.parse_args()
     candidates = Candidates("hold", split=options.split)
     shown = {}
@@ -51,16 +54,18 @@ def main() -> None:
         shown[title] = played(candidates, options.index, controller, options.seconds)
     count = max(len(course.pictures) for course in shown.values())
     most_n = max(float(course.rows[:, 1:3].max()) for course in shown.values())
+    longest_s = max(float(course.rows[-1, 0]) for course in shown.values())
     sheets = [
-        np.hstack([panel(title, course, k, most_n, options.seconds) for title, course in shown.items()])
+        np.hstack([panel(title, course, k, most_n, longest_s) for title, course in shown.items()])
         for k in range(count)
     ]
     images = [Image.fromarray(sheet) for sheet in sheets]
     options.out.parent.mkdir(parents=True, exist_ok=True)
+    shown_ms = [SLOWER * PICTURE_US // 1000] * (count - 1) + [LAST_MS]
     images[0].save(
-        options.out, save_all=True, append_images=images[1:], duration=PICTURE_US // 1000, loop=0, quality=45, method=4
+        options.out, save_all=True, append_images=images[1:], duration=shown_ms, loop=0, quality=45, method=4
     )
-    print(f"{options.out}: {count} pictures, {options.out.stat().st_size / 1e6:.2f} MB")
+    print(f"{options.out}: {count} pictures, {sum(shown_ms) / 1000} s, {options.out.stat().st_size / 1e6:.2f} MB")
 
 
 def played(candidates: Candidates, index: int, controller, seconds: float) -> Course:
