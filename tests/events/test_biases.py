@@ -17,7 +17,7 @@ from evslip.events.datasheet import bias_sheet, bias_table
 from evslip.events.presets import PRESETS
 from evslip.utils.errors import ConfigError
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "event-camera.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "cameras.md"
 BASE = PRESETS["davis346"]
 PER_E_FOLD = 1 / 14
 

@@ -12,7 +12,7 @@ from evslip.events.readout.settings import READOUT_PARAMETERS, Readout
 from evslip.utils.errors import ConfigError
 from shared_data import shared
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "event-camera.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "cameras.md"
 
 
 def test_every_parameter_has_a_meaning_a_unit_and_limits():

@@ -8,8 +8,7 @@ Equations of the circuit, with U_T the thermal voltage:
     amplifier         f = I_pr / (2 pi U_T C1) at least: its load is smaller
     photoreceptor     f = 3 Hz a lux of scene illumination, as long as the amplifier is faster
 
-All hold in weak inversion, up to some 100 nA. docs/explanation/event-camera.md gives the sources, and what each number
-is worth.
+All hold in weak inversion, up to some 100 nA. docs/explanation/pixel-model.md gives the sources.
 """
 
 import math

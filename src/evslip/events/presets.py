@@ -57,8 +57,8 @@ is lit by 4 lux: thresholds of davis346-bright, bandwidth and refractory period 
 another sensor (docs/explanation/realism.md has both); clean and noisy are v2e's own (Hu, Liu, Delbruck, v2e: from video
 frames to realistic DVS events, CVPR workshops 2021). dvxplorer (Samsung VGA) and prophesee-like (Gen4, IMX636) follow
 what is public about these sensors; dvxplorer-lite has dvxplorer's pixels behind the event frames of a recording, in
-place of a refractory period that stands for them (`readout.presets`); docs/explanation/event-camera.md gives the source
-of each value. Biases change all of them: `evslip calibrate` fits a camera at hand."""
+place of a refractory period that stands for them (`readout.presets`); docs/reference/cameras.md gives the source of
+each value. Biases change all of them: `evslip calibrate` fits a camera at hand."""
 
 FITTED = ("davis346-bright",)
 """Presets fitted to frames whose codes were taken as light, as those of files are."""
