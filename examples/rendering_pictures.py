@@ -1,4 +1,4 @@
-"""The figures of docs/explanation/rendering.md: python examples/rendering_pictures.py [FOLDER]
+"""Figures of docs/explanation/rendering.md and renderer-model.md: python examples/rendering_pictures.py [FOLDER]
 
 Every shape on the table under a small and a large lamp, then held and turned, each with an enlarged piece; and what
 the lens does, with what a frame holds besides light.

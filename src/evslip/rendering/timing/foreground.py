@@ -27,7 +27,7 @@ def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: L
 
     camera: a pinhole. Edges of object and arm count more: STEADY_PX of theirs as render.max_motion_px of the backdrop.
     Not followed are fingers that open or close, and the links' shadows: drawn as often as those move, bodies were no
-    nearer to those of single frames (see docs/explanation/rendering.md).
+    nearer to those of single frames.
     """
     often = params.render.max_motion_px / STEADY_PX
     held = np.maximum(object_motion(poses, camera, params), gripper_motion(poses, camera))
