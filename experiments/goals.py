@@ -73,16 +73,16 @@ def verdict(plan: Plan) -> str:
             if ours > paper:
                 beaten += 1
                 continue
-            found = "" if tuned is None else f"; {tuned:.1f} with settings that a sweep found"
+            found = "" if tuned is None else f", {tuned:.1f} with settings that a sweep found"
             missed.append(f"`{network}`, {title} ({ours:.1f} against {paper:g}{found})")
-    above = f"By trajectory, above the paper's in {beaten} of {beaten + len(missed)} cells"
-    lines = [above + (f"; not above in: {', '.join(missed)}." if missed else ".")] if beaten or missed else []
+    above = f"By trajectory ours is above the paper's in {beaten} of {beaten + len(missed)} cells."
+    lines = [above + (f" Not above: {'; '.join(missed)}." if missed else "")] if beaten or missed else []
     exams = {name: found for name in plan.networks if (found := tested(plan, "test", name))}
     if exams:
         best = min(exams, key=lambda name: (len(failed(exams[name])), -_accuracy(exams[name])))
         wishes = failed(exams[best])
         said = f"misses: {'; '.join(wishes)}" if wishes else "reaches every goal"
-        lines.append(f"The one that reaches most of the goals below, `{best}`, {said}.")
+        lines.append(f"Best at the goals below is `{best}`: it {said}.")
     return " ".join(lines) or MISSING
 
 

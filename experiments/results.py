@@ -22,17 +22,19 @@ TABLES: dict[str, Callable[[Plan], str]] = {
     "data": tables.data,
     "windows": tables.windows,
     "table2": tables.table2,
+    "others": tables.others,
     "goals": goals.goals,
     "everything": goals.everything,
     "worlds": tables.worlds,
+    "worlds_auroc": tables.worlds_auroc,
     "ablation": tables.ablation,
     "sweeps": tables.sweeps,
     "real": tables.real,
 }
 FULL = Plan(Path())
-WHOLE = "ran all of it and wrote this page"
-PARTLY = f"wrote this page before all of it was run (cells that say *{MISSING}* wait for it)"
-FIRST_SEEDS = "wrote this page before every seed was run (a cell without a range is of the first seed)"
+WHOLE = "This command ran all of it and wrote this page"
+PARTLY = f"This command wrote this page before all of it was run; cells that say *{MISSING}* wait for it"
+FIRST_SEEDS = "This command wrote this page before every seed was run; a cell without a range is of the first seed"
 
 
 def write(plan: Plan, command: Sequence[str]) -> list[str]:
@@ -54,7 +56,6 @@ def write(plan: Plan, command: Sequence[str]) -> list[str]:
         training=training_options(plan),
         window_hop_s=f"{plan.window_hop_s:g}",
         picture=picture(plan),
-        evaluation="evaluation.md",
     )
     for page, template in TEMPLATES.items():
         text = Template(Path(__file__).with_name(template).read_text(encoding="utf-8"))

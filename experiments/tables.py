@@ -2,10 +2,10 @@
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import stages
-from plan import PAPERS, Plan
+from plan import Plan
 from readings import MISSING, PAPER, percent, samples, spread, tested, training, validated
 from steps import done_path, log_path, read_json, seconds_of
 from worlds import FIXED, WORLDS
@@ -58,7 +58,7 @@ def windows(plan: Plan) -> str:
 
 
 def table2(plan: Plan) -> str:
-    """The paper's Table 2 beside ours."""
+    """The paper's Table 2 beside ours, of the networks that the paper has."""
     head = (
         "network",
         "Simple val, paper",
@@ -71,31 +71,56 @@ def table2(plan: Plan) -> str:
         "ours",
     )
     lines = []
-    for network in plan.networks:
-        quoted = [f"{value:g}" for value in PAPER.get(network, ())] or ["–"] * 3
-        cells = [validation(plan, group, network) for group in ("simple-paper", "simple", "complex-paper", "complex")]
-        ours = [percent(found) if network in PAPERS or not group.endswith("paper") else "–" for group, found in cells]
+    for network in (name for name in plan.networks if name in PAPER):
+        quoted = [f"{value:g}" for value in PAPER[network]]
+        ours = [
+            percent(validation(plan, group, network))
+            for group in ("simple-paper", "simple", "complex-paper", "complex")
+        ]
         test = percent([one.scores.balanced_accuracy for one in tested(plan, "test", network)])
         lines.append([f"`{network}`", quoted[0], *ours[:2], quoted[1], *ours[2:], quoted[2], test])
-    return table(head, lines)
+    return table(head, lines) if lines else "None of the paper's networks was trained (`--networks`)."
 
 
-def validation(plan: Plan, group: str, network: str) -> tuple[str, list[float]]:
-    """The group, and the validation accuracy of each seed."""
-    return group, [found.accuracy for found in validated(plan, group, network)]
+def others(plan: Plan) -> str:
+    """Validation of the networks that the paper does not have."""
+    names = [name for name in plan.networks if name not in PAPER]
+    lines = [
+        [f"`{name}`", *(percent(validation(plan, group, name)) for group in ("simple", "complex"))] for name in names
+    ]
+    return table(("network", "Simple Set", "Complex Set"), lines) if lines else "No other network was trained."
+
+
+def validation(plan: Plan, group: str, network: str) -> list[float]:
+    """Validation accuracy of each seed."""
+    return [found.accuracy for found in validated(plan, group, network)]
 
 
 def worlds(plan: Plan) -> str:
-    """The finals in worlds that they were not trained on."""
-    head = ("world", "windows, trajectories", *(f"`{name}`: balanced accuracy, %; AUROC" for name in plan.finals))
-    rows = {"the Complex test set itself": "test"} | {WORLDS[name].title: f"worlds/{name}" for name in plan.worlds}
+    """Balanced accuracy of the finals in worlds that they were not trained on, %."""
+    head = ("world", "windows, trajectories", *(f"`{name}`" for name in plan.finals))
     lines = []
-    for title, test_set in rows.items():
-        found = {network: tested(plan, test_set, network) for network in plan.finals}
-        first = next((each[0] for each in found.values() if each), None)
+    for title, found in _in_worlds(plan):
+        first = next((each[0] for each in found if each), None)
         counts = MISSING if first is None else f"{first.scores.windows}, {first.scores.trajectories}"
-        lines.append([title, counts, *(_two_scores(each) for each in found.values())])
+        accuracies = [percent([one.scores.balanced_accuracy for one in each]) for each in found]
+        lines.append([title, counts, *accuracies])
     return table(head, lines)
+
+
+def worlds_auroc(plan: Plan) -> str:
+    """AUROC of the finals in these worlds."""
+    lines = [
+        [title, *(spread([one.scores.auroc for one in each], 3) for each in found)] for title, found in _in_worlds(plan)
+    ]
+    return table(("world: AUROC", *(f"`{name}`" for name in plan.finals)), lines)
+
+
+def _in_worlds(plan: Plan) -> Iterator[tuple[str, list[list[Evaluation]]]]:
+    """Each world's title, and the evaluations of every seed of each final in it."""
+    rows = {"the Complex test set itself": "test"} | {WORLDS[name].title: f"worlds/{name}" for name in plan.worlds}
+    for title, test_set in rows.items():
+        yield title, [tested(plan, test_set, network) for network in plan.finals]
 
 
 def ablation(plan: Plan) -> str:
@@ -143,7 +168,7 @@ def sweeps(plan: Plan) -> str:
             continue
         found, best = known
         first = training(found.folder / best.folder)
-        ours = [percent(validation(plan, name, network)[1]) for name in (f"{group}-tuned", group)]
+        ours = [percent(validation(plan, name, network)) for name in (f"{group}-tuned", group)]
         paper = f"{PAPER[network][group == 'complex']:g}" if network in PAPER else "–"
         drawn = ", ".join(f"{k} {v:.2g}" if isinstance(v, float) else f"{k} {v}" for k, v in best.settings.items())
         accuracy = percent([] if first is None else [first.accuracy])

@@ -140,13 +140,15 @@ def test_every_cell_is_what_the_product_measured(tmp_path: Path, monkeypatch: py
     assert reproduce_here(monkeypatch, out) == 0
     text = "".join((out / page).read_text() for page in ("results.md", "results-tables.md"))
     table2 = rows(text, "Simple val, paper")
-    for network, paper in (("mlp", ["98", "72", "69"]), ("event_rate", ["–", "–", "–"])):
+    others = rows(text, "| Simple Set |")
+    assert (list(table2), list(others)) == (["`mlp`"], ["`event_rate`"])
+    assert [table2["`mlp`"][place] for place in (0, 3, 6)] == ["98", "72", "69"]
+    for network, cells in (("mlp", [table2["`mlp`"][2], table2["`mlp`"][5]]), ("event_rate", others["`event_rate`"])):
+        assert cells == [validation(out / f"models/{name}/{network}-0") for name in ("simple", "complex")]
         test = scores(out / f"evaluations/test/{network}-0")
-        cells = table2[f"`{network}`"]
-        assert [cells[0], cells[3], cells[6]] == paper
-        assert cells[2] == validation(out / f"models/simple/{network}-0")
-        assert cells[5] == validation(out / f"models/complex/{network}-0")
-        assert cells[7] == f"{100 * test['scores']['balanced_accuracy']:.1f}"
+        accuracy = f"{100 * test['scores']['balanced_accuracy']:.1f}"
+        assert rows(text, "AUROC ≥")[f"`{network}`"][0] == accuracy
+        assert network == "event_rate" or table2[f"`{network}`"][7] == accuracy
         assert rows(text, "AUROC ≥")[f"`{network}`"][1] == f"{test['scores']['auroc']:.4f}"
         assert rows(text, "AUPRC")[f"`{network}`"][1] == f"{test['scores']['f1']:.3f}"
     assert table2["`mlp`"][1] == validation(out / "models/simple-paper/mlp-0")
@@ -154,12 +156,14 @@ def test_every_cell_is_what_the_product_measured(tmp_path: Path, monkeypatch: py
     swept = rows(text, "best run")["simple/mlp"]
     found, again = (validation(out / name) for name in ("sweeps/simple/mlp/trials/0000", "models/simple-tuned/mlp-0"))
     assert swept[:5] == ["1", found, again, table2["`mlp`"][2], "98"]
-    for head, line, test_set in (
-        ("world", "camera in front of the hand", "worlds/front"),
-        ("fixed", "noise", "ablation/noise"),
-    ):
-        found = scores(out / f"evaluations/{test_set}/event_rate-0")["scores"]
-        assert rows(text, head)[line][-1] == f"{100 * found['balanced_accuracy']:.1f}; {found['auroc']:.3f}"
+    front, noise = (
+        scores(out / f"evaluations/{test_set}/event_rate-0")["scores"]
+        for test_set in ("worlds/front", "ablation/noise")
+    )
+    world = "camera in front of the hand"
+    assert rows(text, "| windows, trajectories |")[world][-1] == f"{100 * front['balanced_accuracy']:.1f}"
+    assert rows(text, "world: AUROC")[world] == [f"{front['auroc']:.3f}"]
+    assert rows(text, "fixed")["noise"][-1] == f"{100 * noise['balanced_accuracy']:.1f}; {noise['auroc']:.3f}"
     entries = [
         json.loads(line) for path in out.glob("data/simple/journal/*/*") for line in path.read_text().splitlines()
     ]
