@@ -112,6 +112,31 @@ def test_a_table_without_its_command_is_found(tmp_path, said, code):
     assert ("page.md:9: no command" in done.stdout) == bool(code)
 
 
+@pytest.mark.parametrize(
+    ("said", "lacks"),
+    [
+        ("`python benchmarks/render.py` (commit COMMIT): 3.4 CPU-ms a frame.", ""),
+        ("<!-- figures: the data sheet -->\nIt reads 12 Mpixel/s.", ""),
+        ("It waits for 20 ms, a setting.", ""),
+        ("A frame takes 3.4 CPU-ms.", "no command and no commit: 3.4 CPU-ms"),
+        ("`python benchmarks/render.py`: 3.4 to 4.2 CPU-ms.", "no commit: 3.4 to 4.2 CPU-ms"),
+        ("`python benchmarks/render.py` (commit 0123abc): 90 ns an event.", "no commit 0123abc here: 90 ns an event"),
+    ],
+)
+def test_costs_in_the_text_name_command_and_commit(tmp_path, said, lacks):
+    asked = ["git", "-C", ROOT, "rev-parse", "--short=7", "HEAD"]
+    commit = subprocess.run(asked, capture_output=True, text=True, check=False).stdout.strip() or "0123abc"
+    if "0123abc" in lacks and commit == "0123abc":
+        pytest.skip("no git repository whose commits could be asked for")
+    page = tmp_path / "page.md"
+    page.write_text(
+        f"# Title\n\n`python benchmarks/events.py` is another's.\n\n## Speed\n\n{said.replace('COMMIT', commit)}\n"
+    )
+    done = subprocess.run([sys.executable, CHECK_DOCS, "--commits", page], capture_output=True, text=True, check=False)
+    assert done.returncode == bool(lacks), done.stdout
+    assert not lacks or f"page.md:7: {lacks}" in done.stdout, done.stdout
+
+
 BY_HAND = {"detectors.py", "interop.py", "noise_levels.py", "figures.py"}
 """Benchmarks whose tables need a data set that is made first, and the one that runs all others."""
 
@@ -119,7 +144,7 @@ BY_HAND = {"detectors.py", "interop.py", "noise_levels.py", "figures.py"}
 def test_make_figures_prints_every_table_that_names_a_benchmark(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     check, figures = importlib.import_module("check_docs"), importlib.import_module("figures")
-    told = " ".join(" ".join(check.CODE.findall(table.before)) for page in PAGES for table in check.tables(page))
+    told = " ".join(" ".join(check.CODE.findall(table.said)) for page in PAGES for table in check.tables(page))
     named = set(re.findall(r"benchmarks/(\w+\.py)", told))
     printed = {command.split()[0] for command in figures.TABLES.values()}
     assert len(named) > 15 and named - BY_HAND - {"figures.py"} <= printed
