@@ -75,9 +75,9 @@ class GripperFile(Section):
     joints: Annotated[tuple[str, ...] | None, Field(min_length=2, max_length=2)] = None
     """Its sliding joints that open the left and the right finger."""
     mount_m: Annotated[Vector, Within(-1.0, 1.0, METRES)] = (0.0, 0.0, 0.0)
-    """Place of the face that it is mounted with, in the frame of the base,"""
+    """Place of the face that it is mounted with, in the frame of the base."""
     mount_rpy_deg: Annotated[Vector, Within(-360.0, 360.0)] = (0.0, 0.0, 0.0)
-    """... and its roll, pitch and yaw."""
+    """Roll, pitch and yaw of that face."""
     pads: PadsFile | None = None
     palm: PartFile | None = None
     left: PartFile | None = None
@@ -116,9 +116,9 @@ class ArmFile(Section):
     flange: str | None = None
     """Link (URDF) or body (MJCF) that carries the gripper."""
     mount_m: Annotated[Vector, Within(-1.0, 1.0, METRES)] = (0.0, 0.0, 0.0)
-    """Place of the face that the gripper is mounted on, in the frame of the flange,"""
+    """Place of the face that the gripper is mounted on, in the frame of the flange."""
     mount_rpy_deg: Annotated[Vector, Within(-360.0, 360.0)] = (0.0, 0.0, 0.0)
-    """... and its roll, pitch and yaw."""
+    """Roll, pitch and yaw of that face."""
     rest_deg: tuple[Number, ...] | None = None
     """Rest pose, in which the hand points down: of all poses for a place, the arm takes the one nearest to it."""
     torque_n_m: Annotated[tuple[Number, ...] | None, Within(0.1, 1e4)] = None

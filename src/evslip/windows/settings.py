@@ -28,13 +28,14 @@ class WindowSettings:
     angular: how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its
     public code); a fall counts as no movement, and so does a turn there and back."""
     slip_deg: float = 1.0
-    """A window is slip from this rotation on ..."""
+    """Rotation from which on a window is slip."""
     slip_mm: float = 2.0
-    """... or, by motion, from this slide on."""
+    """Slide from which on it is slip; of labels motion alone."""
     hold_deg: float = 0.1
-    """A window is hold below this rotation ..."""
+    """Rotation below which a window is hold."""
     hold_mm: float = 0.1
-    """... and, by motion, this slide. Between hold and slip it is dropped; equal thresholds leave nothing between."""
+    """Slide below which it is hold; of labels motion alone. A window between hold and slip is dropped; equal thresholds
+    leave nothing between."""
     left: int = 73
     """First column of the crop; below 0 where it reaches beyond the sensor, as on its right."""
     top: int = 10

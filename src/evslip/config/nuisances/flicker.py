@@ -12,9 +12,10 @@ class FlickerSpec(Section, Generic[N, S]):
 
     lamp_depth: Annotated[N, Within(0.0, 1.0)] = usual(0.0)
     """Depth of the lamp's flicker, (max - min) / (max + min); 0: the lamp is still. Filament lamps 0.1 to 0.2,
-    fluorescent ones 0.3, LEDs up to 1 (IEEE 1789),"""
+    fluorescent ones 0.3, LEDs up to 1 (IEEE 1789)."""
     surroundings_depth: Annotated[N, Within(0.0, 1.0)] = usual(0.0)
-    """... and of the light from all around; 0 as of daylight. Different depths take two renderings a frame."""
+    """Depth of the flicker of the light from all around; 0 as of daylight. Where it differs from lamp_depth, a frame
+    takes two renderings."""
     waveform: Annotated[S, OneOf(WAVEFORMS)] = usual("sine")
     """Sine: as from the mains. Pwm: on and off, as of a dimmed LED."""
     frequency_hz: Annotated[N, Within(10.0, 1000.0)] = usual(100.0)

@@ -19,9 +19,9 @@ class PassersSpec(Section, Generic[N, S]):
     speed_m_s: Annotated[N, Within(0.0, 10.0)] = usual(1.0)
     """Mean speed; each has 0.7 to 1.3 times as much."""
     width_m: Annotated[N, Within(0.02, 2.0)] = usual(0.4)
-    """Width and depth,"""
+    """Width and depth."""
     height_m: Annotated[N, Within(0.02, 2.5)] = usual(1.0)
-    """... and height over the table's plane, on which they stand where they cross the background."""
+    """Height over the table's plane, on which they stand where they cross the background."""
     distance_m: Annotated[N, Within(0.8, 20.0)] = usual(2.5)
     """Distance at which they cross: from the camera, or from the tool centre towards the lamp."""
     texture: S = usual("weave-0")

@@ -13,16 +13,16 @@ class ShareSpec(Section):
     """How many of a data set's samples have a section; the others are as if it were not given."""
 
     clutter: Share = 1.0
-    """Share of the samples that have the section clutter,"""
+    """Share of the samples that have the section clutter."""
     disturbance: Annotated[Share, LATER] = 1.0
-    """... disturbance,"""
+    """Share of the samples that have the section disturbance."""
     flicker: Share = 1.0
-    """... flicker,"""
+    """Share of the samples that have the section flicker."""
     lens: Share = 1.0
-    """... lens,"""
+    """Share of the samples that have the section lens."""
     passers: Share = 1.0
-    """... passers,"""
+    """Share of the samples that have the section passers."""
     readout: Share = 1.0
-    """... readout,"""
+    """Share of the samples that have the section readout."""
     vibration: Share = 1.0
-    """... vibration."""
+    """Share of the samples that have the section vibration."""

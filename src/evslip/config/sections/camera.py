@@ -52,19 +52,20 @@ class CameraSpec(Section, Generic[N, S]):
     y_m, z_m, looks at the tool centre. Robot: where the robot's file puts it, looks at the tool centre. Finger,
     finger-right: in the left or right finger, which is clear, looks through it at the contact."""
     x_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
-    """Position in the hand's frame, added to the mount's, which is (0, 0.27, 0.13) for side, (0.27, 0, 0.13) for front,
-    0 for custom, that of the robot's file for robot, and 0.05 behind the pad's face for finger: in the image plane of
-    side,"""
+    """Position in the hand's frame, in the image plane of side. It is added to the mount's, which is (0, 0.27, 0.13)
+    for side, (0.27, 0, 0.13) for front, 0 for custom, that of the robot's file for robot, and 0.05 behind the pad's
+    face for finger."""
     y_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
-    """... along the closing axis,"""
+    """Position along the closing axis, likewise."""
     z_m: Annotated[N, Within(-0.5, 0.5)] = usual(0.0)
-    """... and the way that the fingers point; the tool centre is at 0.1034. A small range of each is a jitter."""
+    """Position along the way that the fingers point, likewise; the tool centre is at 0.1034. A small range of each is a
+    jitter."""
     yaw_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
-    """Turn of the camera against its mount: to its right,"""
+    """Turn of the camera against its mount, to its right."""
     pitch_deg: Annotated[N, Within(-90.0, 90.0)] = usual(0.0)
-    """... then up,"""
+    """Turn upwards, after yaw_deg."""
     roll_deg: Annotated[N, Within(-180.0, 180.0)] = usual(0.0)
-    """... then clockwise, seen from behind."""
+    """Turn clockwise, seen from behind, after pitch_deg."""
     width: Annotated[int, Strict(), Within(16, 4096)] = 346
     """Columns."""
     height: Annotated[int, Strict(), Within(16, 4096)] = 260
@@ -72,13 +73,13 @@ class CameraSpec(Section, Generic[N, S]):
     fov_deg: Annotated[N, Within(5.0, 120.0)]
     """Horizontal field of view, of the undistorted image."""
     k1: Annotated[N, Within(-1.0, 1.0)] = usual(0.0)
-    """Radial distortion, as OpenCV's: the term in r^2, negative for a barrel,"""
+    """Radial distortion, as OpenCV's: the term in r^2, negative for a barrel."""
     k2: Annotated[N, Within(-1.0, 1.0)] = usual(0.0)
-    """... and in r^4."""
+    """Radial distortion: the term in r^4."""
     p1: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
-    """Tangential distortion, as OpenCV's: mostly along the columns,"""
+    """Tangential distortion, as OpenCV's: mostly along the columns."""
     p2: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
-    """... and along the rows."""
+    """Tangential distortion: mostly along the rows."""
     vignetting: Annotated[N, Within(0.0, 4.0)] = usual(0.0)
     """How much darker the image's edge is: light at an angle to the axis counts cos(angle)^(4 vignetting). 0 is not at
     all, 1 the natural law."""
@@ -90,10 +91,10 @@ class CameraSpec(Section, Generic[N, S]):
     white_cd_m2: Annotated[N, Within(1e-6, 1e10)]
     """Luminance of white when the exposure is absolute."""
     left: Annotated[ViewSpec[N, S] | None, LATER] = None
-    """Two cameras at once: tables camera.left and camera.right, of the keys above that are different for each. A record
-    then holds a stream of each,"""
+    """Two cameras at once: a table of the keys above that are different for the left one. A record then holds a stream
+    of each camera."""
     right: Annotated[ViewSpec[N, S] | None, LATER] = None
-    """... and the other one."""
+    """The same of the right camera."""
 
     @model_validator(mode="after")
     def _check_pair(self) -> "CameraSpec[N, S]":

@@ -23,11 +23,12 @@ class GripSpec(Section, Generic[N, S]):
     friction: Annotated[N, Within(0.05, 2.0)]
     """Coulomb friction coefficient between pad and object."""
     error_x_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
-    """How far the object stands from where the hand takes it to be: along its width,"""
+    """How far the object stands from where the hand takes it to be, along its width."""
     error_y_m: Annotated[N, Within(-0.03, 0.03)] = usual(0.0)
-    """... along its depth: the fingers push it into their middle,"""
+    """Such an error along its depth: the fingers push the object into their middle."""
     error_yaw_deg: Annotated[N, Within(-20.0, 20.0)] = usual(0.0)
-    """... and turned about the vertical: the pads give way to it, and turn it straight only where friction is low."""
+    """Such an error of its turn about the vertical: the pads give way to it, and turn the object straight only where
+    friction is low."""
     actuator: Annotated[S, OneOf(ACTUATORS), LATER] = usual("panda")
     """How the grip force follows commands, of a controller; nothing else commands it. Ideal: at once."""
     actuator_hz: Annotated[N | None, Within(0.1, 1000.0), LATER] = None
@@ -37,9 +38,9 @@ class GripSpec(Section, Generic[N, S]):
     actuator_delay_s: Annotated[N | None, Within(0.0, 0.5), LATER] = None
     """Time before it answers, in whole milliseconds. Default: that of its kind (panda 0.005, fast 0.001)."""
     least_n: Annotated[N, Within(0.0, 70.0), LATER] = usual(0.5)
-    """Least force that can be commanded,"""
+    """Least force that can be commanded. It does not limit force_n."""
     most_n: Annotated[N, Within(0.1, 70.0), LATER] = usual(20.0)
-    """... and most: what the object bears. Neither limits force_n."""
+    """Largest force that can be commanded: what the object bears. It does not limit force_n."""
 
     @model_validator(mode="after")
     def _check_limits_of_force(self) -> "GripSpec[N, S]":

@@ -29,11 +29,11 @@ class ObjectSpec(Section, Generic[N, S]):
     density_kg_m3: Annotated[N | None, Within(1.0, 25000.0)] = None
     """If given, the mass is this times the object's volume, and replaces mass_kg."""
     com_x_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
-    """Centre of mass, from where it is when the object is evenly filled: along the width,"""
+    """Centre of mass along the width, from where it is when the object is evenly filled."""
     com_y_m: Annotated[N, Within(-0.1, 0.1)] = usual(0.0)
-    """... along the depth, between the pads,"""
+    """Centre of mass along the depth, between the pads, likewise."""
     com_z_m: Annotated[N, Within(-0.125, 0.125)] = usual(0.0)
-    """... and upwards."""
+    """Centre of mass upwards, likewise."""
     x_m: Annotated[N, Within(-1.0, 1.0)]
     """Centre on the table, along the robot's forward axis."""
     y_m: Annotated[N, Within(-1.0, 1.0)]

@@ -14,9 +14,9 @@ class ReadoutSpec(Section, Generic[N, S]):
     scan_us: Annotated[N | None, Within(*READOUT_LIMITS["scan_us"])] = None
     """Time of the scan over a frame's columns, from the left; negative: from the right. At most frame_us."""
     row_us: Annotated[N | None, Within(*READOUT_LIMITS["row_us"])] = None
-    """Time that an arbiter takes to serve a row,"""
+    """Time that an arbiter takes to serve a row."""
     event_us: Annotated[N | None, Within(*READOUT_LIMITS["event_us"])] = None
-    """... and for each event in it."""
+    """Time that the arbiter takes for each event of a row, on top."""
     bus_rate_hz: Annotated[N | None, Within(*READOUT_LIMITS["bus_rate_hz"])] = None
     """Events a second that the bus carries at most; 0: any number."""
     buffer_events: Annotated[N | None, Within(*READOUT_LIMITS["buffer_events"])] = None
@@ -24,11 +24,11 @@ class ReadoutSpec(Section, Generic[N, S]):
     lost_share: Annotated[N | None, Within(*READOUT_LIMITS["lost_share"])] = None
     """Share of the events that are lost at random."""
     row_bursts_hz: Annotated[N | None, Within(*READOUT_LIMITS["row_bursts_hz"])] = None
-    """Bursts a second in which all pixels of a row fire once,"""
+    """Bursts a second in which all pixels of a row fire once."""
     column_bursts_hz: Annotated[N | None, Within(*READOUT_LIMITS["column_bursts_hz"])] = None
-    """... all of a column,"""
+    """Bursts a second in which all pixels of a column fire once."""
     pixel_bursts_hz: Annotated[N | None, Within(*READOUT_LIMITS["pixel_bursts_hz"])] = None
-    """... or burst_events pixels anywhere."""
+    """Bursts a second in which burst_events pixels anywhere fire."""
     burst_events: Annotated[N | None, Within(*READOUT_LIMITS["burst_events"])] = None
     """Events of a burst of pixels anywhere."""
     burst_us: Annotated[N | None, Within(*READOUT_LIMITS["burst_us"])] = None

@@ -27,9 +27,9 @@ class DetectorPI(Controller):
         deg_mm: float = 3.0
         """Degrees of turning that count as a millimetre of sliding."""
         proportional: float = 0.02
-        """Share of the force that is added for each mm/s of slip, ..."""
+        """Share of the force that is added for each mm/s of slip."""
         integral: float = 0.3
-        """... and for each mm."""
+        """Share of the force that is added for each mm of slip."""
         relaxation: Relaxation = field(default_factory=Relaxation)
         steps: DetectorSteps.Parameters | None = None
         """Parameters for a detector without speeds; None: the usual ones, with this model."""

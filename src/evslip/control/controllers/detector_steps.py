@@ -24,12 +24,12 @@ class DetectorSteps(Controller):
         answers: int = 1
         """Answers in a row that are an alarm."""
         gain: float = 2.5
-        """Multiple of the force that an alarm asks for, ..."""
+        """Multiple of the force that an alarm asks for."""
         least_step_n: float = 0.5
-        """... or this much more, if that is more; ..."""
+        """Least step that it asks for, where the multiple is less."""
         again: float = 0.5
-        """... of this, the share that the next alarm adds, until there has been none for a while: an object that goes
-        on slipping with a raised force is rarer than a detector that goes on being wrong."""
+        """Share of that step that the next alarm adds, until there has been none for a while: an object that goes on
+        slipping with a raised force is rarer than a detector that goes on being wrong."""
         wait_s: float = 0.17
         """Time that a raised force is given before it is raised again: as long as a detector looks back."""
         falling: float = 0.8

@@ -18,9 +18,9 @@ class Relaxation:
     quiet_s: float = 0.3
     """Time without an alarm after which the force begins to fall."""
     guard: float = 1.5
-    """Multiple of the force at which the object slipped that is safe: a force that was raised falls to it, ..."""
+    """Multiple of the force at which the object slipped that is safe: a force that was raised falls to it."""
     return_s: float = 0.25
-    """... with this time constant, and stays there."""
+    """Time constant of that fall."""
     share_s: float = 0.15
     """Share of the force that is given back in a second where the object has not slipped yet, and of the safe force
     where it has: what made it slip may be over."""

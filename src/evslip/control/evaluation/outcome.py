@@ -39,21 +39,21 @@ class Outcome:
     onset_us: int | None
     """Onset of the first movement: 0.1 deg or 0.1 mm."""
     alarm_ms: float | None
-    """Time to the first alarm,"""
+    """Time from the onset to the first alarm."""
     rise_ms: float | None
-    """... to a force that has risen,"""
+    """Time from the onset to a force that has risen."""
     stop_ms: float | None
-    """... and to the object at rest again."""
+    """Time from the onset to the object at rest again."""
     false_alarms: int
     """Alarms that begin while nothing moves, nor has in the last 0.2 s."""
     mean_n: float
-    """Mean force while the object hangs,"""
+    """Mean force while the object hangs."""
     mean_least_n: float
-    """... mean of the least force that holds,"""
+    """Mean of the least force that holds while the object hangs."""
     excess_n: float
-    """... mean of what is beyond it,"""
+    """Mean of the force beyond the least one while the object hangs."""
     most_n: float
-    """... and the largest force."""
+    """Largest force while the object hangs."""
     settled_share: float | None
     """Mean of what is beyond the least force, as a share of its mean, from 2 s after the object first hangs free on;
     None where it hangs for less."""
