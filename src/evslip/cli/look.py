@@ -62,7 +62,7 @@ def play(
 
 
 def video(
-    records: Positional[tuple[Path, ...]],
+    records: Annotated[Positional[tuple[Path, ...]], arg(metavar="RECORD...")],
     *,
     out: Path,
     camera: str | None = None,

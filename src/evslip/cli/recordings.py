@@ -5,17 +5,27 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
+from evslip.cli.options import given, options_of
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selection import ENDLESS_S, Flip, Rotation
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, DataError
+
+ImportOptions = options_of(
+    Importing,
+    {
+        "crop": Annotated[tuple[int, int, int, int] | None, arg(metavar="X Y WIDTH HEIGHT")],
+        "size": Annotated[tuple[int, int] | None, arg(metavar="WIDTH HEIGHT")],
+        "centre_m": Annotated[tuple[float, float, float] | None, arg(metavar="X Y Z")],
+    },
+)
 
 
 def import_(
     recording: Positional[Path],
     out: Positional[Path],
     *,
-    settings: Importing = Importing(),
+    settings: Annotated[Importing, arg(constructor=ImportOptions)],
     length_s: float = 0.15,
 ) -> None:
     """Bring a real recording, or a sample of another simulator, into evslip's own format.
@@ -29,6 +39,7 @@ def import_(
     from evslip.exchange.importing.recordings import import_recording
     from evslip.exchange.vt_snn import import_vt_snn, is_vt_snn
 
+    settings = Importing(**given(settings))
     if is_vt_snn(recording):
         made = import_vt_snn(recording, out, length_s, settings.size)
         console.print(f"{out}: {len(made)} records")

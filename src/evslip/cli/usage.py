@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import inspect
 import re
 from collections.abc import Callable, Sequence
 from itertools import takewhile
@@ -28,6 +29,10 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
     def later(*arguments: Any, **options: Any) -> Callable[[], None]:
         return functools.partial(verb, *arguments, **options)
 
+    del later.__wrapped__  # which tyro would explain in place of this
+    later.__doc__ = _unbroken(verb.__doc__ or "")
+    later.__dict__["__signature__"] = inspect.signature(verb)
+
     def refuse(mistake: Any) -> None:
         raise _MistakeError(mistake)
 
@@ -43,6 +48,11 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
         unknown = [word for word in words if word.startswith("--") and word != "--help" and _is_unknown(parsed, word)]
         reason = f"{' '.join(unknown)}: not known here" if unknown else _explained(error.mistake, words)
         raise ConfigError(f"{reason}; `evslip {name} --help` explains") from None
+
+
+def _unbroken(docstring: str) -> str:
+    """A docstring whose explanations of arguments have a line each: tyro would keep their breaks."""
+    return re.sub(r"\n {8,}(?=\S)", " ", inspect.cleandoc(docstring))
 
 
 def _with_sides_apart(words: Sequence[str]) -> list[str]:
