@@ -45,12 +45,12 @@ def test_events_at_one_time_tell_nothing(recording, tmp_path):
 
 def test_frames_that_are_clipped_throughout_tell_nothing(recording, tmp_path):
     pytest.importorskip("cv2")
-    assert "neither still pixels" in refused([recording(255)], tmp_path / "out.toml")
+    assert "recordings: neither still pixels" in refused([recording(255)], tmp_path / "out.toml")
 
 
 def test_a_recording_counts_once(recording, tmp_path):
     path = recording()
-    assert "more than once" in refused([path, tmp_path / "." / "rec.h5"], tmp_path / "out.toml")
+    assert "rec.h5 is named more than once" in refused([path, tmp_path / "." / "rec.h5"], tmp_path / "out.toml")
 
 
 @pytest.mark.parametrize("upsample", [0, 1, -1, 65, 10**9])

@@ -52,8 +52,9 @@ def calibrate_recordings(
     if out.suffix.lower() != preset_file.SUFFIX:
         raise ConfigError(f"{out}: a preset is a .toml file, or .npz for the noise alone; its name must end so")
     flow.check_upsample(upsample)
-    if len({Path(path).resolve() for path in recordings}) < len(recordings):
-        raise ConfigError("recordings: one is named more than once, and would count for more than it says")
+    for number, path in enumerate(recordings):
+        if Path(path).resolve() in {Path(other).resolve() for other in recordings[:number]}:
+            raise ConfigError(f"recordings: {path} is named more than once; expected different ones")
     seen = [_seen(Path(path), span) for path in recordings]
     with_frames = [one for one in seen if one.footage is not None]
     if with_frames:

@@ -70,7 +70,10 @@ def windows_of(
         if chosen:
             _append(columns, record, settings, chosen)
     if not columns:
-        raise DataError(f"no window of {settings.length_s:g} s in which an object is held and clearly holds or slips")
+        raise DataError(
+            f"no window of {settings.length_s:g} s in which an object is held and holds or slips; expected more "
+            "records, or a smaller length_s"
+        )
     sizes = np.array([len(part) for part in columns["packed"]])
     arrays = {name: _joined(columns.pop(name)) for name in list(columns)}
     last = np.cumsum(sizes)

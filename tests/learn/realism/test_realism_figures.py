@@ -176,9 +176,9 @@ def test_without_torch_a_line_says_so(monkeypatch):
 
 def test_a_stretch_needs_a_length_and_events():
     real = at_random(0, 20.0)
-    with pytest.raises(DataError, match=r"lasts 0\.050 s; expected 0\.08 s"):
+    with pytest.raises(DataError, match=r"start-s, end-s: 0\.050 s to score; expected 0\.08 s"):
         compare(pair(real, real)._replace(end_us=50_000))
-    with pytest.raises(DataError, match="no real events"):
+    with pytest.raises(DataError, match="start-s, end-s: the recording has no event"):
         compare(pair(real, real)._replace(start_us=500_000, end_us=900_000))
 
 

@@ -241,7 +241,7 @@ def test_the_paper_s_grids_are_the_paper_s() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "empty"),
+        ("", "space: names nothing to search; expected some of"),
         ("lr = []", "lr: an empty list"),
         ("lr = { min = 1 }", "expected"),
         ("lr = { min = 0, max = 1, log = true }", "0 < min"),

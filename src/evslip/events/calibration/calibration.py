@@ -81,7 +81,7 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0, each_pixel: bool = False) 
     if not moved:
         unknown.append("thresholds, bandwidth, refractory period: nothing moves in the recordings")
         if not noise:
-            raise DataError("calibration: the recordings hold neither still pixels with events nor movement")
+            raise DataError("recordings: neither still pixels with events nor motion in them; expected either")
         return Calibration(PixelModel(**known), noise, math.nan, unknown)
     grouped = [classes(scene) for scene in moved]
     wanted = [statistics(settled(one.events, one), one, group) for one, group in zip(moved, grouped, strict=True)]
@@ -107,7 +107,7 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
     facts, unknown = [], ["thresholds, bandwidth, light: the recordings have no frames"]
     still_ones = [(events, size) for events, size in recordings if len(events) > 1 and unrest(events, size) <= RESTLESS]
     if not still_ones:
-        raise DataError("calibration: without frames only a still scene tells anything, and the scene moves")
+        raise DataError("recordings: without frames, and the scene moves; expected frames, or a still scene")
     time = sum(1e-6 * float(events.t_us[-1] - events.t_us[0]) * size[0] * size[1] for events, size in still_ones)
     on, off = (sum(int(np.sum(events.p == side)) for events, _ in still_ones) for side in (True, False))
     shot, shot_error = 2.0 * off / time, 2.0 * SURE * math.sqrt(max(off, 1)) / time

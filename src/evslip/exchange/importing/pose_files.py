@@ -74,7 +74,7 @@ def truth_of(poses: Poses, held: np.ndarray, centre_m: tuple[float, ...] | None 
     held.
     """
     if not held.any():
-        raise DataError("the object is never held; a column held that is 0 throughout?")
+        raise DataError("held: the object is never held; expected 1 in some of the rows")
     gripper, body = (Rotation.from_quat(pose[:, 3:], scalar_first=True) for pose in poses[1:])
     relative = gripper.inv() * body
     centre = gripper.inv().apply(poses.object_pose[:, :3] - poses.gripper_pose[:, :3])

@@ -77,7 +77,7 @@ def open_evaluation_data(path: str | Path, split: str | None = None, camera: str
             raise DataError(f"{path}: windows are cut already; expected camera with records")
         windows = open_windows(path)
         if not len(windows):
-            raise DataError(f"{path}: there is no window to evaluate on")
+            raise DataError(f"{path}: holds no window; expected a file of `evslip windows` that has some")
         return EvaluationData(str(path), windows=windows)
     return EvaluationData(str(path), samples=open_samples(path).seen_by(camera))
 

@@ -108,10 +108,10 @@ def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
     """
     if pair.end_us - pair.start_us < COARSE[1]:
         length = (pair.end_us - pair.start_us) / 1e6
-        raise DataError(f"the stretch to score lasts {length:.3f} s; expected {COARSE[1] / 1e6:g} s or more")
+        raise DataError(f"start-s, end-s: {length:.3f} s to score; expected {COARSE[1] / 1e6:g} s or more")
     pair, notes = pair.within(), []
     if not len(pair.real):
-        raise DataError("no real events in the stretch to score; expected some")
+        raise DataError("start-s, end-s: the recording has no event between them; expected some to score")
     tested = None
     if classifier and find_spec("torch") is None:
         notes.append("no two-sample test: it needs the extra learn: pip install 'evslip[learn]'")

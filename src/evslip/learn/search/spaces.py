@@ -46,7 +46,7 @@ class Space:
                     f"{name}: no setting of training to search; expected some of {', '.join(sorted(known))}"
                 )
         if not self.searched:
-            raise ConfigError("the space is empty: there is no setting to search")
+            raise ConfigError(f"space: names nothing to search; expected some of {', '.join(sorted(known))}")
         for name, values in self.searched.items():
             ends = (values.low, values.high) if isinstance(values, Range) else values
             if isinstance(values, Range) and values.whole:
