@@ -125,6 +125,49 @@ def test_dv_processing_reads_what_is_sent(tmp_path):
     assert np.array_equal(rows["y"], events.y) and np.array_equal(rows["polarity"] == 1, events.p)
 
 
+OUR_SERVER = """
+import sys, time
+import numpy as np
+from evslip.events.stream import Events
+from evslip.exchange.live import make_target
+port, path = int(sys.argv[1]), sys.argv[2]
+t_us, x, y, p = np.load(path).T
+events = Events(t_us, x.astype(np.uint16), y.astype(np.uint16), p == 1)
+for _ in range(2):
+    with make_target(f"dv://127.0.0.1:{port}", (346, 260)) as target:
+        print("ready", flush=True)
+        while not target.clients:
+            time.sleep(0.01)
+        target.send(events, 0)
+    del target
+    print("closed", flush=True)
+"""
+
+
+@pytest.mark.parametrize("reads", [True, False])
+def test_a_sender_ends_and_begins_anew_while_a_reader_stays(path, reads: bool):
+    # In a process of its own: what the package's destructor waits for would hold the interpreter's lock.
+    port, events = free_port(), some_events()
+    sender = start(OUR_SERVER, port, path)
+    source = make_source(f"dv://127.0.0.1:{port}")
+    try:
+        for _ in range(2):
+            assert said(sender) == "ready"
+            source.open()
+            found, end_s = [], time.monotonic() + 10
+            while reads and sum(part.count for part in found) < events.count and time.monotonic() < end_s:
+                piece = source.read(0.1)
+                found += [] if piece is None else [piece.events]
+            assert not reads or concatenate(found) == events
+            assert said(sender) == "closed"
+        sender.communicate(timeout=10)
+        assert sender.returncode == 0
+    finally:
+        source.close()
+        sender.kill()
+        sender.communicate()
+
+
 def test_what_is_no_server_of_dv_processing_is_no_hang():
     with socket.create_server(("127.0.0.1", 0)) as silent:
         source = make_source(f"dv://127.0.0.1:{silent.getsockname()[1]}")

@@ -1,8 +1,11 @@
 """Events by the network stream of DV and dv-processing: TCP, a server that sends, clients that read."""
 
 import contextlib
+import os
 import socket
+import stat
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +20,8 @@ LOOK_S = 0.0005
 """Time between two looks for a new batch."""
 REACH_S = 0.5
 """Longest time to reach a server."""
+STUCK_S = 2.0
+"""Time without a packet taken after which readers are given up."""
 MOST_CLIENTS = 10
 MOST_BATCHES = 200
 """Batches that are taken together."""
@@ -99,7 +104,7 @@ class DvTarget(EventTarget):
         self.name = address.text
         address.option({})
         host, port = address.host_and_port()
-        self._package = dv_processing()
+        self._package, self._port = dv_processing(), port
         if max(size) > 32_767:
             raise DataError(f"{self.name}: a sensor of {size[0]}x{size[1]} pixels, expected at most 32767 in a row")
         stream = self._package.io.Stream.EventStream(0, "events", "evslip", size)
@@ -127,13 +132,37 @@ class DvTarget(EventTarget):
             return
         store = self._package.EventStore()
         add = store.push_back
-        for t_us, x, y, p in zip(*(column.tolist() for column in events.columns), strict=True):
-            add(t_us, x, y, p)
+        for row in zip(*(column.tolist() for column in events.columns), strict=True):
+            add(row)
         self._writer.writeEvents(store)
 
     def close(self) -> None:
-        end_s = time.monotonic() + 2.0
-        while self.clients and self._writer.getQueuedPacketCount() and time.monotonic() < end_s:
+        self._wait_for_readers()
+        # The package's destructor never ends while somebody is connected: it waits, with the interpreter's lock, for a
+        # thread that waits for this lock to report them. So readers are disconnected before.
+        end_s = time.monotonic() + STUCK_S
+        while self.clients and time.monotonic() < end_s:
+            _disconnect(self._port)
             time.sleep(LOOK_S)
+
+    def _wait_for_readers(self) -> None:
+        """Until all is on its way, or readers have taken nothing for a while."""
+        queued, moved_s = self._writer.getQueuedPacketCount(), time.monotonic()
+        while self.clients and queued and time.monotonic() - moved_s < STUCK_S:
+            time.sleep(LOOK_S)
+            left = self._writer.getQueuedPacketCount()
+            if left < queued:
+                queued, moved_s = left, time.monotonic()
         if self.clients:
             time.sleep(0.05)  # the last packet has left the queue, and is on its way
+
+
+def _disconnect(port: int) -> None:
+    """Shut this process's connections at a port of its own, once what was written to them is on its way."""
+    for number in [int(path.name) for path in Path("/proc/self/fd").iterdir()]:
+        with contextlib.suppress(OSError):
+            if not stat.S_ISSOCK(os.fstat(number).st_mode):
+                continue
+            with socket.socket(fileno=os.dup(number)) as one:
+                if one.getsockname()[1:2] == (port,) and one.getpeername():
+                    one.shutdown(socket.SHUT_RDWR)
