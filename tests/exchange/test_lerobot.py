@@ -14,6 +14,7 @@ from evslip.data.dataset import open_dataset
 from evslip.exchange.publishing import lerobot
 from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.publish import publish
+from evslip.exchange.sample_bag import frames_of
 from evslip.generation.generate import generate
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import CONFIG
@@ -136,6 +137,28 @@ def test_the_action_of_the_closed_loop_is_the_force_that_was_commanded(made: Pat
     with pytest.raises(DataError, match="commanded in some samples"):
         publish(tmp_path / "played", tmp_path / "other", Publication(lerobot=True, fps=FPS))
     assert not (tmp_path / "other").exists()
+
+
+def test_pictures_of_the_videos_are_those_of_the_samples(made: Path, out: Path):
+    # The codec may err by so many grey levels on average: other episodes' frames, and shifted ones, differ by more.
+    most_error, firsts = 2.0, []
+    for number, record in enumerate(open_dataset(made)):
+        (path,) = out.glob(f"videos/*/chunk-000/file-{number:03d}.mp4")
+        rows = parquet.read_table(out / "data" / "chunk-000" / f"file-{number:03d}.parquet")
+        with av.open(str(path)) as container:
+            frames = list(container.decode(video=0))
+        assert len(frames) == rows.num_rows
+        stamps = [float(frame.pts * frame.time_base) for frame in frames]
+        np.testing.assert_allclose(stamps, rows["timestamp"].to_numpy(), atol=1e-6)
+        drawn = [image for _, image in frames_of(record, FPS)]
+        assert len(drawn) == len(frames)
+        for frame, image in zip((frames[0], frames[-1]), (drawn[0], drawn[-1]), strict=True):
+            found = frame.to_ndarray(format="rgb24")[: image.shape[0], : image.shape[1]].astype(int)
+            colour = image if image.ndim == 3 else np.repeat(image[..., None], 3, 2)
+            assert np.abs(found - colour).mean() < most_error
+            assert np.abs(np.roll(found, 1, 1) - colour).mean() > most_error
+        firsts.append(drawn[0].astype(int))
+    assert np.abs(firsts[0] - firsts[1]).mean() > most_error
 
 
 def test_no_frame_of_a_video_is_made_of_later_ones(out: Path):
