@@ -36,6 +36,7 @@ def import_(
         out: HDF5 file to write; of VT-SNN's layout a folder for one file each.
         length_s: How long a file of VT-SNN's layout lasts, s.
     """
+    from evslip.codecs.triggers import left_out
     from evslip.exchange.importing.recordings import import_recording
     from evslip.exchange.vt_snn import import_vt_snn, is_vt_snn
 
@@ -51,6 +52,8 @@ def import_(
     parts += [f"poses and ground truth of {record.truth.t_us[-1] / 1e6:.3f} s"] if record.truth is not None else []
     if parts:
         console.print(f"{'; '.join(parts)}; label of the whole: {record.label}")
+    if recording.is_file() and (lost := left_out(recording)):
+        console.print(f"note: {out.name} does not hold {lost}")
 
 
 def convert(
@@ -127,6 +130,7 @@ def info(
     from json import dumps
 
     from evslip.codecs.facts import examine
+    from evslip.codecs.triggers import trigger_facts
     from evslip.data.record import about
     from evslip.data.record_file import is_record, read
     from evslip.events.quality.findings import described, harms
@@ -141,11 +145,13 @@ def info(
         if quality.pixels is None:
             raise DataError(f"{file}: its sensor is too large to judge its pixels; crop it with `evslip convert`")
         write_pixels(hot, quality.pixels.hot)
-    hurts = harms(quality)
+    hurts, triggers = harms(quality), trigger_facts(file)
     if json:
-        print(dumps(facts.as_json() | {"record": known, "quality": quality.as_json() | {"harms": hurts}}, indent=2))
+        beside = {"record": known, "triggers": None if triggers is None else triggers.as_json()}
+        print(dumps(facts.as_json() | beside | {"quality": quality.as_json() | {"harms": hurts}}, indent=2))
         return
-    rows = (f"{name:>10}  {text}" for name, text in (known | described(quality)).items())
+    told = known if triggers is None else known | {"triggers": str(triggers)}
+    rows = (f"{name:>10}  {text}" for name, text in (told | described(quality)).items())
     for line in (*facts.lines(gap_us), *rows):
         console.print(line)
     for number, line in enumerate(hurts):

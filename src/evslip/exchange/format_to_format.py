@@ -9,6 +9,7 @@ import numpy as np
 
 from evslip.codecs import format_of, open_events
 from evslip.codecs.source import extent_of
+from evslip.codecs.triggers import left_out
 from evslip.codecs.writers import writing
 from evslip.data.record_file import camera_names_in, is_record, read
 from evslip.events.stream import Events, empty_events
@@ -90,4 +91,5 @@ def convert_format(
     lost = ("the labels",) if counts.labelled and not form.keeps_labels else ()
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) and not is_whole else ()
+    lost += tuple(filter(None, [left_out(source)]))
     return ConvertedFormat(counts.count, counts.on, counts.start_us, counts.end_us, selector.size, lost)

@@ -19,12 +19,13 @@ import zstandard
 from evslip.codecs.inivation.aedat4_sink import COLOURS, EVENT, MAGIC, Sink
 from evslip.codecs.inivation.flatbuffer import Table
 from evslip.codecs.source import Source, events_of
+from evslip.codecs.triggers import Triggers
 from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
-__all__ = ["Sink", "frames", "stream"]
+__all__ = ["Sink", "frames", "stream", "triggers"]
 
 _MOST_EXPANDED = 256
 """A file that claims to hold more than this times its size is not a recording."""
@@ -68,6 +69,21 @@ def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
         except _DAMAGE as error:
             raise _damaged(path, error) from None
         yield frame
+
+
+def triggers(path: Path) -> Iterator[Triggers]:
+    """The triggers of the first stream of triggers, part by part; none if there is none. Raises DataError."""
+    header = _header(path)
+    if all(kind != "TRIG" for kind, _ in header.streams.values()):
+        return
+    for packet in _packets(path, header, _first(header, "TRIG", path)[0]):
+        try:
+            tables = Table.root(packet[4:], b"TRIG").tables(0)
+            rows = [(one.number(0, "<q", 0), one.number(1, "<B", 0)) for one in tables]
+        except _DAMAGE as error:
+            raise _damaged(path, error) from None
+        t_us, kind = np.array(rows, np.int64).reshape(-1, 2).T
+        yield Triggers(t_us, kind, np.zeros(len(kind), np.int64))
 
 
 def _parts(path: Path, header: _Header, number: int) -> Iterator[Events]:

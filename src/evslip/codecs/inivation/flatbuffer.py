@@ -24,15 +24,25 @@ class Table(NamedTuple):
 
     def vector(self, field: int, item_bytes: int) -> memoryview:
         """The bytes of a vector or a string; empty if absent."""
+        start, length = self._span(field, item_bytes)
+        return self.data[start : start + length]
+
+    def tables(self, field: int) -> "list[Table]":
+        """The tables of a vector of tables; none if it is absent."""
+        start, length = self._span(field, 4)
+        return [Table(self.data, at + self._unpack("<I", at)) for at in range(start, start + length, 4)]
+
+    def _span(self, field: int, item_bytes: int) -> tuple[int, int]:
+        """Where the items of a vector begin, and their bytes; 0, 0 if it is absent."""
         offset = self._offset(field)
         if not offset:
-            return self.data[:0]
+            return 0, 0
         start = self.position + offset
         start += self._unpack("<I", start)
         length = self._unpack("<I", start) * item_bytes
         if start + 4 + length > len(self.data):
             raise ValueError("a vector runs past the end of its packet")
-        return self.data[start + 4 : start + 4 + length]
+        return start + 4, length
 
     def _offset(self, field: int) -> int:
         table = self.position - self._unpack("<i", self.position)

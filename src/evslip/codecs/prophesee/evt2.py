@@ -1,7 +1,8 @@
 """EVT 2.0: a word of 32 bits an event, times in two parts.
 
 After https://docs.prophesee.ai/stable/data/encoding_formats/evt2.html. Bits 31 to 28 are the word's type. 0 and 1: an
-OFF or ON event with the time's bits 5 to 0, x (11 bits), y (11 bits). 8: the time's bits 33 to 6. Others are skipped.
+OFF or ON event with the time's bits 5 to 0, x (11 bits), y (11 bits). 8: the time's bits 33 to 6. Others are skipped;
+`triggers` reads those of type 10.
 """
 
 import numpy as np
@@ -24,15 +25,15 @@ class Clock:
     def __init__(self) -> None:
         self._high = -1
 
-    def timed(self, words: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of the uint32 words that are events, and their times in us; those before the first time are left
-        out."""
+    def timed(self, words: np.ndarray, first: int = 0, last: int = 1) -> tuple[np.ndarray, np.ndarray]:
+        """Indices of the uint32 words of types `first` to `last`, by default events, and their times in us; those
+        before the first time are left out."""
         kind = words >> 28
         is_time = kind == _TIME_HIGH
         high = unwrapped(words[is_time] & 0x0FFFFFFF, 28, max(self._high, 0))
         high = np.concatenate([[self._high], high])
         latest = np.cumsum(is_time, dtype=np.int32)
-        which = np.flatnonzero((kind <= 1) & ((latest > 0) | (self._high >= 0)))
+        which = np.flatnonzero((kind >= first) & (kind <= last) & ((latest > 0) | (self._high >= 0)))
         self._high = int(high[-1])
         return which, high[latest[which]] << 6 | (words[which] >> 22 & 0x3F)
 

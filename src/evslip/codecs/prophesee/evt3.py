@@ -11,7 +11,7 @@ from evslip.utils.jit import compiled
 
 LATEST_US = 2**40 - 1
 """The format has no end of time, but each 16.8 s that pass take five words."""
-_ADDR_Y, _ADDR_X, _BASE_X, _VECT_12, _VECT_8, _TIME_LOW, _TIME_HIGH = 0, 2, 3, 4, 5, 6, 8
+_ADDR_Y, _ADDR_X, _BASE_X, _VECT_12, _VECT_8, TIME_LOW, TIME_HIGH = 0, 2, 3, 4, 5, 6, 8
 _QUARTER = 1024
 """Quarter of the range of the times' upper half."""
 
@@ -35,7 +35,7 @@ class Decoder:
 
 def first_time(words: np.ndarray) -> int:
     """Place of the first word with the upper half of a time; the number of words where there is none."""
-    found = np.flatnonzero(words >> 12 == _TIME_HIGH)
+    found = np.flatnonzero(words >> 12 == TIME_HIGH)
     return int(found[0]) if len(found) else len(words)
 
 
@@ -74,9 +74,9 @@ def _decode(
             count += 1
         elif kind == _ADDR_Y:
             row = value & 0x7FF
-        elif kind == _TIME_LOW:
+        elif kind == TIME_LOW:
             low = value
-        elif kind == _TIME_HIGH:
+        elif kind == TIME_HIGH:
             if high < 0:
                 high = value
             elif value != high & 0xFFF:
@@ -111,17 +111,17 @@ def _encode(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, state
             high = t_us[i] >> 12
             while step <= high:
                 if step & 0xFFF == 0 and step > 0:
-                    words[count] = _TIME_HIGH << 12 | 0xFFF
+                    words[count] = TIME_HIGH << 12 | 0xFFF
                     count += 1
-                words[count] = _TIME_HIGH << 12 | (step & 0xFFF)
+                words[count] = TIME_HIGH << 12 | (step & 0xFFF)
                 count += 1
                 step += _QUARTER
-            words[count] = _TIME_HIGH << 12 | (high & 0xFFF)
+            words[count] = TIME_HIGH << 12 | (high & 0xFFF)
             count += 1
             low = -1
         if t_us[i] & 0xFFF != low:
             low = t_us[i] & 0xFFF
-            words[count] = _TIME_LOW << 12 | low
+            words[count] = TIME_LOW << 12 | low
             count += 1
         if y[i] != row:
             row = np.int64(y[i])

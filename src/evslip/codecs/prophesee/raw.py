@@ -14,13 +14,16 @@ import numpy as np
 from evslip.codecs import sink
 from evslip.codecs.prophesee import evt2, evt3, evt21
 from evslip.codecs.prophesee.header import read_header, stated_size
+from evslip.codecs.prophesee.triggers import Evt2Decoder, Evt3Decoder
 from evslip.codecs.sink import check_sides, check_times
 from evslip.codecs.source import Source, blocks
+from evslip.codecs.triggers import Triggers
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
 _ENCODINGS = {"EVT2": "2.0", "EVT21": "2.1", "EVT3": "3.0"}
+_WORDS = {"EVT2": np.dtype("<u4"), "EVT21": np.dtype("<u8"), "EVT3": np.dtype("<u2")}
 _MOST_COLUMNS = 1 << 11
 _SENSORS = {"gen31": (640, 480), "gen3": (640, 480), "gen4": (1280, 720), "imx636": (1280, 720), "genx320": (320, 320)}
 """Sizes by the name of the driver, for headers that state none."""
@@ -28,22 +31,38 @@ _SENSORS = {"gen31": (640, 480), "gen3": (640, 480), "gen4": (1280, 720), "imx63
 
 def stream(path: Path) -> Source:
     """The events and the sensor's (width, height), if the header tells it. Raises DataError."""
+    fields, options, encoding, start = _header(path)
+    decode = {
+        "EVT2": evt2.Decoder().decode,
+        "EVT21": evt21.Decoder(options["endianness"]).decode,
+        "EVT3": evt3.Decoder().decode,
+    }[encoding]
+    return Source(_size(fields, options, path), _parts(path, start, encoding, decode))
+
+
+def triggers(path: Path) -> Iterator[Triggers]:
+    """The external triggers, part by part. Raises DataError."""
+    _, options, encoding, start = _header(path)
+    decode = (Evt3Decoder() if encoding == "EVT3" else Evt2Decoder()).decode
+    for words in blocks(path, start, _WORDS[encoding]):
+        if encoding == "EVT21":
+            words = words.view("<u4").reshape(-1, 2)[:, 0 if options["endianness"] == "legacy" else 1]
+        yield decode(words)
+
+
+def _header(path: Path) -> tuple[dict[str, str], dict[str, str], str, int]:
+    """Fields, options of the encoding, its name, and where the words begin. Raises DataError."""
     fields, start = read_header(require_file(path))
     encoding, options = _encoding(fields, path)
-    endianness = options.get("endianness", "little")
+    endianness = options.setdefault("endianness", "little")
     if endianness not in ("little", "legacy"):
         raise DataError(f"{path}: endianness {endianness[:20]!r} is unknown; expected little or legacy")
-    decode, dtype = {
-        "EVT2": (evt2.Decoder().decode, np.dtype("<u4")),
-        "EVT21": (evt21.Decoder(endianness).decode, np.dtype("<u8")),
-        "EVT3": (evt3.Decoder().decode, np.dtype("<u2")),
-    }[encoding]
-    return Source(_size(fields, options, path), _parts(path, start, dtype, decode))
+    return fields, options, encoding, start
 
 
-def _parts(path: Path, start: int, dtype: np.dtype, decode: Callable[[np.ndarray], Events]) -> Iterator[Events]:
-    for words in blocks(path, start, dtype):
-        events = decode(words.view("<u4").reshape(-1, 2) if dtype.itemsize == 8 else words)
+def _parts(path: Path, start: int, encoding: str, decode: Callable[[np.ndarray], Events]) -> Iterator[Events]:
+    for words in blocks(path, start, _WORDS[encoding]):
+        events = decode(words.view("<u4").reshape(-1, 2) if encoding == "EVT21" else words)
         if events.count and events.x.max() >= _MOST_COLUMNS:
             raise DataError(f"{path}: damaged: a vector of events runs beyond column {_MOST_COLUMNS - 1}")
         yield events
