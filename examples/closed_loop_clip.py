@@ -56,8 +56,7 @@ def main() -> None:
     most_n = max(float(course.rows[:, 1:3].max()) for course in shown.values())
     longest_s = max(float(course.rows[-1, 0]) for course in shown.values())
     sheets = [
-        np.hstack([panel(title, course, k, most_n, longest_s) for title, course in shown.items()])
-        for k in range(count)
+        np.hstack([panel(title, course, k, most_n, longest_s) for title, course in shown.items()]) for k in range(count)
     ]
     images = [Image.fromarray(sheet) for sheet in sheets]
     options.out.parent.mkdir(parents=True, exist_ok=True)
