@@ -98,7 +98,7 @@ def _hang(params: Params, model: mujoco.MjModel, regrip_n: float | None, swing: 
         model.opt.gravity[2] = gravity[k]
         mujoco.mj_step(model, data)
         rows[k] = data.sensordata
-    _, pose, _, pads, *_ = scene_model.split_sensors(rows)
+    _, pose, _, pads, *_ = scene_model.split_sensors(rows, scene_model.pad_points(model))
     closed = int(np.searchsorted(t_s, loading_s))
     turn = Rotation.from_quat(pose[:, 3:], scalar_first=True)
     turned = np.degrees((turn[closed].inv() * turn).magnitude())

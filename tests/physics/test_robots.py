@@ -1,12 +1,16 @@
 """The robots that are built in: what their descriptions promise, physics and drawing."""
 
+import itertools
+
 import mujoco
 import numpy as np
 import pytest
 
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
+from evslip.physics.contact import Pad, flat_patch
 from evslip.physics.grip import grasp, open_travel_m
+from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.onset import onset_mass
 from evslip.physics.robots.catalogue import ARMS, GRIPPERS, robot_of
 from evslip.physics.robots.description import TCP_M, Robot, corners_of
@@ -18,6 +22,7 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.geometry.hand import assemble, shadow_boxes
 from evslip.rendering.geometry.links import link_poses, links_of
 from evslip.rendering.poses import ScenePoses
+from evslip.scene.shapes import shape_of
 from evslip.utils.errors import ConfigError
 
 OTHERS = [("ur5", "small"), ("ur5", "large"), ("xarm7", "small"), ("xarm7", "large")]
@@ -107,6 +112,18 @@ def test_a_larger_pad_has_a_larger_patch_and_the_large_gripper_opens_wider():
     small, large = (params_of("cartesian", name, object__depth_m=0.075) for name in ("small", "large"))
     assert np.ptp(grasp(large).pads[0].corners, axis=0)[0] > np.ptp(grasp(small).pads[0].corners, axis=0)[0]
     assert open_travel_m(small) == GRIPPERS["small"].stroke_m < open_travel_m(large)
+
+
+@pytest.mark.parametrize("name", GRIPPERS)
+def test_the_models_points_begin_to_slip_under_gravity_where_the_patch_does(name: str):
+    # A box of 50 mm on the grid of `python benchmarks/physics.py --only onset`.
+    box = shape_of(params_of("cartesian", name, object__width_m=0.05, object__height_m=0.1))
+    pad = Pad(GRIPPERS[name].pad_half_m)
+    for off_m, depth_m in itertools.product((0, 0.005, 0.01, 0.015, 0.02), (-0.004, 0.0, 0.004, 0.008, 0.012)):
+        patch = flat_patch(box, 1, (off_m, 0.05 - depth_m), 5.0, 0.5, pad)
+        weight = np.array([0.0, 1.0, off_m])  # of the box, about the tool centre
+        model = LimitSurface.of(patch.contacts, np.ones(len(patch.contacts))).utilisation(weight)
+        assert 0.97 < LimitSurface.of(patch.points, patch.weights).utilisation(weight) / model < 1.03, (off_m, depth_m)
 
 
 def test_the_pandas_hand_fits_its_own_arm_alone():

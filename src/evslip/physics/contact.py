@@ -17,6 +17,10 @@ ELEMENTS = 12
 CONTACTS = np.array([(longer, shorter) for longer in (-0.7, 0.0, 0.7) for shorter in (-0.565, 0.565)])
 """Points that share the force equally, as shares of a rectangle's longer and shorter half side. For every direction of
 slip and sides up to 8 : 1 their limit surface is within 0.96-1.04 of that of even pressure over the rectangle."""
+WIDE_HALF_M = 0.010
+"""From this half side on a pad bears so much torque that six points would begin to slip up to 4 % early, ..."""
+WIDE_CONTACTS = np.array([(longer, shorter) for longer in (-0.78, -0.28, 0.28, 0.78) for shorter in (-0.54, 0.54)])
+"""... so eight stand for its patch: the onset under gravity is then within 2 % of that of even pressure."""
 CELL_M = 0.0005
 """Distance of the lines of sight along each side of the pad: they find the patch, ..."""
 FINE_CELLS = 24
@@ -37,6 +41,12 @@ class Pad(NamedTuple):
     stiffness_pa_m: float = PAD_STIFFNESS_PA_M
     """Pressure by depth of indentation."""
 
+    @property
+    def contacts(self) -> np.ndarray:
+        """Points that share its force equally, as shares of the longer and shorter half side of what it touches, of
+        shape (k, 2)."""
+        return WIDE_CONTACTS if self.half_m >= WIDE_HALF_M else CONTACTS
+
 
 PANDA_PAD = Pad()
 
@@ -49,7 +59,7 @@ class Patch(NamedTuple):
     weights: np.ndarray
     """Share of the pad's normal force that each element carries, of shape (n,)."""
     contacts: np.ndarray
-    """Points with equal forces that stand for the patch in the physics, about the tool centre; of shape (6, 2)."""
+    """Points with equal forces that stand for the patch in the physics, about the tool centre; of shape (k, 2)."""
     corners: np.ndarray
     """Two opposite corners of the patch's bounding rectangle, about the tool centre; of shape (2, 2)."""
     face_m: float
@@ -73,7 +83,7 @@ def flat_patch(
     node, weight = np.polynomial.legendre.leggauss(ELEMENTS)
     centre, extent = (low + high) / 2, (high - low) / 2
     x, z = np.meshgrid(centre[0] + extent[0] * node, centre[1] + extent[1] * node)
-    shares = CONTACTS if extent[0] >= extent[1] else CONTACTS[:, ::-1]
+    shares = pad.contacts if extent[0] >= extent[1] else pad.contacts[:, ::-1]
     return Patch(
         points=np.stack([x.ravel(), z.ravel()], axis=1),
         weights=np.outer(weight, weight).ravel() / 4,
@@ -119,7 +129,9 @@ def pressed_patch(
     margin = (high - low) / (2 * FINE_CELLS)
     corners = np.stack([points.min(axis=0) - margin, points.max(axis=0) + margin])
     top = float(heights.max())
-    return Patch(points, weights, _fitted(points, weights), corners, top, _slab(shape, side, top, corners + point))
+    return Patch(
+        points, weights, _fitted(points, weights, pad.contacts), corners, top, _slab(shape, side, top, corners + point)
+    )
 
 
 def _around(pressure: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -155,12 +167,12 @@ def _rising(wide: np.ndarray, rise_m: float) -> np.ndarray:
     return rising
 
 
-def _fitted(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def _fitted(points: np.ndarray, weights: np.ndarray, shares: np.ndarray) -> np.ndarray:
     """Points with equal forces that have the centre, the principal axes and the torsional friction of a patch."""
     centre = weights @ points
     arms = points - centre
     variances, axes = np.linalg.eigh((arms.T * weights) @ arms)
-    contacts = CONTACTS[:, ::-1] * np.sqrt(np.maximum(variances, 0.0))
+    contacts = shares[:, ::-1] * np.sqrt(np.maximum(variances, 0.0))
     contacts *= weights @ np.linalg.norm(arms, axis=1) / np.linalg.norm(contacts, axis=1).mean()
     return centre + contacts @ axes.T
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
-from evslip.physics.contact import CONTACTS, Patch
+from evslip.physics.contact import Patch
 from evslip.physics.grip import grasp
 from evslip.physics.inertia import inertia_kg_m2
 from evslip.physics.robots.catalogue import robot_of
@@ -20,7 +20,6 @@ from evslip.utils.errors import ConfigError
 
 TIMESTEP_S = 0.001
 OBJECT, SURFACE = "object", "surface"
-PAD_POINTS = len(CONTACTS)
 PAD_RADIUS_M = 0.004
 PAD_GIVE_M = 0.0004
 """Depth by which a pad gives under the grip force, whatever that is: so far that an object which stands a little askew
@@ -151,7 +150,7 @@ def set_compliance(model: mujoco.MjModel, force_n: float) -> None:
     from the impedance d and the inverse masses A by R = A (1 - d) / d.
     """
     regularisation = PAD_SLACK_M_S2 / force_n
-    stiffness = PAD_SLACK_M_S2 / (PAD_POINTS * PAD_GIVE_M)
+    stiffness = PAD_SLACK_M_S2 / (pad_points(model) * PAD_GIVE_M)
     touching = model.geom_bodyid[[model.pair_geom1[0], model.pair_geom2[0]]]
     inverse_mass = model.body_invweight0[touching, 0].sum()
     impedance = inverse_mass / (inverse_mass + regularisation)
@@ -168,7 +167,7 @@ def _add_sensors(spec: Any, params: Params) -> None:
     for joint in [j.name for j in spec.joints if j.name != OBJECT]:
         spec.add_sensor(type=sensor.mjSENS_JOINTPOS, objtype=kind.mjOBJ_JOINT, objname=joint)
     for finger, pad in zip(_fingers(params), grasp(params).pads, strict=True):
-        for i in range(PAD_POINTS):
+        for i in range(len(pad.contacts)):
             face, name = _face_name(finger, pad), f"{finger}_pad{i}"
             _add_force_sensor(spec, name, face, reduce=1, data=FORCE | PLACE | NORMAL | TANGENT)
     _add_force_sensor(spec, OBJECT, SURFACE, reduce=3)
@@ -181,17 +180,24 @@ def _add_force_sensor(spec: Any, geom: str, other: str, reduce: int, data: int =
     spec.add_sensor(type=mujoco.mjtSensor.mjSENS_CONTACT, intprm=[data, reduce, 1], **between)
 
 
-def split_sensors(data: np.ndarray) -> tuple[np.ndarray, ...]:
+def pad_points(model: mujoco.MjModel) -> int:
+    """Number of the points that stand for a pad."""
+    return model.npair // 2
+
+
+def split_sensors(data: np.ndarray, points: int) -> tuple[np.ndarray, ...]:
     """Columns of sensor data as gripper pose (n, 7), object pose (n, 7), joints (n, k), the pads' normal forces (n, 2),
-    floor force (n,), and the pads' friction (n, 2, 3): see Trajectory."""
-    gripper, obj, joints, pads, floor = np.split(data, [7, 14, -(2 * PAD_POINTS * 12 + 3), -3], axis=1)
-    force, place, normal, tangent = np.moveaxis(pads.reshape(len(data), 2, PAD_POINTS, 4, 3), 3, 0)
+    floor force (n,), and the pads' friction (n, 2, 3): see Trajectory.
+
+    points: number of points that stand for a pad."""
+    gripper, obj, joints, pads, floor = np.split(data, [7, 14, -(2 * points * 12 + 3), -3], axis=1)
+    force, place, normal, tangent = np.moveaxis(pads.reshape(len(data), 2, points, 4, 3), 3, 0)
     wrench = _in_hand_plane(gripper, place, force[..., 1:2] * tangent + force[..., 2:] * np.cross(normal, tangent))
     return gripper, obj, joints, np.abs(force[..., 0]).sum(2), np.abs(floor[:, 2]), wrench
 
 
 def _in_hand_plane(gripper: np.ndarray, place: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Wrenches (n, 2, 3) in the plane of the pads of forces at places (n, 2, PAD_POINTS, 3) in the world."""
+    """Wrenches (n, 2, 3) in the plane of the pads of forces at places (n, 2, points, 3) in the world."""
     hand = Rotation.from_quat(gripper[:, 3:], scalar_first=True).as_matrix().astype(np.float32)
     place = (place - gripper[:, None, None, :3]) @ hand[:, None] - TCP_M.astype(np.float32)
     force = force @ hand[:, None]
