@@ -91,7 +91,7 @@ def filled(file: h5py.File) -> None:
     hdf5.put(file, "x", np.arange(50_000))
     packed = file.create_dataset("packed", (100_000, 3), np.uint8)
     for first in range(0, 100_000, 10_000):
-        packed[first : first + 10_000] = first // 10_000
+        packed[first : first + 10_000] = np.full((10_000, 3), first // 10_000)  # one number is written row by row
 
 
 def test_a_file_that_never_was_in_memory_is_the_same_every_time(tmp_path: Path) -> None:
