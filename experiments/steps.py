@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import multiprocessing
 import os
 import re
 import shlex
@@ -15,7 +16,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
+
+from evslip.cli import main
+from evslip.generation.runners.local import environment
 
 
 @dataclass(frozen=True)
@@ -56,23 +60,22 @@ class Runner:
     """Runs steps into a folder: done/ says what is finished, logs/ what was printed, log.jsonl how long each took."""
 
     def __init__(self, out: Path, jobs: int = 1):
-        self._out, self._jobs, self._program = out, jobs, _program()
+        self._out, self._jobs = out, jobs
         for name in ("done", "logs"):
             (out / name).mkdir(parents=True, exist_ok=True)
 
     def run(self, steps: Sequence[Step], together: bool = False) -> None:
         """Run what is not done yet: in order, or as many together as there are jobs. Exits with one line where a step
         fails."""
-        jobs = self._jobs if together else 1
-        with ThreadPoolExecutor(jobs) as pool:
-            for running in [pool.submit(self._one, step, jobs) for step in steps]:
+        with environment(_share(self._jobs)), ThreadPoolExecutor(self._jobs if together else 1) as pool:
+            for running in [pool.submit(self._one, step) for step in steps]:
                 try:
                     running.result()
                 except BaseException:
                     pool.shutdown(cancel_futures=True)
                     raise
 
-    def _one(self, step: Step, jobs: int) -> None:
+    def _one(self, step: Step) -> None:
         if self._skip(step):
             print(f"done      {step.name}", flush=True)
             return
@@ -80,8 +83,7 @@ class Runner:
         log, start, begun = log_path(self._out, step), time.perf_counter(), datetime.now().isoformat(timespec="seconds")
         code = None
         try:
-            with log.open("w") as file:
-                code = run_command([self._program, *step.words, *step.aside], file, jobs)
+            code = run_command((*step.words, *step.aside), log)
         finally:
             seconds = time.perf_counter() - start
             entry = {"name": step.name, "command": step.command, "begun": begun, "seconds": seconds, "code": code}
@@ -110,9 +112,44 @@ class Runner:
         return record["key"] == step.key
 
 
-def run_command(command: list[str], log: TextIO, jobs: int) -> int:
-    """Exit code of a command, one of several at the same time, that prints into a file."""
-    return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, env=_environment(jobs), check=False).returncode
+def run_command(words: Sequence[str], log: Path) -> int | None:
+    """Exit code of `evslip WORDS`, which prints into a file.
+
+    Its process is forked from one that has imported what commands need: alone that takes longer than most of a small
+    experiment's trainings. A generator starts processes of its own, each of which would import this program.
+    """
+    if words[0] == "generate":
+        with log.open("w") as file:
+            return subprocess.run([_program(), *words], stdout=file, stderr=subprocess.STDOUT, check=False).returncode
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(IMPORTED))
+    process = context.Process(target=_evslip, args=(words, log))
+    process.start()
+    process.join()
+    return process.exitcode
+
+
+IMPORTED = (
+    "evslip.cli.detect",
+    "evslip.cli.train",
+    "evslip.cli.windows",
+    "evslip.learn.evaluation.comparison",
+    "evslip.view.evaluation.files",
+    "evslip.view.evaluation.sweep",
+    "matplotlib.backends.backend_agg",
+    "matplotlib.figure",
+    "torch.utils.tensorboard",
+)
+"""Modules that, with what they import, are what commands need."""
+
+
+def _evslip(words: Sequence[str], log: Path) -> None:
+    """All that a forked process does."""
+    with log.open("w") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    sys.argv = ["evslip", *words]
+    main()
 
 
 def done_path(out: Path, step: Step) -> Path:
@@ -149,7 +186,8 @@ def _program() -> str:
     return found
 
 
-def _environment(jobs: int) -> dict[str, str]:
+def _share(jobs: int) -> dict[str, str]:
+    """Environment variables of a command, one of several at the same time."""
     threads = str(max(1, len(os.sched_getaffinity(0)) // jobs))
     shared = {} if jobs == 1 else {"OMP_NUM_THREADS": threads, "NUMBA_NUM_THREADS": threads}
-    return os.environ | {"COLUMNS": "160"} | shared
+    return {"COLUMNS": "160"} | shared

@@ -7,9 +7,9 @@ import re
 import statistics
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 import pytest
@@ -54,9 +54,9 @@ def reproduce(out: Path, *more: object) -> subprocess.CompletedProcess:
 def reproduce_here(monkeypatch: pytest.MonkeyPatch, out: Path) -> int:
     """Its exit code within the tests' own process: thirty processes would import PyTorch thirty times."""
 
-    def run_command(command: list[str], log: TextIO, jobs: int) -> int:
-        done = evslip(*command[1:])
-        log.write(done.stdout + done.stderr)
+    def run_command(words: Sequence[str], log: Path) -> int:
+        done = evslip(*words)
+        log.write_text(done.stdout + done.stderr)
         return done.returncode
 
     monkeypatch.syspath_prepend(SCRIPT.parent)
