@@ -161,12 +161,13 @@ def test_an_alarm_raises_the_force_again_unless_the_object_is_coming_to_rest():
         controller = make_controller("detector", model="truth", gain=2.0, again=0.5, wait_s=0.05, falling=0.8)
         controller.reset(SETUP._replace(truth=lambda: truth))
         found = [2.0]
-        for k in range(9):
+        for k in range(14):
             truth = truth._replace(rotation_deg_s=30.0 * slowing**k)
             found.append(controller.step(empty_events(), senses(k)))
         return list(dict.fromkeys(found))
 
-    assert forces_asked(slowing=1.0) == pytest.approx([2.0, 4.0, 6.0])
+    # Each alarm adds half as large a share.
+    assert forces_asked(slowing=1.0) == pytest.approx([2.0, 4.0, 6.0, 7.5])
     assert forces_asked(slowing=0.9) == pytest.approx([2.0, 4.0])
 
 

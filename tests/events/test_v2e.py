@@ -44,8 +44,8 @@ def test_equal_to_v2e(name):
     assert np.all(np.diff(events.t_us) >= 0)
 
 
-@pytest.mark.slow
-def test_noise_has_v2es_statistics():
+@pytest.mark.parametrize(("cameras", "tolerance"), [(1, 0.03), pytest.param(8, 0.01, marks=pytest.mark.slow)])
+def test_noise_has_v2es_statistics(cameras, tolerance):
     """Preset noisy before a still ramp from 0 to 255, for a second, in events a second and pixel.
 
     The specification's figures were measured on v2e in the same way. 16 cameras of 256 x 400 pixels of v2e (cac6384)
@@ -54,7 +54,7 @@ def test_noise_has_v2es_statistics():
     """
     ramp = np.tile(np.linspace(0, 255, 256).astype(np.uint8), (400, 1))
     measured = []
-    for seed in range(8):
+    for seed in range(cameras):
         sensor = EventCamera("noisy", size=(256, 400), mode="v2e", intensity="uint8", seed=seed)
         events = sensor.run((t_us, ramp) for t_us in np.arange(0, 1e6 + 1, 5e3))
         counts = np.zeros((2, *ramp.shape))
@@ -65,7 +65,7 @@ def test_noise_has_v2es_statistics():
         excess = both.var(axis=0).mean() / both.mean()
         measured.append([on, off, *both.reshape(400, 4, 64).mean((0, 2)), excess])
     expected = [1.625, 1.62, 4.68, 3.72, 2.77, 1.83, 1.25]
-    np.testing.assert_allclose(np.mean(measured, 0), expected, rtol=0.01)
+    np.testing.assert_allclose(np.mean(measured, 0), expected, rtol=tolerance)
 
 
 def test_both_modes_agree_on_a_clean_clip():
