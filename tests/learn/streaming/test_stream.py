@@ -114,7 +114,7 @@ def test_parts_of_a_stream_give_the_answers_of_the_whole(model: Path) -> None:
     parts = detect(model, (events.select(slice(i, i + 700)) for i in range(0, events.count, 700)), SIZE)
     for name in ("t_us", "events"):
         np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
-    # Where in memory a batch happens to lie changes the order in which PyTorch adds.
+    # Parts make batches of other sizes, elsewhere in memory: PyTorch may add in another order.
     np.testing.assert_allclose(parts.p_slip, whole.p_slip, rtol=0, atol=1e-6)
     assert parts.start_us == whole.start_us and parts.threshold == whole.threshold
 
