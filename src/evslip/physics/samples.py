@@ -53,11 +53,13 @@ class SensorReader:
 
     def __init__(self, params: Params):
         self._params = params
-        self._surfaces = [LimitSurface.of(patch.points, patch.weights) for patch in grasp(params).pads]
+        pads = grasp(params).pads
+        self._points = len(pads[0].contacts)
+        self._surfaces = [LimitSurface.of(patch.points, patch.weights) for patch in pads]
 
     def read(self, t_us: np.ndarray, sensors: np.ndarray, friction: np.ndarray) -> Trajectory:
         """Samples at times (n,) of sensor data in single precision, (n, k), at friction coefficients (n,)."""
-        gripper, obj, joints, normal, floor, wrench = split_sensors(sensors, len(grasp(self._params).pads[0].contacts))
+        gripper, obj, joints, normal, floor, wrench = split_sensors(sensors, self._points)
         joints = np.insert(joints, [joints.shape[1] - 2] * (JOINTS - joints.shape[1]), 0, axis=1)
         used = self._utilisation(normal, wrench, friction.astype(np.float32))
         return Trajectory(self._params, t_us, gripper, obj, joints, normal, floor, wrench, used)
