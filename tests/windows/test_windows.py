@@ -73,6 +73,22 @@ def test_windows_lie_in_the_held_time(length_s: float, hop_s: float, first: int,
     assert all(first * 1000 <= start and start + length * 1000 <= (first + duration) * 1000 for start, *_ in found)
 
 
+@pytest.mark.parametrize("label_s", [0.04, 0.16, 0.0])
+def test_only_the_newest_part_counts_for_the_label(label_s: float) -> None:
+    """The first window's turn and slide end 50 ms before its end, the second one's 30 ms before."""
+    counted = round(1e3 * (label_s or 0.16))
+    angle = turning(HELD.start, HELD.start + 110, 20.0) - turning(HELD.start + 160 + 100, HELD.start + 160 + 130, 50.0)
+    slide = turning(HELD.start, HELD.start + 110, 10.0)
+    cut = movements(truth_of(angle, slide), replace(ALL, label_s=label_s))
+    for k, movement in enumerate(cut[:2]):
+        part = slice(HELD.start + 160 * (k + 1) - counted, HELD.start + 160 * (k + 1) + 1)
+        turned, slid = np.abs(angle[part] - angle[part][0]), np.abs(slide[part] - slide[part][0])
+        assert movement.rotation_deg == pytest.approx(turned.max(), abs=1e-5)
+        assert movement.translation_mm == pytest.approx(slid.max(), abs=1e-6)
+    labels = [label_of(movement, ALL) for movement in cut[:2]]
+    assert labels == [Label.HOLD if label_s == 0.04 else Label.SLIP, Label.SLIP]
+
+
 def test_never_held_gives_no_window() -> None:
     assert movements(truth_of(np.zeros(STEPS), held=slice(0, 0)), ALL) == []
 
@@ -392,6 +408,8 @@ def test_unwritable_place(windows: Windows, tmp_path) -> None:
         {"labels": "best"},
         {"length_s": 0},
         {"hop_s": -1},
+        {"label_s": -0.1},
+        {"label_s": 0.2},
         {"hold_deg": 2.0},
         {"hold_mm": 3.0},
         {"width": 0},

@@ -146,11 +146,11 @@ class Movement(NamedTuple):
 
     start_us: int
     rotation_deg: float
-    """The largest since the window's start."""
+    """The largest in the part that counts for the label (`WindowSettings.labelled_s`), since its start."""
     translation_mm: float
-    """The largest since the window's start."""
+    """The largest, likewise."""
     theta_rise_deg: float
-    """How much greater the paper's theta is at the window's end than at its start; 0 if it is not."""
+    """How much greater the paper's theta is at the window's end than at that part's start; 0 if it is not."""
     rotation_speed_deg_s: float
     """Angle between the object's orientations SPEED_S before the window's end and at it, over that time."""
     slide_speed_mm_s: float
@@ -164,8 +164,8 @@ def movements(truth: Truth, settings: WindowSettings, entering: bool = False) ->
     if len(held) < 2:
         return []
     step_us = int(truth.t_us[1] - truth.t_us[0])
-    spans_s = settings.length_s, settings.hop_s, SPEED_S
-    length, hop, newest = (max(1, round(seconds * 1e6 / step_us)) for seconds in spans_s)
+    spans_s = settings.length_s, settings.hop_s, settings.labelled_s, SPEED_S
+    length, hop, counted, newest = (max(1, round(seconds * 1e6 / step_us)) for seconds in spans_s)
     begin, end = int(held[0]), int(held[-1]) + 1 - length
     starts = range(begin, end, hop)
     if entering:  # as many hops before as leave a part of the window in the held time, and the whole in the record
@@ -173,8 +173,8 @@ def movements(truth: Truth, settings: WindowSettings, entering: bool = False) ->
     orientation = Rotation.from_quat(truth.rotation, scalar_first=True)
     found = []
     for first in starts:
-        since = max(first, begin)
         last = first + length
+        since = max(last - counted, begin)
         turned, slid = (float(values.max()) for values in _moved(truth, orientation, since, last))
         rise = max(0.0, float(truth.theta_deg[last]) - float(truth.theta_deg[since]))
         before = max(since, last - newest)

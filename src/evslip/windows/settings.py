@@ -27,6 +27,9 @@ class WindowSettings:
     """Movement that counts. motion: how far the object turns or slides in the hand, at most, since the window's start.
     angular: how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its
     public code); a fall counts as no movement, and so does a turn there and back."""
+    label_s: float = 0.0
+    """Time up to the window's end in which movement counts for the label; 0: the whole window. Where it is short, the
+    label tells what the object does now: a controller need not answer a slip that has ended."""
     slip_deg: float = 1.0
     """Rotation from which on a window is slip."""
     slip_mm: float = 2.0
@@ -62,6 +65,10 @@ class WindowSettings:
             raise ConfigError(
                 f"length_s {self.length_s:g}, hop_s {self.hop_s:g}: expected 0.001 to 10 and 0.001 to 1000"
             )
+        if not (self.label_s == 0 or 0.001 <= self.label_s <= self.length_s):
+            raise ConfigError(
+                f"label_s {self.label_s:g}: expected 0.001 to length_s, {self.length_s:g}, or 0 for the whole window"
+            )
         if not (0 <= self.hold_deg <= self.slip_deg <= 360 and 0 <= self.hold_mm <= self.slip_mm <= 1e6):
             raise ConfigError(
                 f"hold_deg {self.hold_deg:g}, slip_deg {self.slip_deg:g}, hold_mm {self.hold_mm:g}, slip_mm "
@@ -79,6 +86,11 @@ class WindowSettings:
                 f"crop of {self.width}x{self.height} from ({self.left}, {self.top}): expected columns and rows on the "
                 f"sensor of {self.sensor_width}x{self.sensor_height}, at most {MOST_PIXELS / 1e6:.1f} million pixels"
             )
+
+    @property
+    def labelled_s(self) -> float:
+        """Time up to a window's end in which movement counts, in seconds."""
+        return self.label_s or self.length_s
 
     @property
     def sensor(self) -> tuple[int, int]:
@@ -105,8 +117,8 @@ class WindowSettings:
 
 
 def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
-    """Settings of windows, or of a detector, that a file holds. Files without the mode of the labels or the ratio are
-    older than these: theirs is the default. Raises DataError naming the key."""
+    """Settings of windows, or of a detector, that a file holds. Files without the mode of the labels, their time or
+    the ratio are older than these: theirs is the default. Raises DataError naming the key."""
     values = {}
     for field in fields(WindowSettings):
         if field.name in stored:
@@ -116,7 +128,7 @@ def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
                 wanted = _KINDS.get(field.type, "a word")
                 raise DataError(f"{where}: {field.name}: {str(value)[:60]!r} is wrong; expected {wanted}")
             values[field.name] = value
-        elif field.name not in ("labels", "ratio"):
+        elif field.name not in ("labels", "label_s", "ratio"):
             raise DataError(f"{where}: {field.name} is missing; expected all settings of `evslip windows`")
     try:
         settings = WindowSettings(**values)

@@ -95,15 +95,15 @@ _Division = tuple[str, str, str, dict[str, np.ndarray]]
 
 
 def _divisions(predictions: Predictions, settings: WindowSettings) -> list[_Division]:
-    length_s = settings.length_s
+    seconds = settings.labelled_s
     conditions = predictions.conditions
-    turn = _speed_edges(settings.hold_deg / length_s, settings.slip_deg / length_s)
-    slide = _speed_edges(settings.hold_mm / length_s, settings.slip_mm / length_s)
+    turn = _speed_edges(settings.hold_deg / seconds, settings.slip_deg / seconds)
+    slide = _speed_edges(settings.hold_mm / seconds, settings.slip_mm / seconds)
     on_object = np.where(predictions.object_events == UNKNOWN, np.nan, predictions.object_events)
     count = (100, 1000, 10_000, 30_000)
     numbers: list[tuple[str, str, str, np.ndarray, Sequence[float]]] = [
-        ("turning_deg_s", "Turning in the hand", "°/s", predictions.rotation_deg / length_s, turn),
-        ("sliding_mm_s", "Sliding in the hand", "mm/s", predictions.translation_mm / length_s, slide),
+        ("turning_deg_s", "Turning in the hand", "°/s", predictions.rotation_deg / seconds, turn),
+        ("sliding_mm_s", "Sliding in the hand", "mm/s", predictions.translation_mm / seconds, slide),
         ("arm_speed_m_s", "Speed of the arm", "m/s", conditions.arm_speed_m_s, (0.02, 0.1, 0.2, 0.4)),
         ("light_ratio", "Lamp over surroundings", "", conditions.light_ratio, (1, 5, 25)),
         ("light_turn_deg", "Turn of the lamp around the hand", "° in a window", conditions.light_turn_deg, (0.2, 1, 3)),

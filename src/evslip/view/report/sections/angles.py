@@ -23,7 +23,7 @@ def angles(examples: Mapping[str, Record], others: Sequence[Truth], settings: Wi
     sliding = f" (or by its sliding, {settings.slip_mm:g} mm and {settings.hold_mm:g} mm)"
     note = (
         "How far the object has turned in the hand since the grip closed. A window is slip or hold by its change of "
-        f"this angle: at least {settings.slip_deg:g}° or less than {settings.hold_deg:g}° in {settings.length_s:g} s"
+        f"this angle: at least {settings.slip_deg:g}° or less than {settings.hold_deg:g}° in {settings.labelled_s:g} s"
         f"{sliding if settings.labels == 'motion' else ''}. "
         "Shaded: the object of the sample of that colour is held, free of the surface."
     )
