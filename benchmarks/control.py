@@ -2,7 +2,7 @@
 
 python benchmarks/control.py [--episodes 3]       # real time over processor time, by rate, size and observation
 python benchmarks/control.py --leak 10000         # memory over so many episodes of senses alone, a few steps each
-python benchmarks/control.py --limits FOLDER [--controller detector] [--model default] [--count 200]
+python benchmarks/control.py --limits FOLDER [--controller detector] [--model default-hold] [--count 200]
                                                   # what perception, actuator and physics cost a controller
 """
 
@@ -110,7 +110,7 @@ if __name__ == "__main__":
     parser.add_argument("--leak", type=int, default=0)
     parser.add_argument("--limits", type=Path)
     parser.add_argument("--controller", default="detector")
-    parser.add_argument("--model", default="default")
+    parser.add_argument("--model", default="default-hold")
     parser.add_argument("--count", type=int, default=200)
     options = parser.parse_args()
     if options.leak:

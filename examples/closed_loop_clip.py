@@ -1,6 +1,6 @@
 """The README's moving picture: one episode with the grip force left alone, and with a detector that sets it.
 
-python examples/closed_loop_clip.py docs/figures/closed_loop.webp [--split train] [--index 3] [--model default]
+python examples/closed_loop_clip.py docs/figures/closed_loop.webp [--split train] [--index 3] [--model default-hold]
 
 Shown at half speed, for a slip is over in a tenth of a second.
 """
@@ -42,7 +42,7 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--split", default="train")
     parser.add_argument("--index", type=int, default=3)
-    parser.add_argument("--model", default="default")
+    parser.add_argument("--model", default="default-hold")
     parser.add_argument("--seconds", type=float, default=SHOWN_S, help="most of the episode that is shown")
     options = parser.parse_args()
     candidates = Candidates("hold", split=options.split)

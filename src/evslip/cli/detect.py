@@ -33,9 +33,9 @@ def evaluate(
     printed, and written as JSON, as a page and as pictures, those of the worst windows too.
 
     Args:
-        models_and_data: Folders of models, or `default`, `default-complex` or `default-wild`, of the package; then what
-            to examine them on: a data set, a record, a folder of records, or a file of `evslip windows` (scores alone:
-            alarms and conditions need records).
+        models_and_data: Folders of models, or `default`, `default-complex`, `default-wild` or `default-hold`, of the
+            package; then what to examine them on: a data set, a record, a folder of records, or a file of `evslip
+            windows` (scores alone: alarms and conditions need records).
         out: Folder for the files; default: the model's folder; of several models, or one of the package, `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
@@ -96,7 +96,7 @@ def detect(
     Args:
         model_and_recording: Folder of a model, unless --model names it; then a record, a recording or plain events, a
             file of any known format.
-        model: Folder of the model, or `default`, `default-complex` or `default-wild`, of the package.
+        model: Folder of the model, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package.
         out: Name of the two files without suffix; default: beside the recording.
         hop_s: Time between two answers.
         camera: Of a record of two cameras, the one that the detector looks through: left or right.

@@ -159,7 +159,7 @@ def live(
         source: Where events come from: dv://HOST:PORT, a server of dv-processing; udp://HOST:PORT, with ?format=faery
             for faery's datagrams; zenoh://KEY, or zenoh://DOMAIN/TOPIC?format=ros2, a topic of ROS 2; usb:// or
             usb://SERIAL, a camera; or a file of events.
-        model: Folder of a detector, or `default`, `default-complex` or `default-wild`, of the package.
+        model: Folder of a detector, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package.
         hop_s: Time between two answers.
         size: Width and height of the sensor, for sources that do not state it, such as faery's datagrams; default: of
             the sensor that the detector was trained on.

@@ -26,8 +26,8 @@ def view(
 
     Args:
         dataset: Folder of a data set, or a file of events of any known format.
-        model: Folder of a detector, or `default`, `default-complex` or `default-wild`, of the package, whose slip
-            probability is drawn over time.
+        model: Folder of a detector, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package,
+            whose slip probability is drawn over time.
         camera: Of samples that two cameras saw: left, right, or all.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
@@ -42,7 +42,7 @@ def play(
     *,
     config: str = "play",
     controller: str = "detector",
-    model: str = "default",
+    model: str = "default-hold",
     port: int = 8898,
     browser: bool = True,
 ) -> None:
@@ -52,7 +52,7 @@ def play(
         config: Preset or TOML file that the objects and motions are drawn from.
         controller: Controller of the grip force at the start: off, constant, strong, oracle, late-oracle, event-rate,
             detector or detector-pi.
-        model: Folder of a detector, or `default`, `default-complex` or `default-wild`, of the package.
+        model: Folder of a detector, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """

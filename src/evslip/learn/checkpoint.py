@@ -24,7 +24,7 @@ FORMAT = Format("evslip model", 1, "the description of a model that `evslip trai
 _ENTRIES: dict[str, type] = {"model": str, "windows": dict, "training": dict}
 
 FOLDER = Path(__file__).with_name("models")
-NAMES = ("default", "default-complex", "default-wild")
+NAMES = ("default", "default-complex", "default-wild", "default-hold")
 """Detectors that come with the package."""
 
 

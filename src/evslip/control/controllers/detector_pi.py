@@ -18,7 +18,7 @@ class DetectorPI(Controller):
     class Parameters:
         """Parameters of DetectorPI."""
 
-        model: str = "default"
+        model: str = "default-hold"
         """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
         threshold: float | None = None
         """Probability from which on its speeds count; None: the detector's own."""

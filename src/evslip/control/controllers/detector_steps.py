@@ -17,7 +17,7 @@ class DetectorSteps(Controller):
     class Parameters:
         """Parameters of DetectorSteps."""
 
-        model: str = "default"
+        model: str = "default-hold"
         """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
         threshold: float | None = None
         """Probability from which on it says slip; None: the detector's own."""

@@ -38,7 +38,7 @@ class World:
     """Plays episodes one after the other and publishes what is seen in them. Commands may come from any thread."""
 
     def __init__(
-        self, config: str = "play", controller: str = "detector", model: str = "default", split: str = "train"
+        self, config: str = "play", controller: str = "detector", model: str = "default-hold", split: str = "train"
     ):
         """config: preset or file; controller: of `settings.SETTINGS`; model: detector whose answers are shown, and
         which the controllers use. Raises ConfigError, DataError."""
