@@ -1,5 +1,6 @@
 """Compiling before the first sample."""
 
+import importlib
 import os
 import shutil
 import subprocess
@@ -10,12 +11,13 @@ import pytest
 
 import evslip
 from evslip.generation.progress import COMPILING, samples_bar
-from evslip.generation.warm_up import NOWHERE, _marks
+from evslip.generation.warm_up import ANY, NOWHERE, _marks, _marks_of, is_warm
 from evslip.utils.errors import ConfigError
 from evslip.utils.jit import unkept
 from evslip.utils.progress import VARIABLE, shown
 from permissions import powerless
 
+CHEAP = Path(__file__).parents[2] / "benchmarks" / "cheap.toml"
 SMALL = {"camera.width": 64, "camera.height": 48, "render.max_motion_px": 2.0}
 NEVER_HELD = {"object.mass_kg": 0.2, "grip.force_n": 1.0}
 MAKE_ONE = """
@@ -44,10 +46,11 @@ def test_after_it_a_sample_compiles_nothing_more():
     config = evslip.load_config("demo", SMALL)
     told = []
     mark = _marks(config)[0]
-    mark.unlink(missing_ok=True)
+    for one in mark, _marks_of(ANY)[0]:
+        one.unlink(missing_ok=True)
     compiled = evslip.warm_up(config, report=lambda done, about: told.append((done, about)))
     assert len(told) >= compiled and all(0 < done <= about for done, about in told)
-    assert mark.exists() and evslip.warm_up(config) == 0
+    assert mark.exists() and is_warm() and evslip.warm_up(config) == 0
     code = MAKE_ONE.replace("{small}", repr(SMALL))
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.splitlines() == ["simulated True"]
@@ -57,7 +60,7 @@ SENSORS = (("sensor.theta", 0.2), ("sensor.theta", 0.3), ("sensor.shot_rate_hz",
 DIE_ONCE = """
 import multiprocessing
 import evslip
-from evslip.generation.warm_up import _marks
+from evslip.generation.warm_up import _marks, is_warm
 
 def kill(done, about):
     for child in multiprocessing.active_children():
@@ -65,7 +68,7 @@ def kill(done, about):
 
 if __name__ == "__main__":
     evslip.warm_up("demo", report=kill)
-    print(_marks(evslip.load_config("demo"))[0].exists())
+    print(_marks(evslip.load_config("demo"))[0].exists(), is_warm())
 """
 
 
@@ -74,7 +77,7 @@ def test_a_process_that_dies_leaves_no_mark(tmp_path):
     script.write_text(DIE_ONCE)
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     found = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True, env=environment)
-    assert found.stdout.splitlines() == ["False"]
+    assert found.stdout.splitlines() == ["False False"]
 
 
 @pytest.mark.slow
@@ -89,6 +92,21 @@ def test_grasps_that_never_hold_leave_no_mark():
 def test_a_threshold_asks_for_no_other_functions_but_noise_does():
     marks = [_marks(evslip.load_config("demo", {key: value}))[0] for key, value in SENSORS]
     assert marks[0] == marks[1] and len(set(marks)) == 3
+
+
+@pytest.mark.parametrize(
+    ("known", "count", "workers", "begins"),
+    [(False, 2, 2, True), (True, 2, 2, True), (False, 2, 1, True), (True, 2, 1, False), (True, 1, 2, False)],
+)
+def test_it_begins_before_workers_but_not_for_one_alone_where_most_is_known(
+    known, count, workers, begins, tmp_path, monkeypatch
+):
+    module, begun = importlib.import_module("evslip.generation.generate"), []
+    monkeypatch.setattr(module, "warm_up", lambda *_, **__: begun.append(True))
+    monkeypatch.setattr(module, "is_warm", lambda: known)
+    monkeypatch.setattr(module, "runner", lambda _: lambda *_: ())  # no worker is of interest here
+    module.generate(CHEAP, tmp_path, count, workers=workers)
+    assert bool(begun) == begins
 
 
 def test_a_wrong_preset_is_refused():

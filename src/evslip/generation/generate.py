@@ -2,6 +2,7 @@
 
 import functools
 import json
+import os
 import platform
 import time
 from collections.abc import Iterator
@@ -24,7 +25,7 @@ from evslip.generation.estimate import Estimate, estimate, require_room, togethe
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
 from evslip.generation.sensor import camera_for
-from evslip.generation.warm_up import warm_up
+from evslip.generation.warm_up import is_warm, warm_up
 from evslip.physics.robots.catalogue import pinned
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.trajectory import Trajectory
@@ -244,7 +245,9 @@ def generate(
     requested.request(root, split, count)
     if jobs and note:
         progress.notice(note)
-    if jobs and run_is_local:
+    crew = min(len(jobs), workers or len(os.sched_getaffinity(0)))
+    # A worker alone compiles nothing twice: two processes that begin only for a function or two cost more than those.
+    if jobs and run_is_local and (crew > 1 or not is_warm()):
         try:
             warm_up(config, report=progress.compiling)
         except StorageError as error:

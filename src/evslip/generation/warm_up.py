@@ -31,6 +31,8 @@ SIZE = (64, 48)
 SPAN_US = 40_000
 KERNEL = "evslip.events.pixels.kernel"
 """A module with compiled functions: they are kept next to their file, if anywhere."""
+ANY = "any"
+"""Kind of the mark that is left beside that of each configuration."""
 TRIED = 8
 """Samples that are tried until the robot can do one's motion and its grasp holds."""
 NOWHERE = "since neither the package's folders nor ~/.cache can be written"
@@ -69,7 +71,8 @@ def warm_up(config: Config | str | Path = "simple", *, report: Report = lambda d
                         waiting.remove(pipe)
     if finished == len(PARTS):
         with contextlib.suppress(OSError):
-            marks[0].touch()
+            for mark in marks[0], _marks_of(ANY)[0]:
+                mark.touch()
     return len(compiled)
 
 
@@ -81,12 +84,22 @@ def _received(pipe: Any) -> Any:
         return False
 
 
+def is_warm() -> bool:
+    """Whether what samples of some configuration need was compiled: nearly all that those of any other need."""
+    return any(mark.exists() for mark in _marks_of(ANY))
+
+
 def _marks(config: Config) -> list[Path]:
-    """The files of `jit.warm_marks` for what decides which functions a sample needs."""
-    import_module(KERNEL)
+    """The marks of what decides which functions a sample needs."""
     used = {"object": {"shape", "finish"}, "render": {"renderer"}, "robot": {"kind"}}
     used |= dict.fromkeys(("sensor", "readout", "flicker"), True)
-    return jit.warm_marks(repr(_features(config.model_dump(mode="json", include=used))))
+    return _marks_of(repr(_features(config.model_dump(mode="json", include=used))))
+
+
+def _marks_of(kind: str) -> list[Path]:
+    """The files of `jit.warm_marks`."""
+    import_module(KERNEL)
+    return jit.warm_marks(kind)
 
 
 def _features(value: Any) -> Any:
