@@ -1,13 +1,16 @@
-"""The package as a stranger gets it: a wheel, installed without extras in an empty environment elsewhere."""
+"""The package as a stranger gets it: a wheel, in an environment elsewhere with what it requires and no extras."""
 
 import json
 import shutil
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import evslip
 from evslip.codecs import write_events
@@ -87,10 +90,28 @@ def environment(tmp_path_factory) -> Path:
     subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", home, source], check=True)
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", home / "empty"], check=True)
     (wheel,) = home.glob("*.whl")
-    install = ["install", "--no-compile", "-c", ROOT / "constraints.txt", wheel]
-    subprocess.run([*pip, "--python", python, *install], check=True)
-    carry_compiled(next((home / "empty" / "lib").glob("python*/site-packages/evslip")))
+    subprocess.run([*pip, "--python", python, "install", "--no-compile", "--no-deps", wheel], check=True)
+    (packages,) = (home / "empty" / "lib").glob("python*/site-packages")
+    link_required(packages)
+    subprocess.run([*pip, "--python", python, "check"], check=True)
+    carry_compiled(packages / "evslip")
     return python
+
+
+def link_required(packages: Path) -> None:
+    """Link into a folder of packages what those in it say that they require, from our own environment: installed, all
+    of it would be unpacked and compiled once more."""
+    waiting, known = list(metadata.distributions(path=[str(packages)])), set()
+    while waiting:
+        for requirement in map(Requirement, waiting.pop().requires or ()):
+            name = canonicalize_name(requirement.name)
+            if name in known or (requirement.marker is not None and not requirement.marker.evaluate({"extra": ""})):
+                continue
+            known.add(name)
+            waiting.append(found := metadata.distribution(name))
+            for top in {file.parts[0] for file in found.files or ()} - {"..", "__pycache__"}:
+                if not (packages / top).exists():
+                    (packages / top).symlink_to(str(found.locate_file(top)))
 
 
 def carry_compiled(package: Path) -> None:
