@@ -16,6 +16,7 @@ import numpy as np
 
 from evslip.config.params import Params
 from evslip.events.pixel_model import PixelModel
+from evslip.generation.runners.local import crew_size
 from evslip.generation.sensor import pixels_of, readout_of
 from evslip.physics.motion.phases import phase_times
 from evslip.rendering import MIDDLE_GREY
@@ -100,7 +101,7 @@ def require_room(one: Estimate | None, count: int, workers: int | None, root: Pa
             f"{one.line()}; {count:,} of them {_bytes(count * one.file_bytes)}, and {_bytes(free)} are free in {root}: "
             "expected fewer or smaller ones, or parts (I/N) on several disks"
         )
-    crew = min(count, workers or len(os.sched_getaffinity(0)))
+    crew = crew_size(count, workers)
     large = crew * one.memory_bytes > there or one.memory_bytes > LARGE_BYTES or one.seconds > LARGE_S
     if not large and count * one.file_bytes < LARGE_DISK:
         return None

@@ -2,7 +2,6 @@
 
 import functools
 import json
-import os
 import platform
 import time
 from collections.abc import Iterator
@@ -24,6 +23,7 @@ from evslip.events.stream import Events, empty_events
 from evslip.generation.estimate import Estimate, estimate, require_room, together
 from evslip.generation.progress import Made, Progress
 from evslip.generation.runners import runner
+from evslip.generation.runners.local import crew_size
 from evslip.generation.sensor import camera_for
 from evslip.generation.warm_up import is_warm, warm_up
 from evslip.physics.robots.catalogue import pinned
@@ -245,9 +245,8 @@ def generate(
     requested.request(root, split, count)
     if jobs and note:
         progress.notice(note)
-    crew = min(len(jobs), workers or len(os.sched_getaffinity(0)))
     # A worker alone compiles nothing twice: two processes that begin only for a function or two cost more than those.
-    if jobs and run_is_local and (crew > 1 or not is_warm()):
+    if jobs and run_is_local and (crew_size(len(jobs), workers) > 1 or not is_warm()):
         try:
             warm_up(config, report=progress.compiling)
         except StorageError as error:

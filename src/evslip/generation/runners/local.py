@@ -23,6 +23,11 @@ TASKS_PER_WORKER = 200
 ONE_THREAD: dict[str, str] = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 
 
+def crew_size(tasks: int, workers: int | None) -> int:
+    """Number of processes at the same time for so many tasks; workers: most that are wanted, None: one a core."""
+    return min(tasks, workers or len(os.sched_getaffinity(0)))
+
+
 def run_local(
     work: Callable[[Task], Result],
     tasks: Sequence[Task],
@@ -35,7 +40,7 @@ def run_local(
     Closing the generator, an exception or Ctrl-C ends the workers at once; files are written atomically, so that loses
     at most the samples under way. A worker that dies is replaced; one that takes longer than `limit_s` is killed.
     """
-    count = max(1, min(workers or len(os.sched_getaffinity(0)), len(tasks)))
+    count = max(1, crew_size(len(tasks), workers))
     failures, waiting, crew = Failures(notice, count), deque(tasks), list[_Worker]()
     # Spawned, not forked: a fork would copy the locks of the parent's threads in whatever state they are.
     context = multiprocessing.get_context("spawn")
