@@ -16,7 +16,7 @@ import numpy as np
 
 import evslip.control  # noqa: F401 - registers the environments
 from evslip.config.loading import load_config
-from evslip.control.controllers.slip_signal import TRUTH
+from evslip.control.controllers.slip_signal import MODEL, TRUTH
 from evslip.control.evaluation.games import games_of, play_games
 from evslip.control.evaluation.summary import OPEN_LOOP, ORACLE, summarise
 from evslip.view.control.tables import figure_table
@@ -110,7 +110,7 @@ if __name__ == "__main__":
     parser.add_argument("--leak", type=int, default=0)
     parser.add_argument("--limits", type=Path)
     parser.add_argument("--controller", default="detector")
-    parser.add_argument("--model", default="default-hold")
+    parser.add_argument("--model", default=MODEL)
     parser.add_argument("--count", type=int, default=200)
     options = parser.parse_args()
     if options.leak:

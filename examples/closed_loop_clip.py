@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 from evslip.control.candidates import Candidates
 from evslip.control.controllers import make_controller
 from evslip.control.controllers.controller import Setup
+from evslip.control.controllers.slip_signal import MODEL
 from evslip.control.picture import picture_of
 from evslip.events.stream import concatenate
 
@@ -42,7 +43,7 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--split", default="train")
     parser.add_argument("--index", type=int, default=3)
-    parser.add_argument("--model", default="default-hold")
+    parser.add_argument("--model", default=MODEL)
     parser.add_argument("--seconds", type=float, default=SHOWN_S, help="most of the episode that is shown")
     options = parser.parse_args()
     candidates = Candidates("hold", split=options.split)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.controllers.detector_steps import DetectorSteps
 from evslip.control.controllers.grip_force import GripForce, Relaxation
-from evslip.control.controllers.slip_signal import TRUTH, signal_of
+from evslip.control.controllers.slip_signal import MODEL, TRUTH, signal_of
 from evslip.control.senses import Senses
 from evslip.events.stream import Events
 
@@ -18,7 +18,7 @@ class DetectorPI(Controller):
     class Parameters:
         """Parameters of DetectorPI."""
 
-        model: str = "default-hold"
+        model: str = MODEL
         """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
         threshold: float | None = None
         """Probability from which on its speeds count; None: the detector's own."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.controllers.grip_force import GripForce, Relaxation
-from evslip.control.controllers.slip_signal import TRUTH, Signal, signal_of
+from evslip.control.controllers.slip_signal import MODEL, TRUTH, Signal, signal_of
 from evslip.control.senses import Senses
 from evslip.events.stream import Events
 
@@ -17,7 +17,7 @@ class DetectorSteps(Controller):
     class Parameters:
         """Parameters of DetectorSteps."""
 
-        model: str = "default-hold"
+        model: str = MODEL
         """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
         threshold: float | None = None
         """Probability from which on it says slip; None: the detector's own."""

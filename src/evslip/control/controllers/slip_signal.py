@@ -9,6 +9,8 @@ from evslip.events.stream import Events
 from evslip.learn.streaming.stream import Detector
 from evslip.utils.errors import ConfigError
 
+MODEL = "default-hold"
+"""Detector that is asked where none is named: the one of the package that was trained for the control of a grip."""
 TRUTH = "truth"
 """In place of a model's folder: the truth about the grip, to see what the perception costs."""
 

@@ -12,7 +12,7 @@ from evslip.control.candidates import Candidates
 from evslip.control.controllers import make_controller
 from evslip.control.controllers.constant import Constant
 from evslip.control.controllers.controller import NO_ANSWER, Controller, Setup
-from evslip.control.controllers.slip_signal import SlipSignal
+from evslip.control.controllers.slip_signal import MODEL, SlipSignal
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import matrices
 from evslip.utils.console import console
@@ -37,9 +37,7 @@ LOST_S = 1.0
 class World:
     """Plays episodes one after the other and publishes what is seen in them. Commands may come from any thread."""
 
-    def __init__(
-        self, config: str = "play", controller: str = "detector", model: str = "default-hold", split: str = "train"
-    ):
+    def __init__(self, config: str = "play", controller: str = "detector", model: str = MODEL, split: str = "train"):
         """config: preset or file; controller: of `settings.SETTINGS`; model: detector whose answers are shown, and
         which the controllers use. Raises ConfigError, DataError."""
         self._candidates, self._model = Candidates(config, split=split), model
