@@ -150,8 +150,8 @@ def info(
         beside = {"record": known, "triggers": None if triggers is None else triggers.as_json()}
         print(dumps(facts.as_json() | beside | {"quality": quality.as_json() | {"harms": hurts}}, indent=2))
         return
-    told = known if triggers is None else known | {"triggers": str(triggers)}
-    rows = (f"{name:>10}  {text}" for name, text in (told | described(quality)).items())
+    entries = known if triggers is None else known | {"triggers": str(triggers)}
+    rows = (f"{name:>10}  {text}" for name, text in (entries | described(quality)).items())
     for line in (*facts.lines(gap_us), *rows):
         console.print(line)
     for number, line in enumerate(hurts):
