@@ -11,7 +11,7 @@ from evslip.control.controllers.slip_signal import SlipSignal
 from evslip.control.episode_truth import GripTruth
 from evslip.control.senses import GRAVITY_M_S2, Senses
 from evslip.events.stream import Events, empty_events
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, DataError
 
 STEP_US = 10_000
 SETUP = Setup((346, 260), STEP_US, 0, 2.0, 0.5, 10.0)
@@ -224,6 +224,12 @@ def test_a_policy_of_ones_own_is_named_by_its_class():
 def test_what_is_wrong_is_said(name, parameters, words):
     with pytest.raises(ConfigError, match=words):
         make_controller(name, **parameters)
+
+
+@pytest.mark.parametrize("name", ["detector", "detector-pi"])
+def test_a_model_that_is_not_there_is_told_before_an_episode(name):
+    with pytest.raises(DataError, match=r"nowhere/model\.json: no such file"):
+        make_controller(name, model="nowhere")
 
 
 def test_the_register_has_what_it_names():

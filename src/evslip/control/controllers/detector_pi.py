@@ -1,56 +1,44 @@
 """A slip detector, and a PI controller on the speed of the slip that it estimates."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from evslip.control.controllers.controller import Controller, Setup
+from evslip.control.controllers.controller import Setup
+from evslip.control.controllers.detector_control import DetectorControl, DetectorParameters
 from evslip.control.controllers.detector_steps import DetectorSteps
-from evslip.control.controllers.grip_force import GripForce, Relaxation
-from evslip.control.controllers.slip_signal import MODEL, TRUTH, signal_of
 from evslip.control.senses import Senses
 from evslip.events.stream import Events
 
 
-class DetectorPI(Controller):
+class DetectorPI(DetectorControl):
     """Asks for more force the faster the object slips: a part in proportion to the estimated speed, and one in
     proportion to the way that it has slipped, which stays. A detector without speeds is used in steps."""
 
     @dataclass(frozen=True)
-    class Parameters:
+    class Parameters(DetectorParameters):
         """Parameters of DetectorPI."""
 
-        model: str = MODEL
-        """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
-        threshold: float | None = None
-        """Probability from which on its speeds count; None: the detector's own."""
-        answers: int = 1
-        """Answers in a row that are an alarm."""
-        deg_mm: float = 3.0
-        """Degrees of turning that count as a millimetre of sliding."""
         proportional: float = 0.02
         """Share of the force that is added for each mm/s of slip."""
         integral: float = 0.3
         """Share of the force that is added for each mm of slip."""
-        relaxation: Relaxation = field(default_factory=Relaxation)
         steps: DetectorSteps.Parameters | None = None
         """Parameters for a detector without speeds; None: the usual ones, with this model."""
 
     def __init__(self, parameters: Parameters | None = None):
         self.parameters = parameters or self.Parameters()
-        self.sees = self.parameters.model != TRUTH
+        super().__init__(self.parameters)
         self._steps: DetectorSteps | None = None
 
     def reset(self, setup: Setup) -> None:
-        own = self.parameters
-        self._signal = signal_of(own.model, setup, own.threshold, own.answers)
-        self._steps = None
+        super().reset(setup)
+        own, self._steps = self.parameters, None
         if not self._signal.has_speeds:
             steps = own.steps or DetectorSteps.Parameters(
-                own.model, own.threshold, own.answers, relaxation=own.relaxation
+                own.model, own.threshold, own.answers, own.deg_mm, own.relaxation
             )
             self._steps = DetectorSteps(steps)
             self._steps.reset(setup)
-        self._force, self._seconds, self._speed = GripForce(setup, own.relaxation), setup.step_us / 1e6, 0.0
-        self._base_n, self.alarm = setup.force_n, False
+        self._seconds, self._base_n = setup.step_us / 1e6, setup.force_n
 
     def step(self, events: Events, senses: Senses) -> float:
         if self._steps is not None:

@@ -1,28 +1,21 @@
 """A slip detector, and steps of force while it says slip."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from evslip.control.controllers.controller import Controller, Setup
-from evslip.control.controllers.grip_force import GripForce, Relaxation
-from evslip.control.controllers.slip_signal import MODEL, TRUTH, Signal, signal_of
+from evslip.control.controllers.controller import Setup
+from evslip.control.controllers.detector_control import DetectorControl, DetectorParameters
 from evslip.control.senses import Senses
 from evslip.events.stream import Events
 
 
-class DetectorSteps(Controller):
+class DetectorSteps(DetectorControl):
     """Raises the force by a step when a detector says slip, again while it goes on saying so, and gives it back while
     it says hold."""
 
     @dataclass(frozen=True)
-    class Parameters:
+    class Parameters(DetectorParameters):
         """Parameters of DetectorSteps."""
 
-        model: str = MODEL
-        """Folder of the detector, or the one of the package; "truth": the truth in place of it."""
-        threshold: float | None = None
-        """Probability from which on it says slip; None: the detector's own."""
-        answers: int = 1
-        """Answers in a row that are an alarm."""
         gain: float = 2.5
         """Multiple of the force that an alarm asks for."""
         least_step_n: float = 0.5
@@ -35,26 +28,19 @@ class DetectorSteps(Controller):
         falling: float = 0.8
         """Share of the largest estimated speed since the alarm began below which the object is coming to rest, so that
         the alarm is about the past and raises nothing. A detector without speeds does not know."""
-        deg_mm: float = 3.0
-        """Degrees of turning that count as a millimetre of sliding."""
-        relaxation: Relaxation = field(default_factory=Relaxation)
 
     def __init__(self, parameters: Parameters | None = None):
         self.parameters = parameters or self.Parameters()
-        self.sees = self.parameters.model != TRUTH
-        self._signal: Signal | None = None
+        super().__init__(self.parameters)
 
     def reset(self, setup: Setup) -> None:
-        own = self.parameters
-        self._signal = signal_of(own.model, setup, own.threshold, own.answers)
-        self._force, self.alarm, self._raised_us = GripForce(setup, own.relaxation), False, None
-        self._step_us, self._quiet_us, self._share = setup.step_us, 0, 1.0
+        super().reset(setup)
+        self._step_us, self._raised_us, self._quiet_us, self._share = setup.step_us, None, 0, 1.0
         # Whether the alarm has gone on since the last raise: only then has the object slipped at the raised force.
         self._goes_on = False
         self._fastest_mm_s = 0.0
 
     def step(self, events: Events, senses: Senses) -> float:
-        assert self._signal is not None, "reset comes first"
         own = self.parameters
         self.answer = self._signal.push(events, senses.t_us)
         self.alarm = self.answer.alarm

@@ -6,6 +6,7 @@ import numpy as np
 
 from evslip.control.controllers.controller import NO_ANSWER, Setup, SlipAnswer
 from evslip.events.stream import Events
+from evslip.learn.checkpoint import load_model
 from evslip.learn.streaming.stream import Detector
 from evslip.utils.errors import ConfigError
 
@@ -26,6 +27,12 @@ class Signal(Protocol):
     def push(self, events: Events, now_us: int) -> SlipAnswer:
         """Take the events since the last step; the answer now."""
         ...
+
+
+def require_model(model: str) -> None:
+    """Raise DataError unless the model can be read."""
+    if model != TRUTH:
+        load_model(model)
 
 
 def signal_of(model: str, setup: Setup, threshold: float | None, answers: int) -> Signal:
