@@ -62,7 +62,7 @@ class Plan:
     resamples: int = 1000
     """Of the trajectories, for confidence intervals."""
     workers: int | None = None
-    """Processes that generate; None: one a core."""
+    """Processes of each generator; None: one a core; 1: generators, too, run as many together as `jobs`."""
     jobs: int = 1
     """Trainings and evaluations at the same time."""
     ship_model: str | None = None
@@ -131,6 +131,7 @@ SMALL = Plan(
     space="experiments/small_space.toml",
     hop_s=0.08,
     resamples=100,
+    workers=1,
     jobs=2,
 )
 """Every stage once, in less than ten minutes on two cores; what it measures is of no meaning."""

@@ -16,12 +16,19 @@ import results
 import stages
 from plan import NETWORKS, SMALL, SWEEPS, Plan
 from ship import ship
-from steps import Runner
+from steps import Runner, Step
 from worlds import FIXED, WORLDS, write_mesh
 
 
+def generate(makings: list[Step], plan: Plan, runner: Runner) -> None:
+    """Fill data sets: one after another on all cores or, where each has one process, as many together as jobs."""
+    runner.run(makings, together=plan.workers == 1)
+
+
 def make_data(plan: Plan, runner: Runner) -> None:
-    runner.run(stages.data(plan))
+    makings, checks = stages.data(plan)
+    generate(makings, plan, runner)
+    runner.run(checks, together=True)
 
 
 def cut_windows(plan: Plan, runner: Runner) -> None:
@@ -45,13 +52,14 @@ def shift_worlds(plan: Plan, runner: Runner) -> None:
     if "mesh" in plan.worlds and not stages.mesh_path(plan).exists():
         write_mesh(stages.mesh_path(plan))
     makings, trials = stages.worlds(plan)
-    runner.run(makings)
+    generate(makings, plan, runner)
     runner.run(trials, together=True)
 
 
 def ablate(plan: Plan, runner: Runner) -> None:
-    makings, trainings, trials = stages.ablation(plan)
-    runner.run(makings)
+    makings, cuts, trainings, trials = stages.ablation(plan)
+    generate(makings, plan, runner)
+    runner.run(cuts, together=True)
     runner.run(trainings, together=True)
     runner.run(trials, together=True)
 
@@ -122,7 +130,7 @@ NUMBERS = {
     "ablation-test": "test samples of the ablation",
     "trials": "of each sweep; 0: no sweep",
     "resamples": "of the trajectories, for confidence intervals",
-    "workers": "processes that generate; default: one a core",
+    "workers": "processes of each generator; default: one a core; 1: as many generators together as jobs",
     "jobs": "trainings and evaluations at the same time",
 }
 MAY_BE_NONE = ("trials", "resamples")

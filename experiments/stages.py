@@ -59,11 +59,10 @@ def main_sets(plan: Plan) -> dict[str, Step]:
     }
 
 
-def data(plan: Plan) -> list[Step]:
-    """Generate the Simple and the Complex Set, and check every byte."""
+def data(plan: Plan) -> tuple[list[Step], list[Step]]:
+    """Generate the Simple and the Complex Set; check every byte."""
     made = main_sets(plan)
-    return [
-        *made.values(),
+    return list(made.values()), [
         Step("verify simple", ("verify", str(plan.data("simple"))), needs=(made["simple"],)),
         Step("verify complex", ("verify", str(plan.data("complex"))), needs=(made["complex"], made["complex-test"])),
     ]
@@ -187,21 +186,23 @@ def worlds(plan: Plan) -> tuple[list[Step], list[Step]]:
     return makings, trials
 
 
-def ablation(plan: Plan) -> tuple[list[Step], list[Step], list[Step]]:
-    """Training sets with all of the randomisation, and without one part each; one test set with all of it."""
+def ablation(plan: Plan) -> tuple[list[Step], list[Step], list[Step], list[Step]]:
+    """Training sets with all of the randomisation, and without one part each, and one test set with all of it; their
+    windows; trainings; trials."""
     held_out = generated(plan, "ablation/nothing", plan.ablation_test, "test", EVERYTHING)
-    makings, trainings, trials = [held_out], [], []
+    makings, cuts, trainings, trials = [held_out], [], [], []
     for name in ("nothing", *plan.ablations):
         keys = EVERYTHING | (FIXED[name].keys if name in FIXED else {})
         made = generated(plan, f"ablation/{name}", plan.ablation_train, "train", keys)
         file = cut(plan, f"ablation-{name}", made, plan.data(f"ablation/{name}"))
-        makings += [made, file]
+        makings.append(made)
+        cuts.append(file)
         for network, seed in product(plan.ablated, plan.seeds):
             model = trained(plan, f"ablation-{name}", network, seed, file)
             trainings.append(model)
             folder = plan.data("ablation/nothing")
             trials.append(evaluated(plan, f"ablation/{name}", network, seed, model, held_out, folder))
-    return makings, trainings, trials
+    return makings, cuts, trainings, trials
 
 
 def recordings(plan: Plan) -> list[Path]:
@@ -227,5 +228,5 @@ def real(plan: Plan) -> Iterator[tuple[Path, Step, dict[str, Step]]]:
 
 def results(plan: Plan) -> list[Step]:
     """All steps that the tables are read from, but those of sweeps and real recordings."""
-    (_, trials), (_, _, ablated) = worlds(plan), ablation(plan)
+    (_, trials), (*_, ablated) = worlds(plan), ablation(plan)
     return [*train(plan), *test(plan), *tuned(plan), *trials, *ablated]

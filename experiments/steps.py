@@ -6,8 +6,6 @@ import multiprocessing
 import os
 import re
 import shlex
-import shutil
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -16,6 +14,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from evslip.cli import main
@@ -116,11 +115,8 @@ def run_command(words: Sequence[str], log: Path) -> int | None:
     """Exit code of `evslip WORDS`, which prints into a file.
 
     Its process is forked from one that has imported what commands need: alone that takes longer than most of a small
-    experiment's trainings. A generator starts processes of its own, each of which would import this program.
+    experiment's trainings.
     """
-    if words[0] == "generate":
-        with log.open("w") as file:
-            return subprocess.run([_program(), *words], stdout=file, stderr=subprocess.STDOUT, check=False).returncode
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(IMPORTED))
     process = context.Process(target=_evslip, args=(words, log))
@@ -133,14 +129,17 @@ IMPORTED = (
     "evslip.cli.detect",
     "evslip.cli.train",
     "evslip.cli.windows",
+    "evslip.generation.generate",
     "evslip.learn.evaluation.comparison",
     "evslip.view.evaluation.files",
     "evslip.view.evaluation.sweep",
+    "evslip.view.report.detector_files",
     "matplotlib.backends.backend_agg",
     "matplotlib.figure",
     "torch.utils.tensorboard",
+    "trimesh",
 )
-"""Modules that, with what they import, are what commands need."""
+"""Modules that, with what they import, are what commands and this program's scripts need."""
 
 
 def _evslip(words: Sequence[str], log: Path) -> None:
@@ -149,6 +148,7 @@ def _evslip(words: Sequence[str], log: Path) -> None:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
     sys.argv = ["evslip", *words]
+    sys.modules["__main__"] = ModuleType("__main__")  # else a generator's workers would import the experiment's program
     main()
 
 
@@ -176,14 +176,6 @@ def read_json(path: Path) -> Any:
         return json.loads(path.read_bytes())
     except FileNotFoundError:
         return None
-
-
-def _program() -> str:
-    """The command of the environment that this script runs in."""
-    found = shutil.which("evslip", path=str(Path(sys.executable).parent)) or shutil.which("evslip")
-    if found is None:
-        raise SystemExit("evslip: the command is not installed; pip install -c constraints.txt -e '.[learn,view,dev]'")
-    return found
 
 
 def _share(jobs: int) -> dict[str, str]:
