@@ -1,8 +1,9 @@
 """What happens to files when processes are killed, disks are full, folders refuse, and bits flip.
 
-python benchmarks/chaos.py [--kills 100] [--count 24] [--only kills equal ...] [--verbs import train ...] [--seed 0]
+python benchmarks/chaos.py [--kills 100] [--count 24] [--workers 2] [--only kills ...] [--verbs import ...] [--seed 0]
 
 Prints a line a trial and exits with 1 if one of them went wrong. Trials that the machine does not allow are skipped.
+Generators, too, run in forks of this process, and have spawned workers of their own.
 """
 
 import argparse
@@ -29,7 +30,8 @@ from evslip.data import building, layout, requested
 from evslip.generation.generate import Job, make_sample
 
 CHEAP = Path(__file__).with_name("cheap.toml")
-COMMAND = "from evslip.cli import main; main()"
+LOADED = ("evslip.cli.dataset", "evslip.generation.generate", "trimesh", "tyro")
+"""Modules that are imported before a generator is forked."""
 FLIPS = 200
 VERIFIED_BYTES = 300_000_000
 Outcome = tuple[bool | None, str]
@@ -40,18 +42,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--count", type=int, default=24)
+    parser.add_argument("--workers", type=int, default=2, help="of each generator, where a trial does not say")
     parser.add_argument("--disks", type=int, default=3, help="full ones, with room for a random part")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", choices=TRIALS, default=TRIALS)
     parser.add_argument("--verbs", nargs="+", choices=chaos_verbs.VERBS, default=chaos_verbs.VERBS)
     options = parser.parse_args()
     random.seed(options.seed)
+    for name in LOADED:
+        importlib.import_module(name)
     os.environ["EVSLIP_PROGRESS_S"] = "3600"  # what is looked at is one line on stderr
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder, "reference")
         if set(options.only) - {*VERBS_TRIALS, *INSTALLATION_TRIALS}:
-            generate(reference, options.count, "--workers", "1")
+            generate(reference, options.count, 1)
             print(f"{options.count} samples, undisturbed: {tree_hash(reference)[:16]}", flush=True)
         for name in options.only:
             start = time.perf_counter()
@@ -67,32 +72,33 @@ def kills(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     done = {"a worker": 0, "the parent": 0, "all": 0}
     hurt, sets, expected = [], 0, hashes(reference)
     while sum(done.values()) < options.kills:
-        process = start(root, options.count)
-        while process.poll() is None and sum(done.values()) < options.kills:
-            victims, name = workers_of(process.pid), random.choice(list(done))
-            if not victims or not wait_for_a_file(root, process):
+        run = start(root, options.count, options.workers)
+        while run.poll() is None and sum(done.values()) < options.kills:
+            victims, name = workers_of(run.pid), random.choice(list(done))
+            if not victims or not wait_for_a_file(root, run):
                 continue
             time.sleep(random.uniform(0, 0.5))
             with contextlib.suppress(ProcessLookupError):
                 if name == "a worker":
                     os.kill(random.choice(victims), signal.SIGKILL)
                 elif name == "the parent":
-                    process.kill()
+                    os.kill(run.pid, signal.SIGKILL)
                 else:
-                    os.killpg(process.pid, signal.SIGKILL)
+                    os.killpg(run.pid, signal.SIGKILL)
                 done[name] += 1
             if name != "a worker":
-                process.wait()
-        while process.returncode not in (0, None) and workers_of(process.pid):
+                run.wait()
+        end = run.poll()
+        while end is not None and end.code and workers_of(run.pid):
             time.sleep(0.1)
         hurt += [name for name, digest in hashes(root).items() if expected.get(name) != digest]
-        if process.poll() == 0:
+        if end is not None and end.code == 0:
             sets += 1
             if problems(root) or tree_hash(root) != tree_hash(reference):
                 return False, f"after {done}: {problems(root)[:3]}"
             shutil.rmtree(root)
-    finish = start(root, options.count)
-    if finish.wait() or problems(root) or tree_hash(root) != tree_hash(reference):
+    finish = start(root, options.count, options.workers).wait()
+    if finish.code or problems(root) or tree_hash(root) != tree_hash(reference):
         return False, f"after {done}: {problems(root)[:3]}"
     seen = ", ".join(f"{name} {times}" for name, times in done.items())
     return not hurt, f"kill -9 of {seen}; {len(hurt)} files hurt; {sets + 1} data sets ended with the undisturbed hash"
@@ -100,17 +106,13 @@ def kills(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
 
 def equal(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     """Any number of workers, any order, parts, Ray: the same bytes."""
-    found = {}
-    ways = {"2 workers": ["--workers", "2"], "4 workers": ["--workers", "4"], "parts": []}
+    for workers in (2, 4):
+        generate(root / f"{workers} workers", options.count, workers)
+    for part in random.sample(range(1, 4), 3):
+        generate(root / "parts", options.count, options.workers, "--part", f"{part}/3")
     if importlib.util.find_spec("ray"):
-        ways["Ray"] = ["--runner", "ray", "--workers", "2"]
-    for name, arguments in ways.items():
-        if name == "parts":
-            for part in random.sample(range(1, 4), 3):
-                generate(root / name, options.count, "--part", f"{part}/3")
-        else:
-            generate(root / name, options.count, *arguments)
-        found[name] = tree_hash(root / name)
+        generate(root / "Ray", options.count, 2, "--runner", "ray")
+    found = {folder.name: tree_hash(folder) for folder in sorted(root.iterdir())}
     found["shuffled"] = shuffled(root / "shuffled", reference, options.count)
     right = set(found.values()) == {tree_hash(reference)}
     return right, f"1 worker, {', '.join(found)}: {'equal' if right else found}"
@@ -129,11 +131,11 @@ def shuffled(root: Path, reference: Path, count: int) -> str:
 
 def together(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     """Two generators on the same folder at the same time: of one configuration, then of two."""
-    processes = [start(root / "one", options.count) for _ in range(2)]
-    codes = [process.wait() for process in processes]
+    pair = [start(root / "one", options.count, options.workers) for _ in range(2)]
+    codes = [run.wait().code for run in pair]
     is_equal = not problems(root / "one") and tree_hash(root / "one") == tree_hash(reference)
-    processes = [start(root / "two", options.count, "--set", f"seed={seed}") for seed in (0, 1)]
-    other = sorted(process.wait() for process in processes)
+    pair = [start(root / "two", options.count, options.workers, "--set", f"seed={seed}") for seed in (0, 1)]
+    other = sorted(run.wait().code for run in pair)
     is_whole = not problems(root / "two") and evslip.open_dataset(root / "two").status()["missing"] == 0
     right = codes == [0, 0] and is_equal and other == [0, 2] and is_whole
     return right, f"of one configuration: exit codes {codes}, the undisturbed hash: {is_equal}; of two: {other}"
@@ -146,10 +148,10 @@ def full_disk(root: Path, reference: Path, options: argparse.Namespace) -> Outco
             return None, "no right to mount a tmpfs"
         filler = root / "filler"
         filler.write_bytes(bytes(900_000))
-        code, words = failing(root / "data", options.count)
+        code, words = failing(root / "data", options.count, options.workers)
         filler.unlink()
         subprocess.run(["mount", "-o", "remount,size=64m", str(root)], check=True)
-        generate(root / "data", options.count)
+        generate(root / "data", options.count, options.workers)
         right = code == 2 and "no space left" in words and not problems(root / "data")
         right &= tree_hash(root / "data") == tree_hash(reference)
         return right, f"exit code {code}: {words[:70]}...; resumed with room: hash and verify right: {right}"
@@ -164,7 +166,7 @@ def read_only(root: Path, reference: Path, options: argparse.Namespace) -> Outco
         victim = next((root / "data").rglob("*.h5"))
         victim.unlink()
         subprocess.run(["mount", "-o", "remount,ro", str(root)], check=True)
-        code, words = failing(root / "data", options.count)
+        code, words = failing(root / "data", options.count, options.workers)
         opened = len(evslip.open_dataset(root / "data").entries)
         return code == 2 and "read-only" in words, f"exit code {code}: {words[:90]}; {opened} samples stay readable"
 
@@ -175,7 +177,7 @@ def denied(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     next(root.rglob("*.h5")).unlink()
     for folder in [root, *(path for path in root.rglob("*") if path.is_dir())]:
         folder.chmod(0o555)
-    code, words = failing(root, options.count + 1, preexec_fn=chaos_verbs.powerless)
+    code, words = failing(root, options.count + 1, options.workers, before=chaos_verbs.powerless)
     for folder in [root, *(path for path in root.rglob("*") if path.is_dir())]:
         folder.chmod(0o755)
     return code == 2 and "permission denied" in words, f"exit code {code}: {words[:90]}"
@@ -235,10 +237,10 @@ def verify_speed(root: Path, reference: Path, options: argparse.Namespace) -> Ou
 def changed(root: Path, reference: Path, options: argparse.Namespace) -> Outcome:
     """Another configuration under an existing data set, by an override and by hand."""
     shutil.copytree(reference, root)
-    code, words = failing(root, options.count, "--set", "grip.force_n=1.25")
+    code, words = failing(root, options.count, options.workers, "--set", "grip.force_n=1.25")
     path = root / layout.CONFIG
     path.write_text(path.read_text().replace("seed = 0", "seed = 7"))
-    other, by_hand = failing(root, options.count)
+    other, by_hand = failing(root, options.count, options.workers)
     right = (code, other) == (2, 2) and "grip.force_n is 1.0 there and 1.25 now" in words and "seed is 7" in by_hand
     return right, f"exit code {code}: ...{words[-80:]}"
 
@@ -250,22 +252,22 @@ def together_killed(root: Path, reference: Path, options: argparse.Namespace) ->
     expected = {0: tree_hash(reference)}
     while done < options.kills:
         while True:
-            pair = [start(root, options.count, "--set", f"seed={seed}", stderr=subprocess.PIPE) for seed in (0, 1)]
+            pair = [start(root, options.count, options.workers, "--set", f"seed={seed}") for seed in (0, 1)]
             if done < options.kills:
                 time.sleep(random.uniform(0, 8))
-                for process in random.sample(pair, random.choice((1, 2))):
-                    done += process.poll() is None
-                    with contextlib.suppress(ProcessLookupError):
-                        os.killpg(process.pid, random.choice((signal.SIGKILL, signal.SIGTERM)))
-            words = [process.communicate()[1].decode() for process in pair]
-            codes = [process.returncode for process in pair]
+                for run in random.sample(pair, random.choice((1, 2))):
+                    with contextlib.suppress(ProcessLookupError):  # its group is not there yet
+                        if run.poll() is None:
+                            os.killpg(run.pid, random.choice((signal.SIGKILL, signal.SIGTERM)))
+                            done += 1
+            codes, words = zip(*(run.wait() for run in pair), strict=True)
             if 0 in codes:
                 break
             if any(code not in (2, 143, -signal.SIGKILL, -signal.SIGTERM) for code in codes):
                 return False, f"exit codes {codes}: {words}"
         seed = codes.index(0)
         sets[seed] += 1
-        refused = failing(root, options.count, "--set", f"seed={1 - seed}")
+        refused = failing(root, options.count, options.workers, "--set", f"seed={1 - seed}")
         same = tree_hash(root) == expected.setdefault(seed, tree_hash(root))
         if refused[0] != 2 or "seed is" not in refused[1] or problems(root) or not same:
             return False, f"after {done} kills: {refused}, {problems(root)[:3]}, equal: {same}"
@@ -317,24 +319,23 @@ TRIALS = {
 }
 
 
-def start(root: Path, count: int, *arguments: str, **options) -> subprocess.Popen:
-    command = [sys.executable, "-c", COMMAND, "generate", str(CHEAP), str(root), "--count", str(count)]
-    if "--workers" not in arguments:
-        command += ["--workers", "2"]
-    pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True, **options}
-    return subprocess.Popen([*command, *arguments], **pipes)
+def start(
+    root: Path, count: int, workers: int, *arguments: str, before: Callable[[], None] = lambda: None
+) -> chaos_verbs.Command:
+    words = ["generate", str(CHEAP), str(root), "--count", str(count), "--workers", str(workers)]
+    return chaos_verbs.Command([*words, *arguments], before)
 
 
-def generate(root: Path, count: int, *arguments: str) -> None:
-    if code := start(root, count, *arguments).wait():
-        sys.exit(f"generating {root} failed with exit code {code}")
+def generate(root: Path, count: int, workers: int, *arguments: str) -> None:
+    end = start(root, count, workers, *arguments).wait()
+    if end.code:
+        sys.exit(f"generating {root} failed with exit code {end.code}: {end.words}")
 
 
-def failing(root: Path, count: int, *arguments: str, **options) -> tuple[int, str]:
+def failing(root: Path, count: int, workers: int, *arguments: str, **options) -> tuple[int, str]:
     """Exit code and what was said; anything but one line counts as code -1."""
-    process = start(root, count, *arguments, stderr=subprocess.PIPE, text=True, **options)
-    _, words = process.communicate()
-    return process.returncode if words.count("\n") == 1 else -1, words.strip()
+    code, words = start(root, count, workers, *arguments, **options).wait()
+    return code if words.count("\n") == 1 else -1, words.strip()
 
 
 def workers_of(group: int) -> list[int]:
@@ -349,10 +350,10 @@ def workers_of(group: int) -> list[int]:
     return found
 
 
-def wait_for_a_file(root: Path, process: subprocess.Popen) -> bool:
-    """Until there is one more record; False if the process ended instead."""
+def wait_for_a_file(root: Path, run: chaos_verbs.Command) -> bool:
+    """Until there is one more record; False if the generator ended instead."""
     before = len(hashes(root))
-    while process.poll() is None:
+    while run.poll() is None:
         if len(list(root.rglob("*.h5"))) > before:
             return True
         time.sleep(0.02)

@@ -18,8 +18,10 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -123,20 +125,21 @@ def cases(sources: Path) -> dict[str, Case]:
 def done(words: list[str]) -> float:
     """Run a command that must succeed; its seconds."""
     start = time.perf_counter()
-    end = begun(words).wait()
+    end = Command(words).wait()
     if end.code:
         sys.exit(f"{words[0]} failed with exit code {end.code}: {end.words}")
     return time.perf_counter() - start
 
 
-class begun:
+class Command:
     """A command under way, in a process group of its own."""
 
     def __init__(self, words: list[str], before: Callable[[], None] = lambda: None):
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 - open until it is read
+        self._end: End | None = None
         sys.stdout.flush()
-        self.process = os.fork()
-        if not self.process:
+        self.pid = os.fork()
+        if not self.pid:
             os._exit(self._work(words, before))
 
     def _work(self, words: list[str], before: Callable[[], None]) -> int:
@@ -146,31 +149,38 @@ class begun:
             os.dup2(self._said.fileno(), 2)
             sys.stdout, sys.stderr = (io.TextIOWrapper(io.FileIO(fd, "w"), write_through=True) for fd in (1, 2))
             sys.argv = ["evslip", *words]
+            sys.modules["__main__"] = ModuleType("__main__")  # else a generator's workers would import this program
             before()
             main()
         except SystemExit as stop:
             return stop.code if isinstance(stop.code, int) else 0
+        except BaseException:  # above it, this program would clear its folders away
+            traceback.print_exc()
+            return 1
         return 0
 
-    def wait(self, seconds: float | None = None) -> End | None:
+    def wait(self) -> End:
+        """How it ended, once it has."""
+        if self._end is None:
+            _, status = os.waitpid(self.pid, 0)
+            self._said.seek(0)
+            self._end = End(os.waitstatus_to_exitcode(status), self._said.read().decode())
+        return self._end
+
+    def poll(self, seconds: float = 0) -> End | None:
         """How it ended; None if it goes on after so many seconds."""
-        until = None if seconds is None else time.monotonic() + seconds
-        while True:
-            pid, status = os.waitpid(self.process, 0 if until is None else os.WNOHANG)
-            if pid:
-                self._said.seek(0)
-                return End(os.waitstatus_to_exitcode(status), self._said.read().decode())
-            if until is not None and time.monotonic() >= until:
+        until = time.monotonic() + seconds
+        while self._end is None and not os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+            if time.monotonic() >= until:
                 return None
             time.sleep(0.002)
+        return self.wait()
 
-    def end(self, sign: signal.Signals) -> End:
-        """Send a signal to the command, and SIGKILL to its whole group."""
+    def kill(self, sign: signal.Signals) -> End:
+        """How it ended after a signal to it; SIGKILL goes to its whole group."""
         with contextlib.suppress(ProcessLookupError):
-            (os.killpg if sign == signal.SIGKILL else os.kill)(self.process, sign)
-        end = self.wait()
-        assert end is not None
-        return end
+            (os.killpg if sign == signal.SIGKILL else os.kill)(self.pid, sign)
+        return self.wait()
 
 
 class Trial(NamedTuple):
@@ -191,7 +201,7 @@ class Trial(NamedTuple):
 
     def unfinished(self, out: Path) -> list[str]:
         """What is wrong after the command was run once more, to its end."""
-        end = begun(self.case.words(out)).wait()
+        end = Command(self.case.words(out)).wait()
         problems = [] if end == End(0, "") else [f"{self.verb}: run again, it ended with {end}"]
         if self.case.made(out) != self.whole:
             problems.append(f"{self.verb}: run again, it made something else")
@@ -225,10 +235,10 @@ def killed(trial: Trial, root: Path, count: int) -> tuple[list[str], dict[str, i
     ends = {"SIGKILL": 0, "SIGTERM": 0, "ended before": 0}
     while ends["SIGKILL"] + ends["SIGTERM"] < count:
         for _ in range(KILLS_IN_A_ROW):
-            run, sign = begun(trial.case.words(root)), random.choice((signal.SIGKILL, signal.SIGTERM))
-            end = run.wait(random.uniform(0, trial.seconds))
+            command, sign = Command(trial.case.words(root)), random.choice((signal.SIGKILL, signal.SIGTERM))
+            end = command.poll(random.uniform(0, trial.seconds))
             if end is None:
-                end = run.end(sign)
+                end = command.kill(sign)
             ends["ended before" if end.code == 0 else sign.name] += 1
             right = End(0, ""), End(-9, ""), End(-15, ""), End(143, STOPPED)
             problems += [] if end in right else [f"{trial.verb}: killed, it ended with {end}"]
@@ -249,8 +259,7 @@ def full(trial: Trial, root: Path, count: int) -> tuple[list[str], int]:
             disk = os.statvfs(root)
             with (root / "filler").open("wb") as filler:
                 os.posix_fallocate(filler.fileno(), 0, max(1, disk.f_bavail * disk.f_frsize - room))
-            end = begun(trial.case.words(root / "out")).wait()
-            assert end is not None
+            end = Command(trial.case.words(root / "out")).wait()
             refused += end.code == 2
             if end != End(0, "") and (end.code, end.words.count("\n"), "no space left" in end.words) != (2, 1, True):
                 problems.append(f"{trial.verb}: with {room} bytes of room it ended with {end}")
@@ -274,8 +283,7 @@ def denied(trial: Trial, root: Path) -> list[str]:
 
 
 def _refused(trial: Trial, out: Path, words: str, before: Callable[[], None] = lambda: None) -> list[str]:
-    end = begun(trial.case.words(out), before).wait()
-    assert end is not None
+    end = Command(trial.case.words(out), before).wait()
     right = (end.code, end.words.count("\n"), words in end.words) == (2, 1, True)
     return [] if right else [f"{trial.verb}: it ended with {end}, not {words}"]
 
