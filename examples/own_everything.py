@@ -4,7 +4,7 @@ python examples/own_everything.py OUT
 
 OUT gets a mesh and a photo, two configurations, their data sets, a windows file, a detector, and two pictures:
 scene.png (a frame of each set with the events around it) and live.png (the detector beside the truth of a new sample).
-About two minutes on two cores, once evslip is compiled. docs/tutorials/own-everything.md goes through it.
+About a minute on two cores, once evslip is compiled. docs/tutorials/own-everything.md goes through it.
 """
 
 import sys
@@ -35,8 +35,8 @@ COMMON = """
 preset = "demo"
 seed = 7
 [camera]
-width = 640
-height = 480
+width = 320
+height = 240
 mount = "custom"  # in the hand's frame: y along the closing axis, z where the fingers point
 x_m = 0.06
 y_m = 0.25
@@ -116,10 +116,10 @@ def mixed_windows(configs: dict[str, Path], folder: Path) -> Windows:
 
 
 class OwnNetwork(Network):
-    """Counts of events in 16 x 16 pixels and four parts of the window's time; two convolutions, and a linear layer."""
+    """Counts of events in 8 x 8 pixels and four parts of the window's time; two convolutions, and a linear layer."""
 
     recommended: ClassVar = {"lr": 3e-3, "epochs": 12}
-    BINS, CELL = 4, 16
+    BINS, CELL = 4, 8
 
     def __init__(self, geometry: Geometry | None = None):
         super().__init__(geometry)
@@ -160,7 +160,7 @@ class Answer(NamedTuple):
 def live(params: evslip.Params, detector: Detector) -> tuple[evslip.Truth, Iterator[Answer]]:
     """The truth of a new sample, and the answers while its camera looks: frames, events, probability, one by one."""
     trajectory = evslip.simulate(params)
-    camera = camera_for(params)  # or EventCamera("davis346", size=(640, 480)), or the driver of a real one
+    camera = camera_for(params)  # or EventCamera("davis346", size=(320, 240)), or the driver of a real one
 
     def answers() -> Iterator[Answer]:
         for frame in evslip.render(trajectory):

@@ -77,7 +77,7 @@ def test_everything_of_ones_own(own):
     assert " windows (" in summary and "validation balanced accuracy" in training and "slip begins at" in alarm
     windows = open_windows(folder / "windows.h5")
     assert {name.partition(":")[0] for name in windows.name} == {"tins", "boxes"}
-    assert windows.settings.sensor == (640, 480) == (windows.settings.width, windows.settings.height)
+    assert windows.settings.sensor == (320, 240) == (windows.settings.width, windows.settings.height)
     for name in ("scene.png", "live.png"):
         assert np.asarray(Image.open(folder / name)).std() > 5
 
