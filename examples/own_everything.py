@@ -171,18 +171,18 @@ def live(params: evslip.Params, detector: Detector) -> tuple[evslip.Truth, Itera
 
 
 def scene_picture(configs: dict[str, Path]) -> Figure:
-    """A frame of each set as its object slips, beside it the events of 28 ms: ON red, OFF blue."""
+    """A frame of each set as its object slips, beside it the events of 80 ms: ON red, OFF blue."""
     figure = Figure(figsize=(11, 2.6), layout="constrained")
     for axis, (name, config) in zip(figure.subplots(1, 2), configs.items(), strict=True):
         params = evslip.draw(evslip.load_config(config), 2)
         trajectory = evslip.simulate(params)
         slip_us = evslip.measure(trajectory).onset_us or 0
-        frames = list(evslip.render(trajectory, times_us=slip_us + 150_000 + 4000 * np.arange(8)))
+        frames = list(evslip.render(trajectory, times_us=slip_us + 100_000 + 4000 * np.arange(21)))
         events = camera_for(params).run(frames)
         light = np.clip(frames[-1].luminance, 0, 1) ** (1 / 2.2)
         picture = np.repeat((255 * light).astype(np.uint8)[..., None], 3, axis=-1)
         axis.imshow(np.hstack([picture, overlay(picture, events)]))
-        axis.set(title=f"{name}: {params.motion.kind}, {len(events):,} events in 28 ms", xticks=[], yticks=[])
+        axis.set(title=f"{name}: {params.motion.kind}, {len(events):,} events in 80 ms", xticks=[], yticks=[])
     return figure
 
 
