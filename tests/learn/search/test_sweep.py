@@ -127,6 +127,29 @@ sweep(open_windows(sys.argv[1]), sys.argv[2], SweepSettings("voxelnet", space, t
     assert (out / trial.folder / weights).read_bytes() == (tmp_path / "whole" / weights).read_bytes()
 
 
+def test_a_kill_while_the_journal_is_written_costs_the_next_run_nothing(windows, tmp_path, caplog) -> None:
+    """Half of a line is left, and the lock; an older evslip's lock, too."""
+    sweep(windows, tmp_path, settings_of(trials=1))
+    (tmp_path / "journal.log.lock").symlink_to(tmp_path / JOURNAL)
+    code = """
+import os, sys
+from pathlib import Path
+from evslip.learn.search import journal
+def half(descriptor):
+    os.truncate(descriptor, os.fstat(descriptor).st_size - 9)
+    os.kill(os.getpid(), 9)
+journal.os.fsync = half
+journal.Journal(Path(sys.argv[1])).append_logs([{"op_code": 99, "worker_id": "x"}])
+"""
+    killed = subprocess.run([sys.executable, "-c", code, str(tmp_path / JOURNAL)], check=False)
+    assert killed.returncode == -9 and not (tmp_path / JOURNAL).read_bytes().endswith(b"\n")
+    assert (tmp_path / "journal.holder").is_symlink()
+    start = time.monotonic()
+    found = sweep(windows, tmp_path, settings_of(trials=3))
+    assert time.monotonic() - start < 20 and not caplog.records
+    assert [trial.state for trial in found.trials] == ["complete"] * 3
+
+
 def test_a_trial_can_be_looked_at_between_any_two_notes_of_its_claim(tmp_path) -> None:
     study = _open(tmp_path, settings_of())
     trial = study.ask()

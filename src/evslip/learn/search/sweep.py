@@ -147,13 +147,14 @@ def _open(out: Path, settings: SweepSettings | None):
         raise MissingExtraError("sweeps need Optuna; pip install 'evslip[learn,sweep]'")
     import optuna
     from optuna.storages import JournalStorage
-    from optuna.storages.journal import JournalFileBackend
+
+    from evslip.learn.search.journal import Journal
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     with atomic.storage_errors(out):
         out.mkdir(parents=True, exist_ok=True)
     try:
-        storage = JournalStorage(JournalFileBackend(str(out / JOURNAL)))
+        storage = JournalStorage(Journal(out / JOURNAL))
         if settings is None:
             return optuna.load_study(study_name="sweep", storage=storage)
         direction = "minimize" if settings.goal == "loss" else "maximize"
