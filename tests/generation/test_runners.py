@@ -1,3 +1,4 @@
+import importlib
 import math
 import os
 import signal
@@ -68,6 +69,18 @@ def test_closing_early_ends_the_workers_at_once():
     next(results)
     results.close()
     assert time.perf_counter() - start < 30
+
+
+def test_ctrl_c_that_falls_into_the_imports_of_a_worker_is_left_to_its_parent(tmp_path, monkeypatch):
+    (tmp_path / "interrupted.py").write_text(
+        "import multiprocessing, signal\n"
+        "if multiprocessing.parent_process():\n"
+        "    signal.raise_signal(signal.SIGINT)\n"
+        "def work(number): return number + 1\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    work = importlib.import_module("interrupted").work
+    assert sorted(run_local(work, [1, 2, 3], 2)) == [2, 3, 4]
 
 
 def test_an_unknown_runner_lists_the_known_ones():

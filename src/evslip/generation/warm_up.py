@@ -2,7 +2,6 @@
 
 import contextlib
 import multiprocessing
-import signal
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from multiprocessing.connection import Connection, wait
@@ -17,7 +16,7 @@ from evslip.config.params import Params
 from evslip.config.views import each_view
 from evslip.draws.draw import draw
 from evslip.events.frame import Frame
-from evslip.generation.runners.local import ONE_THREAD, environment
+from evslip.generation.runners.local import start_worker
 from evslip.generation.sensor import camera_for
 from evslip.physics.simulation import simulate
 from evslip.physics.trajectory import Trajectory
@@ -123,8 +122,7 @@ def _started(text: str) -> Iterator[list[Connection]]:
         for part in PARTS:
             pipe, theirs = context.Pipe(duplex=False)
             processes.append(context.Process(target=_compile, args=(theirs, part, text), daemon=True))
-            with environment(ONE_THREAD):
-                processes[-1].start()
+            start_worker(processes[-1])
             theirs.close()
             pipes.append(pipe)
         yield pipes
@@ -137,7 +135,6 @@ def _started(text: str) -> Iterator[list[Connection]]:
 def _compile(pipe: Connection, part: str, text: str) -> None:
     """All that a process does: send the name of every function that it compiled and how many it knows, and at last
     whether its part is finished, or an EvslipError."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def refusal() -> StorageError | None:
         return StorageError(jit.UNKEPT[0]) if jit.UNKEPT else None

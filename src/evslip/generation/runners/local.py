@@ -8,8 +8,10 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext
+from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from evslip.generation.runners.attempts import Failures, attempt
@@ -77,8 +79,7 @@ class _Worker:
     def __init__(self, context: SpawnContext, work: Callable[[Any], Any]):
         self.pipe, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, work), daemon=True)
-        with environment(ONE_THREAD):
-            self._process.start()
+        start_worker(self._process)
         theirs.close()
         self.task: Any = None
         self.deadline = float("inf")
@@ -110,6 +111,17 @@ class _Worker:
         self.pipe.close()
 
 
+def start_worker(process: BaseProcess) -> None:
+    """Start a process of one thread, to which Ctrl-C never comes: not while it imports, either. It is for this one."""
+    resource_tracker.ensure_running()  # else start would do so, and let signals through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        with environment(ONE_THREAD):
+            process.start()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 @contextlib.contextmanager
 def environment(values: dict[str, str]) -> Iterator[None]:
     """Environment variables for the processes that are started in the block."""
@@ -134,8 +146,7 @@ def _with_news(busy: list[_Worker]) -> list[_Worker]:
 
 
 def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
-    """All that a worker does. Ctrl-C is left to the parent; without it, even if it was killed, the worker ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """All that a worker does. Without its parent, even if that was killed, it ends."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
