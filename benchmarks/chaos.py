@@ -332,9 +332,11 @@ def generate(root: Path, count: int, workers: int, *arguments: str) -> None:
         sys.exit(f"generating {root} failed with exit code {end.code}: {end.words}")
 
 
-def failing(root: Path, count: int, workers: int, *arguments: str, **options) -> tuple[int, str]:
+def failing(
+    root: Path, count: int, workers: int, *arguments: str, before: Callable[[], None] = lambda: None
+) -> tuple[int, str]:
     """Exit code and what was said; anything but one line counts as code -1."""
-    code, words = start(root, count, workers, *arguments, **options).wait()
+    code, words = start(root, count, workers, *arguments, before=before).wait()
     return code if words.count("\n") == 1 else -1, words.strip()
 
 
