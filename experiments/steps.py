@@ -7,12 +7,14 @@ import os
 import re
 import shlex
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
+from multiprocessing.connection import wait
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -120,9 +122,16 @@ def run_command(words: Sequence[str], log: Path) -> int | None:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(list(IMPORTED))
     process = context.Process(target=_evslip, args=(words, log))
-    process.start()
-    process.join()
-    return process.exitcode
+    with _ASKING:
+        process.start()
+    wait([process.sentinel])
+    with _ASKING:
+        return process.exitcode
+
+
+_ASKING = threading.Lock()
+"""Held while exit codes are read: a process tells its own once, starting one reads those of all others, and of two
+threads that read the same one's, one gets 255."""
 
 
 IMPORTED = (

@@ -134,6 +134,25 @@ def test_the_curves_of_nuisances_are_means_over_seeds(monkeypatch: pytest.Monkey
         assert picture.size[0] > 400
 
 
+TOGETHER = """
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+import steps
+steps.IMPORTED = ("evslip.cli",)
+with ThreadPoolExecutor(8) as pool:
+    logs = [Path(sys.argv[1]) / f"{number}.log" for number in range(100)]
+    print(sorted(pool.map(lambda log: steps.run_command(("--version",), log), logs)))
+"""
+
+
+def test_each_of_the_commands_that_run_together_has_its_own_exit_code(tmp_path: Path) -> None:
+    program = [sys.executable, "-c", TOGETHER, str(tmp_path)]
+    done = subprocess.run(program, cwd=SCRIPT.parent, capture_output=True, text=True, check=False)
+    assert json.loads(done.stdout) == [0] * 100, done.stderr
+    assert {log.read_text() for log in tmp_path.iterdir()} == {evslip("--version").stdout}
+
+
 @pytest.mark.slow
 def test_every_cell_is_what_the_product_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "all"
