@@ -7,7 +7,7 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.physics.trajectory import Trajectory
 from evslip.rendering.camera import Camera
-from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble
+from evslip.rendering.geometry.hand import HAND, LEFT, RIGHT, assemble
 from evslip.rendering.geometry.links import MOST_LINKS, hulls, posed
 from evslip.rendering.geometry.supersampling import NEAR_M
 from evslip.rendering.poses import ScenePoses
@@ -99,32 +99,40 @@ class PixelRays:
             depth[nearer], normal[nearer], part[nearer] = distance[nearer], direction, kind
         return depth, normal, part
 
+    def points(self, depth: np.ndarray) -> np.ndarray:
+        """What the rays meet at these depths, in camera axes; of shape (height, width, 3)."""
+        return self._rays * depth[..., None]
+
     def carried(self, depth: np.ndarray, part: np.ndarray, poses: ScenePoses, index: int, k: int) -> np.ndarray:
         """Places at pose k of the points that `cast` met at pose `index`, in the camera's axes there; of shape (height,
         width, 3)."""
-        points = self._rays * depth[..., None]
-        there, turn = poses.camera_position[k], poses.camera_rotation[k]
-        world = points @ poses.camera_rotation[index].T + poses.camera_position[index]
-        body = (world - poses.object_position[index]) @ poses.object_rotation[index] @ poses.object_rotation[k].T
-        world = np.where((part == OBJECT)[..., None], body + poses.object_position[k], world)
-        links = poses.links
+        return carry(self._rays, depth, part, *self._motions(poses, index, k))
+
+    def _motions(self, poses: ScenePoses, index: int, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Turn (n, 3, 3) and shift (n, 3) of every part from pose `index` to pose k, in the camera's axes."""
+        (before, start), (after, end) = (self._frames(poses, i) for i in (index, k))
+        turns = after @ np.swapaxes(before, 1, 2)
+        turns[np.all(before == after, (1, 2))] = np.eye(3)  # exact: what stands still has no motion
+        return turns, end - np.einsum("nij,nj->ni", turns, start)
+
+    def _frames(self, poses: ScenePoses, index: int) -> tuple[np.ndarray, np.ndarray]:
+        """Axes as columns (n, 3, 3) and origin (n, 3) of every part in the camera's axes."""
+        links, distractors, camera = poses.links, poses.distractors, poses.mounted(self._camera, index)
+        axes = np.tile(np.eye(3), (FIRST_DISTRACTOR + len(distractors), 1, 1))
+        origin = np.zeros((len(axes), 3))
+        axes[OBJECT], origin[OBJECT] = poses.object_rotation[index], poses.object_position[index]
+        axes[SKY] = poses.background_turns[index]
         if links is not None:
-            for link in np.unique(part[(part >= FIRST_LINK) & (part < FIRST_DISTRACTOR)]):
-                number, own = link - FIRST_LINK, part == link
-                local = (world[own] - links.places[index, number]) @ links.turns[index, number]
-                world[own] = local @ links.turns[k, number].T + links.places[k, number]
-        sky = world @ poses.background_turns[index] @ poses.background_turns[k].T
-        world = np.where((part == SKY)[..., None], sky, world)
-        for number, one in enumerate(poses.distractors):
-            world[part == FIRST_DISTRACTOR + number] += one.places(poses.at_us[k]) - one.places(poses.at_us[index])
-        moved = (world - there) @ turn
-        own, other = (poses.mounted(self._camera, i) for i in (index, k))
-        opening = (poses.travel_m[k] - poses.travel_m[index]) * own.rotation[1]
-        sign = (part == LEFT) * 1.0 - (part == RIGHT) * 1.0
-        gripper = points + sign[..., None] * opening
-        if poses.mounts is not None:
-            gripper = (gripper @ own.rotation.T + own.position - other.position) @ other.rotation
-        return np.where((part <= RIGHT)[..., None], gripper, moved)
+            own = slice(FIRST_LINK, FIRST_LINK + links.turns.shape[1])
+            axes[own], origin[own] = links.turns[index], links.places[index]
+        for number, one in enumerate(distractors, FIRST_DISTRACTOR):
+            origin[number] = one.places(poses.at_us[index])
+        view = poses.camera_rotation[index]
+        axes, origin = view.T @ axes, (origin - poses.camera_position[index]) @ view
+        for number, side in ((HAND, 0.0), (LEFT, 1.0), (RIGHT, -1.0)):
+            finger = np.array([0.0, side * float(poses.travel_m[index]), 0.0])
+            axes[number], origin[number] = camera.rotation.T, (finger - camera.position) @ camera.rotation
+        return axes, origin
 
     def _gripper(self, poses: ScenePoses, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Result of `cast` of the gripper alone, which stands still in the image while its opening stays the same and
@@ -143,6 +151,20 @@ class PixelRays:
         """Put triangles into `seen`: depth, normal and part."""
         corners, normals = np.ascontiguousarray(corners), np.ascontiguousarray(normals)
         meet(self._rays, corners, normals, parts, self._camera.focal_px, self._reach, *seen)
+
+
+@compiled(error_model="numpy")
+def carry(rays, depth, part, turns, shifts):
+    """Points at `depth` along the rays, (height, width, 3), moved by turn (n, 3, 3) and shift (n, 3) of their part."""
+    moved = np.empty(rays.shape)
+    for row in range(rays.shape[0]):
+        for column in range(rays.shape[1]):
+            number, away = part[row, column], depth[row, column]
+            x, y, z = (rays[row, column, 0] * away, rays[row, column, 1] * away, rays[row, column, 2] * away)
+            for k in range(3):
+                turn = turns[number, k]
+                moved[row, column, k] = turn[0] * x + turn[1] * y + turn[2] * z + shifts[number, k]
+    return moved
 
 
 @compiled(error_model="numpy")

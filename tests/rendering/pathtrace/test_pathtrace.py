@@ -173,12 +173,6 @@ class FastScene:
         self.traced.append(self.shown[1])
         return self.raycaster.color(*self.shown)
 
-    def render_pixels(self, rays, spp):
-        poses, index = self.shown
-        camera, image = self.raycaster.camera, self.raycaster.color(*self.shown)
-        x, y, _ = np.moveaxis(camera.project(rays.mean(1) @ poses.camera_rotation[index]), -1, 0)
-        return image[y.astype(int), x.astype(int)]
-
 
 @pytest.mark.slow
 def test_frames_between_are_close_to_traced_ones():

@@ -4,25 +4,23 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.ndimage import map_coordinates, spline_filter
+from scipy.ndimage import spline_filter
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.outputs import PixelRays
 from evslip.rendering.pathtrace.mitsuba_scene import MitsubaScene
+from evslip.rendering.pathtrace.reprojection import View, fill, gather
 from evslip.rendering.poses import ScenePoses
+from evslip.rendering.raycast.setting import channel_of
 from evslip.rendering.timing.schedule import image_motion
 
-SAME_DEPTH = 0.01
-"""Share by which the depth of a point may differ from what a traced frame shows in its place, to be the same one."""
 LEAST = 1e-6
 """Weight of a traced frame that only counts where the other one does not show a point."""
 AROUND = 3
 """Denoised frames before and after one that are averaged with it where the image stands still: on what is held. What
 the denoiser makes of other noise differs there by 3 % from frame to frame, the light itself by half a percent."""
 STILL_PX = 0.05
-HOLE_SPP = 64
-"""Least paths of single pixels beside denoised frames: they cannot be denoised."""
 ORDER = 3
 """Order of the splines between pixels."""
 
@@ -31,11 +29,10 @@ class Key(NamedTuple):
     """A traced frame."""
 
     image: np.ndarray
-    """Linear RGB, of shape (height, width, 3)."""
-    splines: list[np.ndarray]
-    """Coefficients of its channels."""
-    depth: np.ndarray
-    part: np.ndarray
+    """Of shape (height, width, channels)."""
+    splines: np.ndarray
+    """Coefficients of its channels, of shape (channels, height, width)."""
+    view: View
 
 
 class KeyframePlan(NamedTuple):
@@ -50,18 +47,18 @@ class KeyframePlan(NamedTuple):
 class Keyframes:
     """Traces some frames of a sequence and makes the others from the two around them."""
 
-    def __init__(self, params: Params, camera: Camera, scene: MitsubaScene):
-        """camera: a pinhole on the hand."""
-        self._params, self._camera, self._scene = params, camera, scene
+    def __init__(self, params: Params, camera: Camera, scene: MitsubaScene, channel: int | None = None):
+        """camera: a pinhole on the hand; channel: as of `channel_of`, None for linear RGB."""
+        self._params, self._camera, self._scene, self._channel = params, camera, scene, channel
         self._pixel_rays, self._spp = PixelRays(params, camera), params.render.spp
-        self._hole_spp = max(self._spp, HOLE_SPP) if params.render.denoise else self._spp
         self._poses: ScenePoses | None = None
         self._plan = KeyframePlan(np.zeros(1), np.zeros(1, np.int64))
         self._keys: dict[int, Key] = {}
         self._traces: dict[int, np.ndarray] = {}
 
     def draw(self, poses: ScenePoses, index: int) -> np.ndarray:
-        """Linear RGB in cd/m2, of shape (height, width, 3). Which frames are traced depends on all the poses alone."""
+        """Light in cd/m2, float32 of shape (height, width), or (height, width, 3) for linear RGB. Which frames are
+        traced depends on all the poses alone."""
         if poses is not self._poses:
             self._poses, self._keys, self._traces = poses, {}, {}
             motion = image_motion(poses, self._camera, self._params)
@@ -69,27 +66,30 @@ class Keyframes:
         keys = self._plan.keys
         after = int(keys[np.searchsorted(keys, index)])
         if after == index:
-            return self._key(poses, index).image
-        before = int(keys[np.searchsorted(keys, index) - 1])
-        return self._between(poses, index, before, after)
+            image = self._key(poses, index).image
+        else:
+            image = self._between(poses, index, int(keys[np.searchsorted(keys, index) - 1]), after)
+        return image if self._channel is None else image[..., 0]
 
     def _key(self, poses: ScenePoses, index: int) -> Key:
         if index not in self._keys:
             if len(self._keys) > 1:
                 del self._keys[min(self._keys)]
-            depth, _, part = self._pixel_rays.cast(poses, index)
+            depth, normal, part = self._pixel_rays.cast(poses, index)
             image = self._steadied(poses, index, depth, part)
             single: Any = np.float32
-            splines = [spline_filter(np.ascontiguousarray(image[..., k]), ORDER, single) for k in range(3)]
-            self._keys[index] = Key(image, splines, depth, part)
+            splines = np.stack([spline_filter(channel, ORDER, single) for channel in np.moveaxis(image, -1, 0)])
+            self._keys[index] = Key(image, splines, View(self._pixel_rays.points(depth), normal, part))
         return self._keys[index]
 
     def _rendered(self, poses: ScenePoses, index: int) -> np.ndarray:
+        """A traced frame, of shape (height, width, channels)."""
         if index not in self._traces:
             if len(self._traces) > 2 * AROUND + 1:
                 del self._traces[min(self._traces)]
             self._scene.show(poses, index)
-            self._traces[index] = self._scene.render(self._spp)
+            image = self._scene.render(self._spp)
+            self._traces[index] = image if self._channel is None else channel_of(image, self._channel)[..., None]
         return self._traces[index]
 
     def _steadied(self, poses: ScenePoses, index: int, depth: np.ndarray, part: np.ndarray) -> np.ndarray:
@@ -111,42 +111,16 @@ class Keyframes:
     def _between(self, poses: ScenePoses, index: int, before: int, after: int) -> np.ndarray:
         depth, _, part = self._pixel_rays.cast(poses, index)
         share = self._plan.places[index] - self._plan.places[before]
-        total, weight = np.zeros((*depth.shape, 3), np.float32), np.zeros(depth.shape, np.float32)
+        channels = 3 if self._channel is None else 1
+        total, weight = np.zeros((*depth.shape, channels), np.float32), np.zeros(depth.shape, np.float32)
         for k, own in ((before, 1 - share), (after, share)):
             key = self._key(poses, k)
-            there = self._camera.project(self._pixel_rays.carried(depth, part, poses, index, k))
-            seen = np.float32(max(own, LEAST)) * shown(there, part, key)
-            row, column = there[..., 1] - 0.5, there[..., 0] - 0.5
-            for channel, spline in enumerate(key.splines):
-                found = map_coordinates(spline, [row, column], order=ORDER, mode="nearest", prefilter=False)
-                total[..., channel] += seen * np.maximum(found, 0)
-            weight += seen
-        holes = np.argwhere(weight == 0)
-        image = total / np.maximum(weight, 1e-9)[..., None]
-        if len(holes):
-            image[tuple(holes.T)] = self._trace(poses, index, holes)
+            moved = self._pixel_rays.carried(depth, part, poses, index, k)
+            places = self._camera.project(moved)
+            gather(key.splines, *key.view, moved, places, part, max(own, LEAST), total, weight)
+        image = total / np.maximum(weight, np.float32(1e-12))[..., None]
+        fill(image, part, weight > 0)
         return image
-
-    def _trace(self, poses: ScenePoses, index: int, pixels: np.ndarray) -> np.ndarray:
-        """Pixels (n, 2), row and column, traced one by one; (n, 3)."""
-        self._scene.show(poses, index)
-        camera = self._camera
-        places = pixels[:, None] + np.random.default_rng(0).random((len(pixels), self._hole_spp, 2))
-        x = (places[..., 1] - camera.width / 2) / camera.focal_px
-        y = (camera.height / 2 - places[..., 0]) / camera.focal_px
-        rays = np.stack([x, y, -np.ones_like(x)], -1) @ poses.camera_rotation[index].T
-        return self._scene.render_pixels(rays, self._hole_spp)
-
-
-def shown(there: np.ndarray, part: np.ndarray, key: Key) -> np.ndarray:
-    """Whether a traced frame shows points, bool (height, width): there (height, width, 3) are their places and depths
-    in it, `part` what they belong to."""
-    height, width = key.depth.shape
-    column, row = (np.clip(there[..., k], -1, 1 << 20).astype(np.int64) for k in (0, 1))
-    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height) & (there[..., 2] > 0)
-    row, column = np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
-    near = np.abs(key.depth[row, column] - there[..., 2]) < SAME_DEPTH * there[..., 2]
-    return inside & near & (key.part[row, column] == part)
 
 
 def plan_keyframes(motion_px: np.ndarray, most_px: float) -> KeyframePlan:

@@ -23,8 +23,6 @@ MOST_PATHS = 1 << 24
 """Traced at a time: bounds the memory."""
 SURFACE_SPP = 4
 """Rays a pixel for albedo and normal, which the denoiser looks at."""
-LEAST_RAYS = 1 << 12
-"""Rays of a bundle; fewer cost as much."""
 UNDER_M = np.array([0.0, 0.0, -5.0])
 NEAR_M, FAR_M = 0.01, 1e5
 
@@ -68,7 +66,6 @@ class MitsubaScene:
         self._sky_turns = "sky" in lights and params.background.turn_deg_s != 0
         self.scene = mi.load_dict({"type": "scene", "sensor": sensor, **lights, **meshes})
         self._handles = mi.traverse(self.scene)
-        self._eye = np.zeros(3)
         self._shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
 
     def show(self, poses: ScenePoses, index: int) -> None:
@@ -88,10 +85,9 @@ class MitsubaScene:
             turned = np.eye(4)
             turned[:3, :3] = self._radius_m * poses.background_turns[index]
             handles["sky.to_world"] = self._mi.Transform4f(turned)
-        self._eye = poses.camera_position[index]
         right, up, backward = poses.camera_rotation[index].T
         matrix = np.eye(4)
-        matrix[:3] = np.column_stack([-right, up, -backward, self._eye])
+        matrix[:3] = np.column_stack([-right, up, -backward, poses.camera_position[index]])
         handles["sensor.to_world"] = self._mi.Transform4f(matrix)
         handles.update()
 
@@ -116,28 +112,6 @@ class MitsubaScene:
             image = self._mi.render(self.scene, integrator=integrator, spp=count, seed=seed)
             total += count * np.array(image, np.float64)
         return (total / spp).astype(np.float32)
-
-    def render_pixels(self, rays: np.ndarray, spp: int) -> np.ndarray:
-        """Light as of `render` of single pixels, (n, 3), from the rays (n, spp, 3) in the world through them."""
-        mi, place = self._mi, self._eye
-        rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-        sampler = mi.load_dict({"type": "independent"})
-        if mi.variant().startswith("scalar"):
-            sampler.seed(0)
-            light = [
-                np.array(self.integrator.sample(self.scene, sampler, mi.RayDifferential3f(mi.Ray3f(place, ray)))[0])
-                for ray in rays.reshape(-1, 3)
-            ]
-            return np.reshape(light, (len(rays), spp, 3)).mean(1)
-        # For each number of rays Mitsuba compiles a kernel, which takes longer than most bundles: few numbers are used.
-        count = rays.shape[0] * spp
-        filled = max(LEAST_RAYS, 1 << (count - 1).bit_length())
-        directions = np.resize(rays, (filled, 3))
-        sampler.seed(0, filled)
-        origins = np.repeat(place[:, None], filled, 1)
-        bundle = mi.RayDifferential3f(mi.Ray3f(mi.Point3f(origins), mi.Vector3f(directions.T)))
-        light = np.array(self.integrator.sample(self.scene, sampler, bundle)[0])
-        return light.T[:count].reshape(len(rays), spp, 3).mean(1)
 
 
 def white_luminance(params: Params) -> float:

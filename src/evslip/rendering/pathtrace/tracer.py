@@ -26,8 +26,8 @@ class Pathtracer:
         ConfigError, MissingExtraError."""
         self._lens, self._channel, self._spp = Lens(params, camera), channel, params.render.spp
         self.scene = MitsubaScene(params, self._lens.pinhole, arm=arm, bounces=bounces, distractors=distractors)
-        sparse = camera.is_mounted and params.render.key_motion_px > 0
-        self._keyframes = Keyframes(params, self._lens.pinhole, self.scene) if sparse else None
+        self._params, self._is_sparse = params, camera.is_mounted and params.render.key_motion_px > 0
+        self._keyframes: dict[int | None, Keyframes] = {}
         masks = (
             Raycaster(params, camera, held_travel_m, channel, distractors=distractors) if camera.is_mounted else None
         )
@@ -36,8 +36,7 @@ class Pathtracer:
     def draw(self, poses: ScenePoses, index: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Frame as of Raycaster. The body indices are those of the fast renderer, exact; other cameras than the hand's
         have none, and get zeros."""
-        image = channel_of(self._trace(poses, index), self._channel)
-        luminance = self._lens.form(image, scale, SPREAD)
+        luminance = self._lens.form(self._trace(poses, index, self._channel), scale, SPREAD)
         if self._masks is None:
             return luminance, np.zeros(luminance.shape, np.uint8)
         return luminance, self._masks.draw(poses, index)[1]
@@ -51,9 +50,12 @@ class Pathtracer:
         image = self._trace(poses, index)
         return np.stack([self._lens.form(channel_of(image, k), scale, SPREAD) for k in range(3)], -1)
 
-    def _trace(self, poses: ScenePoses, index: int) -> np.ndarray:
-        """Image that the pinhole sees, linear RGB in cd/m2."""
-        if self._keyframes is not None:
-            return self._keyframes.draw(poses, index)
+    def _trace(self, poses: ScenePoses, index: int, channel: int | None = None) -> np.ndarray:
+        """Image that the pinhole sees in cd/m2: one channel of it, or linear RGB."""
+        if self._is_sparse:
+            if channel not in self._keyframes:
+                self._keyframes[channel] = Keyframes(self._params, self._lens.pinhole, self.scene, channel)
+            return self._keyframes[channel].draw(poses, index)
         self.scene.show(poses, index)
-        return self.scene.render(self._spp)
+        image = self.scene.render(self._spp)
+        return image if channel is None else channel_of(image, channel)
