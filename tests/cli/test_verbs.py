@@ -17,6 +17,7 @@ from evslip.cli.doctor import OPTIONAL
 from evslip.codecs import read_events, write_events
 from evslip.config.loading import PRESETS
 from evslip.events import Events, load_noise_map
+from evslip.learn.checkpoint import NAMES
 from sample_records import random_events
 
 ROOT = Path(__file__).parents[2]
@@ -43,13 +44,15 @@ def test_a_process_of_its_own_says_the_same():
     assert_one_line(done, "nope", "complex")
 
 
-@pytest.mark.parametrize(
-    "verb", ["demo", "generate", "windows", "train", "evaluate", "report", "events", "render", "detect", "export"]
-)
+@pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_explains_itself(verb):
     result = evslip(verb, "--help")
     assert result.returncode == 0
-    assert "usage" in result.stdout.lower()
+    words = " ".join(re.sub("[│╭╮╰╯─]", " ", result.stdout).split())
+    assert words.startswith(f"usage: evslip {verb}")
+    assert "default: None" not in words and "(default: )" not in words
+    named = [f"`{name}`" in words for name in NAMES]
+    assert any(named) == all(named), "of the detectors of the package, all or none"
 
 
 def test_show_prints_a_configuration_that_loads_again(tmp_path):

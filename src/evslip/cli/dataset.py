@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
-from evslip.cli.options import Overrides, Split, overrides
+from evslip.cli.options import Overrides, Split, given, options_of, overrides
 from evslip.exchange.publishing.publication import Publication
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
@@ -14,6 +14,8 @@ from evslip.utils.progress import Step
 
 if TYPE_CHECKING:
     from evslip.generation.progress import Made
+
+PublicationOptions = options_of(Publication)
 
 
 def warm_up(preset: Positional[str] = "simple") -> None:
@@ -100,7 +102,12 @@ def status(dataset: Positional[Path]) -> None:
         console.print(f"{name:>12}  {value}")
 
 
-def publish(dataset: Positional[Path], out: Positional[Path], *, settings: Publication = Publication()) -> None:
+def publish(
+    dataset: Positional[Path],
+    out: Positional[Path],
+    *,
+    settings: Annotated[Publication, arg(constructor=PublicationOptions)],
+) -> None:
     """Write a data set as others want it: a card, Croissant metadata, a table, the records. Needs no network.
 
     Args:
@@ -109,9 +116,10 @@ def publish(dataset: Positional[Path], out: Positional[Path], *, settings: Publi
     """
     from evslip.exchange.publishing.publish import publish as run
 
+    publication = Publication(**given(settings))
     with Step("publish") as advance:
-        count = run(dataset, out, settings, advance)
-    console.print(f"{out}: {count} samples, README.md and {'meta/' if settings.lerobot else 'croissant.json'}")
+        count = run(dataset, out, publication, advance)
+    console.print(f"{out}: {count} samples, README.md and {'meta/' if publication.lerobot else 'croissant.json'}")
 
 
 def verify(dataset: Positional[Path]) -> None:

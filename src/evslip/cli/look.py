@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
+from evslip.cli.options import given, options_of
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
@@ -12,6 +13,8 @@ from evslip.view.pictures.film_settings import FilmSettings
 
 Times = Annotated[UseAppendAction[tuple[float, ...]], arg(metavar="SECONDS")]
 LEAST, MOST = 16, 4096
+
+FilmOptions = options_of(FilmSettings)
 
 
 def view(
@@ -66,7 +69,7 @@ def video(
     *,
     out: Path,
     camera: str | None = None,
-    settings: FilmSettings = FilmSettings(),
+    settings: Annotated[FilmSettings, arg(constructor=FilmOptions)],
 ) -> None:
     """Write a slow-motion video of a sample or a recording, of several side by side: frames, events, angle.
 
@@ -82,7 +85,7 @@ def video(
     check_video("out", out)
     if not records:
         raise ConfigError("records: expected one or more files")
-    film = Film([record for path in records for record in views(path, camera)], settings)
+    film = Film([record for path in records for record in views(path, camera)], FilmSettings(**given(settings)))
     with Step("video", len(film)) as advance:
         film.write(out, advance)
     console.print(f"{out}: {len(film)} pictures")

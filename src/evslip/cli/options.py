@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, make_dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_type_hints
 
 from tyro.conf import Suppress, UseAppendAction, arg
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
 HIDDEN = Suppress[str | None]
+SILENT = arg(help_behavior_hint="")
+"""Of options that are None by default: their explanations say what happens then."""
 
 
 def overrides(texts: tuple[str, ...]) -> dict[str, Any]:
@@ -18,13 +20,15 @@ def overrides(texts: tuple[str, ...]) -> dict[str, Any]:
     return dict(map(parse_override, texts))
 
 
-def options_of(settings: type, changed: Mapping[str, Any]) -> type:
+def options_of(settings: type, changed: Mapping[str, Any] = {}) -> type:
     """Options for the fields of a dataclass, explained by their docstrings, to be read by `given`.
 
     changed: by name, the types of options that differ from their fields' types: HIDDEN ones that the verb itself knows,
     and others that are None until they are given. What is wrong is refused where the settings are made.
     """
-    members = [(name, kind, None) for name, kind in changed.items()]
+    own = get_type_hints(settings, include_extras=True)
+    silent = {field.name: Annotated[own[field.name], SILENT] for field in fields(settings) if field.default is None}
+    members = [(name, kind, None) for name, kind in (silent | dict(changed)).items()]
     unchecked = {"__post_init__": lambda self: None, "__doc__": settings.__doc__}
     return make_dataclass(settings.__name__, members, bases=(settings,), namespace=unchecked, frozen=True)
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import given, options_of
+from evslip.cli.options import SILENT, given, options_of
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selection import ENDLESS_S, Flip, Rotation
 from evslip.utils.console import console
@@ -14,9 +14,9 @@ from evslip.utils.errors import ConfigError, DataError
 ImportOptions = options_of(
     Importing,
     {
-        "crop": Annotated[tuple[int, int, int, int] | None, arg(metavar="X Y WIDTH HEIGHT")],
-        "size": Annotated[tuple[int, int] | None, arg(metavar="WIDTH HEIGHT")],
-        "centre_m": Annotated[tuple[float, float, float] | None, arg(metavar="X Y Z")],
+        "crop": Annotated[tuple[int, int, int, int] | None, arg(metavar="X Y WIDTH HEIGHT"), SILENT],
+        "size": Annotated[tuple[int, int] | None, arg(metavar="WIDTH HEIGHT"), SILENT],
+        "centre_m": Annotated[tuple[float, float, float] | None, arg(metavar="X Y Z"), SILENT],
     },
 )
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
+from evslip.cli.options import given, options_of
 from evslip.cli.recordings import describe
 from evslip.learn.realism.settings import RealismSettings
 from evslip.utils.console import console, print_table
@@ -13,6 +14,8 @@ from evslip.utils.errors import ConfigError
 
 if TYPE_CHECKING:
     from evslip.events.calibration.calibration import Calibration
+
+RealismOptions = options_of(RealismSettings)
 
 
 def calibrate(
@@ -59,7 +62,7 @@ def realism(
     recording_and_simulation: Annotated[Positional[tuple[Path, ...]], arg(metavar="REAL [SIMULATED]")],
     *,
     camera: Annotated[str | None, arg(aliases=("--preset",))] = None,
-    settings: RealismSettings = RealismSettings(),
+    settings: Annotated[RealismSettings, arg(constructor=RealismOptions)],
     json: Path | None = None,
     out: Path = Path("realism.html"),
 ) -> None:
@@ -88,13 +91,14 @@ def realism(
             f"realism: {words} given{'' if camera is None else f' with --camera {camera}'}; expected a recording and a "
             "file of simulated events, or a recording and --camera"
         )
+    wanted = RealismSettings(**given(settings))
     if camera is None:
-        title, pair = f"{files[1].name} against {files[0].name}", pair_of_files(files[0], files[1], settings)
+        title, pair = f"{files[1].name} against {files[0].name}", pair_of_files(files[0], files[1], wanted)
     else:
-        between = settings.interpolate + (f" x {settings.upsample}" if settings.interpolate == "flow" else "")
-        title = f"Camera {camera} on the frames of {files[0].name} ({between}, seed {settings.seed})"
-        pair = pair_of_preset(files[0], camera, settings)
-    found = compare(pair, seed=settings.seed, classifier=settings.classifier)
+        between = wanted.interpolate + (f" x {wanted.upsample}" if wanted.interpolate == "flow" else "")
+        title = f"Camera {camera} on the frames of {files[0].name} ({between}, seed {wanted.seed})"
+        pair = pair_of_preset(files[0], camera, wanted)
+    found = compare(pair, seed=wanted.seed, classifier=wanted.classifier)
     console.print(f"{title}, {found.start_us / 1e6:.3f} to {found.end_us / 1e6:.3f} s after the first event")
     for table in (figure_table(found), side_table(found), level_table(found)):
         if table:

@@ -2,17 +2,19 @@
 
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
-from evslip.cli.options import Overrides, Split, overrides
+from evslip.cli.options import Overrides, Split, given, options_of, overrides
 from evslip.events.biases import Biasing
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
 
 if TYPE_CHECKING:
     from evslip.config.config import Config
+
+BiasingOptions = options_of(Biasing)
 
 
 def show(
@@ -28,7 +30,7 @@ def show(
     masses: bool = False,
     count: int | None = None,
     test_count: int = 200,
-    biasing: Biasing = Biasing(),
+    biasing: Annotated[Biasing, arg(constructor=BiasingOptions)],
     out: Path | None = None,
 ) -> None:
     """Print a configuration in full, what it draws, a camera, or a file's settings; write a sheet of textures.
@@ -57,7 +59,7 @@ def show(
     from evslip.config.reference import parameters_table
 
     if preset == "camera":
-        return _camera(name, biasing, out)
+        return _camera(name, Biasing(**given(biasing)), out)
     if preset == "textures":
         return _textures(name, out or Path("textures.png"))
     if preset == "robot":

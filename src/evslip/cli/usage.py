@@ -6,11 +6,12 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from itertools import takewhile
-from typing import Any
+from typing import Annotated, Any
 
 import tyro
 from tyro.conf import DisallowNone, OmitArgPrefixes, PositionalMetavarFromFieldName
 
+from evslip.cli.options import SILENT
 from evslip.utils.errors import ConfigError
 
 try:
@@ -31,7 +32,8 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
 
     del later.__wrapped__  # which tyro would explain in place of this
     later.__doc__ = _unbroken(verb.__doc__ or "")
-    later.__dict__["__signature__"] = inspect.signature(verb)
+    later.__dict__["__signature__"] = signature = inspect.signature(verb)
+    later.__annotations__ = _without_silent_defaults(signature)
 
     def refuse(mistake: Any) -> None:
         raise _MistakeError(mistake)
@@ -48,6 +50,18 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
         unknown = [word for word in words if word.startswith("--") and word != "--help" and _is_unknown(parsed, word)]
         reason = f"{' '.join(unknown)}: not known here" if unknown else _explained(error.mistake, words)
         raise ConfigError(f"{reason}; `evslip {name} --help` explains") from None
+
+
+def _without_silent_defaults(signature: inspect.Signature) -> dict[str, Any]:
+    """Annotations of a signature, whose help says nothing of what is None, or not there, by default."""
+
+    def is_silent(one: inspect.Parameter) -> bool:
+        return one.default in (None, ()) or (one.default is one.empty and one.kind is not one.KEYWORD_ONLY)
+
+    return {
+        name: Annotated[one.annotation, SILENT] if is_silent(one) else one.annotation
+        for name, one in signature.parameters.items()
+    }
 
 
 def _unbroken(docstring: str) -> str:
