@@ -36,9 +36,9 @@ def show(
     """Print a configuration in full, what it draws, a camera, or a file's settings; write a sheet of textures.
 
     Args:
-        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, lift, play), a TOML
-            file, "parameters" for a table of all keys, "camera" for the event cameras, "textures" for a contact sheet,
-            "robot" for a robot from four sides and its limits, or a file of `evslip events` (.h5, .npz) or of
+        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, hold-wild, lift, play), a
+            TOML file, "parameters" for a table of all keys, "camera" for the event cameras, "textures" for a contact
+            sheet, "robot" for a robot from four sides and its limits, or a file of `evslip events` (.h5, .npz) or of
             `evslip generate` for the settings inside it.
         name: After "camera": preset of the event camera; default: a table of all. After "textures": a name, pattern or
             folder; default: the whole pool. After "robot": a name or file, as robot.kind; default: panda.
