@@ -1,8 +1,8 @@
 """Everything of one's own: mesh, photo, camera pose, sensor, motions, network, training on two data sets, live loop.
 
-python examples/own_everything.py OUT
+python examples/own_everything.py [OUT]
 
-OUT gets a mesh and a photo, two configurations, their data sets, a windows file, a detector, and two pictures:
+OUT (own_everything) gets a mesh and a photo, two configurations, their data sets, a windows file, a detector, and two pictures:
 scene.png (a frame of each set with the events around it) and live.png (the detector beside the truth of a new sample).
 About a minute on two cores, once evslip is compiled. docs/tutorials/own-everything.md goes through it.
 """
@@ -224,4 +224,4 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "own_everything"))
