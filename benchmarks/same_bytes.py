@@ -27,7 +27,7 @@ import trimesh
 
 import evslip
 from evslip.cli import VERBS
-from evslip.learn.checkpoint import NAMES
+from evslip.learn.shipped import NAMES
 
 TINY = {"camera.width": 96, "camera.height": 72, "motion.duration_s": 6.0}
 QUICK = {"motion.duration_s": 6.0}

@@ -2,8 +2,9 @@
 
 python examples/own_everything.py [OUT]
 
-OUT (own_everything) gets a mesh and a photo, two configurations, their data sets, a windows file, a detector, and two pictures:
-scene.png (a frame of each set with the events around it) and live.png (the detector beside the truth of a new sample).
+OUT (own_everything) gets a mesh and a photo, two configurations, their data sets, a windows file, a detector, and two
+pictures: scene.png (a frame of each set with the events around it) and live.png (the detector beside the truth of a new
+sample).
 About a minute on two cores, once evslip is compiled. docs/tutorials/own-everything.md goes through it.
 """
 

@@ -17,7 +17,7 @@ from evslip.cli.doctor import OPTIONAL
 from evslip.codecs import read_events, write_events
 from evslip.config.loading import PRESETS
 from evslip.events import Events, load_noise_map
-from evslip.learn.checkpoint import NAMES
+from evslip.learn.shipped import NAMES
 from sample_records import random_events
 
 ROOT = Path(__file__).parents[2]

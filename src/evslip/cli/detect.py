@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from evslip.cli.options import Overrides, Split, overrides
+from evslip.cli.options import SHIPPED, DetectorFolder, Overrides, Split, overrides
 from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
@@ -14,10 +14,14 @@ from evslip.windows.settings import Align
 
 Names = Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME")]
 Parameters = Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME=VALUE")]
+_EXAMINED = (
+    f"Folders of models, or {SHIPPED}; then what to examine them on: a data set, a record, a folder of records, or a "
+    "file of `evslip windows` (scores alone: alarms and conditions need records)."
+)
 
 
 def evaluate(
-    models_and_data: Annotated[Positional[tuple[Path, ...]], arg(metavar="MODEL... DATA")],
+    models_and_data: Annotated[Positional[tuple[Path, ...]], arg(metavar="MODEL... DATA", help=_EXAMINED)],
     *,
     out: Path | None = None,
     split: Split | None = None,
@@ -33,9 +37,6 @@ def evaluate(
     printed, and written as JSON, as a page and as pictures, those of the worst windows too.
 
     Args:
-        models_and_data: Folders of models, or `default`, `default-complex`, `default-wild` or `default-hold`, of the
-            package; then what to examine them on: a data set, a record, a folder of records, or a file of `evslip
-            windows` (scores alone: alarms and conditions need records).
         out: Folder for the files; default: the model's folder; of several models, or one of the package, `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
         hop_s: Time between two answers on records; latencies are exact to it.
@@ -84,7 +85,7 @@ def evaluate(
 def detect(
     model_and_recording: Annotated[Positional[tuple[Path, ...]], arg(metavar="[MODEL] RECORDING")],
     *,
-    model: Path | None = None,
+    model: DetectorFolder | None = None,
     out: Path | None = None,
     hop_s: float = 0.02,
     camera: str | None = None,
@@ -96,7 +97,6 @@ def detect(
     Args:
         model_and_recording: Folder of a model, unless --model names it; then a record, a recording or plain events, a
             file of any known format.
-        model: Folder of the model, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package.
         out: Name of the two files without suffix; default: beside the recording.
         hop_s: Time between two answers.
         camera: Of a record of two cameras, the one that the detector looks through: left or right.

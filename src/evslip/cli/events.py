@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import HIDDEN, given, options_of
+from evslip.cli.options import HIDDEN, DetectorFolder, given, options_of
 from evslip.events.datasheet import UNITS
 from evslip.events.pixel_model import LIMITS, MAPS, PARAMETERS, PixelModel
 from evslip.events.readout.settings import READOUT_LIMITS, READOUT_PARAMETERS, READOUT_UNITS, Readout
@@ -138,7 +138,7 @@ def _value(name: str, text: str) -> Any:
 def live(
     source: Positional[str],
     *,
-    model: Path = Path("default"),
+    model: DetectorFolder = Path("default"),
     hop_s: float = 0.005,
     size: Annotated[tuple[int, int] | None, arg(metavar="WIDTH HEIGHT")] = None,
     align: Align | None = None,
@@ -159,7 +159,6 @@ def live(
         source: Where events come from: dv://HOST:PORT, a server of dv-processing; udp://HOST:PORT, with ?format=faery
             for faery's datagrams; zenoh://KEY, or zenoh://DOMAIN/TOPIC?format=ros2, a topic of ROS 2; usb:// or
             usb://SERIAL, a camera; or a file of events.
-        model: Folder of a detector, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package.
         hop_s: Time between two answers.
         size: Width and height of the sensor, for sources that do not state it, such as faery's datagrams; default: of
             the sensor that the detector was trained on.

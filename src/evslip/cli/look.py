@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from evslip.cli.options import given, options_of
+from evslip.cli.options import DETECTOR, DetectorFolder, given, options_of
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
@@ -20,7 +20,7 @@ FilmOptions = options_of(FilmSettings)
 def view(
     dataset: Positional[Path],
     *,
-    model: Path | None = None,
+    model: Annotated[Path | None, arg(help=f"{DETECTOR}, whose slip probability is drawn over time.")] = None,
     camera: str = "all",
     port: int = 8899,
     browser: bool = True,
@@ -29,8 +29,6 @@ def view(
 
     Args:
         dataset: Folder of a data set, or a file of events of any known format.
-        model: Folder of a detector, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package,
-            whose slip probability is drawn over time.
         camera: Of samples that two cameras saw: left, right, or all.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
@@ -45,7 +43,7 @@ def play(
     *,
     config: str = "play",
     controller: str = "detector",
-    model: str = "default-hold",
+    model: DetectorFolder = Path("default-hold"),
     port: int = 8898,
     browser: bool = True,
 ) -> None:
@@ -55,13 +53,12 @@ def play(
         config: Preset or TOML file that the objects and motions are drawn from.
         controller: Controller of the grip force at the start: off, constant, strong, oracle, late-oracle, event-rate,
             detector or detector-pi.
-        model: Folder of a detector, or `default`, `default-complex`, `default-wild` or `default-hold`, of the package.
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """
     from evslip.view.play.serve import play as serve_play
 
-    serve_play(config=config, controller=controller, model=model, port=port, browser=browser)
+    serve_play(config=config, controller=controller, model=str(model), port=port, browser=browser)
 
 
 def video(

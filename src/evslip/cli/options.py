@@ -2,15 +2,21 @@
 
 from collections.abc import Mapping
 from dataclasses import fields, make_dataclass
+from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
 from tyro.conf import Suppress, UseAppendAction, arg
+
+from evslip.learn.shipped import NAMES
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
 HIDDEN = Suppress[str | None]
 SILENT = arg(help_behavior_hint="")
 """Of options that are None by default: their explanations say what happens then."""
+SHIPPED = f"{', '.join(f'`{name}`' for name in NAMES[:-1])} or `{NAMES[-1]}`, of the package"
+DETECTOR = f"Folder of a detector, or {SHIPPED}"
+DetectorFolder = Annotated[Path, arg(help=f"{DETECTOR}.")]
 
 
 def overrides(texts: tuple[str, ...]) -> dict[str, Any]:

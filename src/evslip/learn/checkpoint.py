@@ -12,6 +12,7 @@ from safetensors.torch import load, save
 from evslip.learn.documents import Format, entry, read_document
 from evslip.learn.networks import stored_class
 from evslip.learn.networks.network import Geometry, Network
+from evslip.learn.shipped import FOLDER, NAMES
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, EvslipError
 from evslip.utils.files import require_file
@@ -22,10 +23,6 @@ WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
 FORMAT = Format("evslip model", 1, "the description of a model that `evslip train` wrote")
 
 _ENTRIES: dict[str, type] = {"model": str, "windows": dict, "training": dict}
-
-FOLDER = Path(__file__).with_name("models")
-NAMES = ("default", "default-complex", "default-wild", "default-hold")
-"""Detectors that come with the package."""
 
 
 @dataclass(frozen=True)
