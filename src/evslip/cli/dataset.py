@@ -22,8 +22,8 @@ def warm_up(preset: Positional[str] = "simple") -> None:
     """Compile what samples need, once for this machine: for an image, a shared installation, a notebook.
 
     Args:
-        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, lift, play) or a TOML
-            file, whose samples' functions are compiled.
+        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, hold-wild, lift, play) or a
+            TOML file, whose samples' functions are compiled.
     """
     from evslip.generation.progress import samples_bar
     from evslip.generation.warm_up import warm_up as run
@@ -48,8 +48,8 @@ def generate(
     """Generate samples into a data set. Run it again to resume or to add more.
 
     Args:
-        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, lift, play) or a TOML
-            file.
+        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, hold-wild, lift, play) or a
+            TOML file.
         out: Folder of the data set.
         count: Number of samples the split shall have.
         workers: Worker processes; default: one a core of the machine or cluster. The result does not depend on it.

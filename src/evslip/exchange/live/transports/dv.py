@@ -72,7 +72,12 @@ class DvSource(LiveSource):
     def read(self, timeout_s: float) -> Piece | None:
         end_s, found = time.monotonic() + timeout_s, []
         while len(found) < MOST_BATCHES:
-            batch = self._batch()
+            try:
+                batch = self._batch()
+            except Unreachable:
+                if found:  # what came before it is returned first; the next call finds it gone again
+                    break
+                raise
             if batch is not None:
                 found.append(batch)
             elif found or time.monotonic() >= end_s:
@@ -88,11 +93,12 @@ class DvSource(LiveSource):
     def _batch(self) -> np.ndarray | None:
         reader: Any = self._reader
         try:
-            batch = reader.getNextEventBatch()
-            is_over = batch is None and not reader.isRunning()
+            batch, is_over = reader.getNextEventBatch(), not reader.isRunning()
+            # The last batches may come, and the server go, between these two calls.
+            batch = reader.getNextEventBatch() if batch is None and is_over else batch
         except RuntimeError as error:
             raise Unreachable(f"{self.name}: broke off ({' '.join(str(error).split())[:120]})") from None
-        if is_over:
+        if batch is None and is_over:
             raise Unreachable(f"{self.name}: has gone")
         return None if batch is None or batch.isEmpty() else batch.numpy()
 
