@@ -136,6 +136,7 @@ events = Events(t_us, x.astype(np.uint16), y.astype(np.uint16), p == 1)
 for _ in range(2):
     with make_target(f"dv://127.0.0.1:{port}", (346, 260)) as target:
         print("ready", flush=True)
+        sys.stdin.readline()  # a reader that looks whether a server is there, before it reads, is a client too
         while not target.clients:
             time.sleep(0.01)
         target.send(events, 0)
@@ -154,6 +155,7 @@ def test_a_sender_ends_and_begins_anew_while_a_reader_stays(path, reads: bool):
         for _ in range(2):
             assert said(sender) == "ready"
             source.open()
+            say(sender)
             found, end_s = [], time.monotonic() + 10
             while reads and sum(part.count for part in found) < events.count and time.monotonic() < end_s:
                 piece = source.read(0.1)
