@@ -136,9 +136,11 @@ events = Events(t_us, x.astype(np.uint16), y.astype(np.uint16), p == 1)
 for _ in range(2):
     with make_target(f"dv://127.0.0.1:{port}", (346, 260)) as target:
         print("ready", flush=True)
-        sys.stdin.readline()  # a reader that looks whether a server is there, before it reads, is a client too
-        while not target.clients:
+        sys.stdin.readline()
+        still = 0  # a reader that looks whether a server is there, before it reads, is a client too for a moment
+        while still < 20:
             time.sleep(0.01)
+            still = still + 1 if target.clients == 1 else 0
         target.send(events, 0)
     del target
     print("closed", flush=True)

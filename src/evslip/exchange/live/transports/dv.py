@@ -75,9 +75,9 @@ class DvSource(LiveSource):
             try:
                 batch = self._batch()
             except Unreachable:
-                if found:  # what came before it is returned first; the next call finds it gone again
-                    break
-                raise
+                if not found:
+                    raise
+                break  # what came before is returned first; the next call finds the server gone again
             if batch is not None:
                 found.append(batch)
             elif found or time.monotonic() >= end_s:
@@ -93,9 +93,8 @@ class DvSource(LiveSource):
     def _batch(self) -> np.ndarray | None:
         reader: Any = self._reader
         try:
-            batch, is_over = reader.getNextEventBatch(), not reader.isRunning()
-            # The last batches may come, and the server go, between these two calls.
-            batch = reader.getNextEventBatch() if batch is None and is_over else batch
+            is_over = not reader.isRunning()  # asked first: what came before the end is there then
+            batch = reader.getNextEventBatch()
         except RuntimeError as error:
             raise Unreachable(f"{self.name}: broke off ({' '.join(str(error).split())[:120]})") from None
         if batch is None and is_over:
