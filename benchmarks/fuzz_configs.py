@@ -27,7 +27,8 @@ from unittest import mock
 
 import evslip
 from evslip import cli
-from evslip.config.loading import PRESETS, dump_config, load_config
+from evslip.config.loading import dump_config, load_config
+from evslip.config.presets import PRESETS
 from evslip.config.sample import SampleSpec
 from evslip.config.section import OneOf, Within
 from evslip.draws.draw import draw

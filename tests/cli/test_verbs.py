@@ -15,7 +15,7 @@ from command_line import Done, evslip
 from evslip.cli import VERBS
 from evslip.cli.doctor import OPTIONAL
 from evslip.codecs import read_events, write_events
-from evslip.config.loading import PRESETS
+from evslip.config.presets import PRESETS
 from evslip.events import Events, load_noise_map
 from evslip.learn.shipped import NAMES
 from sample_records import random_events

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evslip.config.config import Config
-from evslip.config.loading import PRESETS, config_from_text, dump_config, load_config, parse_override
+from evslip.config.loading import config_from_text, dump_config, load_config, parse_override
+from evslip.config.presets import PRESETS
 from evslip.utils.errors import ConfigError
 
 

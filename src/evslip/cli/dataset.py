@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import Overrides, Split, given, options_of, overrides
+from evslip.cli.options import PRESET, Overrides, Split, given, options_of, overrides
 from evslip.exchange.publishing.publication import Publication
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
@@ -18,13 +18,12 @@ if TYPE_CHECKING:
 PublicationOptions = options_of(Publication)
 
 
-def warm_up(preset: Positional[str] = "simple") -> None:
-    """Compile what samples need, once for this machine: for an image, a shared installation, a notebook.
-
-    Args:
-        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, hold-wild, lift, play) or a
-            TOML file, whose samples' functions are compiled.
-    """
+def warm_up(
+    preset: Annotated[
+        Positional[str], arg(help=f"{PRESET} or a TOML file, whose samples' functions are compiled.")
+    ] = "simple",
+) -> None:
+    """Compile what samples need, once for this machine: for an image, a shared installation, a notebook."""
     from evslip.generation.progress import samples_bar
     from evslip.generation.warm_up import warm_up as run
 
@@ -34,7 +33,7 @@ def warm_up(preset: Positional[str] = "simple") -> None:
 
 
 def generate(
-    preset: Positional[str],
+    preset: Annotated[Positional[str], arg(help=f"{PRESET} or a TOML file.")],
     out: Positional[Path],
     *,
     count: int,
@@ -48,8 +47,6 @@ def generate(
     """Generate samples into a data set. Run it again to resume or to add more.
 
     Args:
-        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, hold-wild, lift, play) or a
-            TOML file.
         out: Folder of the data set.
         count: Number of samples the split shall have.
         workers: Worker processes; default: one a core of the machine or cluster. The result does not depend on it.

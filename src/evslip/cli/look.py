@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from evslip.cli.options import DETECTOR, DetectorFolder, given, options_of
+from evslip.cli.options import DETECTOR, given, options_of
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
@@ -43,7 +43,7 @@ def play(
     *,
     config: str = "play",
     controller: str = "detector",
-    model: DetectorFolder = Path("default-hold"),
+    model: Annotated[str, arg(help=f"{DETECTOR}.")] = "default-hold",
     port: int = 8898,
     browser: bool = True,
 ) -> None:
@@ -58,7 +58,7 @@ def play(
     """
     from evslip.view.play.serve import play as serve_play
 
-    serve_play(config=config, controller=controller, model=str(model), port=port, browser=browser)
+    serve_play(config=config, controller=controller, model=model, port=port, browser=browser)
 
 
 def video(

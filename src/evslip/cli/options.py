@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 from tyro.conf import Suppress, UseAppendAction, arg
 
+from evslip.config.presets import PRESETS
 from evslip.learn.shipped import NAMES
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
@@ -14,6 +15,7 @@ Split = Literal["train", "test"]
 HIDDEN = Suppress[str | None]
 SILENT = arg(help_behavior_hint="")
 """Of options that are None by default: their explanations say what happens then."""
+PRESET = f"Name of a preset ({', '.join(PRESETS)})"
 SHIPPED = f"{', '.join(f'`{name}`' for name in NAMES[:-1])} or `{NAMES[-1]}`, of the package"
 DETECTOR = f"Folder of a detector, or {SHIPPED}"
 DetectorFolder = Annotated[Path, arg(help=f"{DETECTOR}.")]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import Overrides, Split, given, options_of, overrides
+from evslip.cli.options import PRESET, Overrides, Split, given, options_of, overrides
 from evslip.events.biases import Biasing
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
@@ -15,10 +15,15 @@ if TYPE_CHECKING:
     from evslip.config.config import Config
 
 BiasingOptions = options_of(Biasing)
+_SHOWN = (
+    f'{PRESET}, a TOML file, "parameters" for a table of all keys, "camera" for the event cameras, "textures" for a '
+    'contact sheet, "robot" for a robot from four sides and its limits, or a file of `evslip events` (.h5, .npz) or of '
+    "`evslip generate` for the settings inside it."
+)
 
 
 def show(
-    preset: Positional[str],
+    preset: Annotated[Positional[str], arg(help=_SHOWN)],
     name: Positional[str | None] = None,
     *,
     set: Overrides = (),
@@ -36,10 +41,6 @@ def show(
     """Print a configuration in full, what it draws, a camera, or a file's settings; write a sheet of textures.
 
     Args:
-        preset: Name of a preset (demo, simple, complex, complex-real, wild, finger, hold, hold-wild, lift, play), a
-            TOML file, "parameters" for a table of all keys, "camera" for the event cameras, "textures" for a contact
-            sheet, "robot" for a robot from four sides and its limits, or a file of `evslip events` (.h5, .npz) or of
-            `evslip generate` for the settings inside it.
         name: After "camera": preset of the event camera; default: a table of all. After "textures": a name, pattern or
             folder; default: the whole pool. After "robot": a name or file, as robot.kind; default: panda.
         set: Override, such as object.mass_kg=0.05; may be given several times.

@@ -33,7 +33,7 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
     del later.__wrapped__  # which tyro would explain in place of this
     later.__doc__ = _unbroken(verb.__doc__ or "")
     later.__dict__["__signature__"] = signature = inspect.signature(verb)
-    later.__annotations__ = _without_silent_defaults(signature)
+    later.__annotations__ = _with_silent_defaults(signature)
 
     def refuse(mistake: Any) -> None:
         raise _MistakeError(mistake)
@@ -52,7 +52,7 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
         raise ConfigError(f"{reason}; `evslip {name} --help` explains") from None
 
 
-def _without_silent_defaults(signature: inspect.Signature) -> dict[str, Any]:
+def _with_silent_defaults(signature: inspect.Signature) -> dict[str, Any]:
     """Annotations of a signature, whose help says nothing of what is None, or not there, by default."""
 
     def is_silent(one: inspect.Parameter) -> bool:

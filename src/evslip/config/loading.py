@@ -10,11 +10,10 @@ from pydantic import ValidationError
 
 from evslip.config.config import Config
 from evslip.config.explanation import explain
+from evslip.config.presets import PRESETS
 from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.files import read_text
 from evslip.utils.toml import MOST_BYTES, parse_toml
-
-PRESETS = ("demo", "simple", "complex", "complex-real", "wild", "finger", "hold", "hold-wild", "lift", "play")
 
 
 def load_config(source: str | Path = "demo", overrides: Mapping[str, Any] | None = None) -> Config:

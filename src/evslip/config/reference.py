@@ -8,7 +8,8 @@ from typing import Any
 
 from evslip.config.config import Config
 from evslip.config.distributions import Distribution, Uniform
-from evslip.config.loading import PRESETS, load_config
+from evslip.config.loading import load_config
+from evslip.config.presets import PRESETS
 from evslip.config.sample import SampleSpec
 from evslip.config.section import Section, Within
 from evslip.config.sections.motion import Waypoints
