@@ -214,11 +214,11 @@ def test_a_policy_of_ones_own_is_named_by_its_class():
         ("test_controllers:Nothing", {}, "has no method"),
         ("test_controllers:Mine", {"gain": 2}, "Mine: Mine.. takes no arguments"),
         ("detector", {"gains": 2}, "'gains' is no parameter; expected some of model, threshold"),
-        ("detector", {"relaxation.slow": 2}, "'slow' is no parameter; expected some of quiet_s"),
+        ("detector", {"relaxation.slow": 2}, "'relaxation.slow' is no parameter; expected some of quiet_s"),
         ("detector", {"gain.high": 2}, "gain has no parts"),
         ("detector-pi", {"proportional": "x"}, "proportional is 'x'; expected a number"),
         ("detector-pi", {"threshold": True}, "threshold is True; expected a number"),
-        ("detector", {"relaxation.quiet_s": "x"}, "quiet_s is 'x'; expected a number"),
+        ("detector", {"relaxation.quiet_s": "x"}, "relaxation.quiet_s is 'x'; expected a number"),
     ],
 )
 def test_what_is_wrong_is_said(name, parameters, words):

@@ -7,10 +7,14 @@ from typing import Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from evslip.cli.options import SHIPPED, DetectorFolder, Overrides, Split, overrides
+from evslip.utils.atomic import storage_errors
 from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
 from evslip.windows.settings import Align
+
+MOST_EPISODES = 100_000
+"""Episodes of one run of `control`."""
 
 Names = Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME")]
 Parameters = Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME=VALUE")]
@@ -185,11 +189,14 @@ def control(
     from evslip.control.controllers import make_controller
     from evslip.control.evaluation.games import games_of, play_games, replay
     from evslip.control.evaluation.summary import OPEN_LOOP, ORACLE, summarise
+    from evslip.generation.runners import require_workers
     from evslip.view.control.page import label, worst, write_control
     from evslip.view.control.tables import figure_table
 
-    if count < 1:
-        raise ConfigError(f"count: {count} is out of range, expected 1 or more")
+    for key, number, low, high in (("count", count, 1, MOST_EPISODES), ("videos", videos, 0, MOST_EPISODES)):
+        if not low <= number <= high:
+            raise ConfigError(f"{key}: {number} is out of range, expected {low} to {high:,}")
+    require_workers(workers)
     if policy is not None:
         sys.path.insert(0, str(Path.cwd()))  # a policy is a file of the user's, where it is written
     named = [*controller, *([policy] if policy else [])] or ["detector"]
@@ -201,7 +208,11 @@ def control(
     for name in named:
         make_controller(name, **given)  # what is wrong shows now
     players = {OPEN_LOOP: {}, ORACLE: {}} | dict.fromkeys(named, given)
-    games = games_of(out, load_config(config, overrides(set)), players, split, range(count), rate_hz, records)
+    drawn_from = load_config(config, overrides(set))
+    if records is not None:
+        with storage_errors(records):  # before an episode is played, not after
+            records.mkdir(parents=True, exist_ok=True)
+    games = games_of(out, drawn_from, players, split, range(count), rate_hz, records)
     with Step("control", len(games)) as advance:
         outcomes = play_games(games, workers, console.print, advance)
     films: dict[str, Path] = {}

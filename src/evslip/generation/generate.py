@@ -22,7 +22,7 @@ from evslip.events.frame import Frame
 from evslip.events.stream import Events, empty_events
 from evslip.generation.estimate import Estimate, estimate, require_room, together
 from evslip.generation.progress import Made, Progress
-from evslip.generation.runners import runner
+from evslip.generation.runners import require_workers, runner
 from evslip.generation.runners.local import crew_size
 from evslip.generation.sensor import camera_for
 from evslip.generation.warm_up import is_warm, warm_up
@@ -42,8 +42,8 @@ from evslip.utils.version import __version__
 STAGES = ("physics", "frames", "events", "file")
 MOST_SAMPLES = 10_000_000
 """Samples of a split: seven digits name their files."""
-MOST_AT_ONCE, MOST_WORKERS = 1_000_000, 1024
-"""Samples, and processes, of one run."""
+MOST_AT_ONCE = 1_000_000
+"""Samples of one run."""
 TRIED = 8
 """Samples whose plans are tried before a folder is made."""
 LIMIT_S = 3600.0
@@ -222,8 +222,7 @@ def generate(
         raise ConfigError(f"count: {count} is out of range, expected 1 to {MOST_SAMPLES:,}")
     if not 1 <= part[0] <= part[1]:
         raise ConfigError(f"part: {part[0]}/{part[1]} is wrong, expected I/N with I from 1 to N")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise ConfigError(f"workers: {workers} is out of range, expected 1 to {MOST_WORKERS:,}")
+    require_workers(workers)
     if not limit_s > 0:
         raise ConfigError(f"limit_s: {limit_s:g} is out of range, expected more than 0")
     run, run_is_local = runner(runner_name), runner_name == "local"

@@ -64,23 +64,25 @@ def _parameters(name: str, kind: type, given: dict[str, Any]) -> Any:
     for field in own:
         if field.name in parts and field.default_factory is not MISSING:
             usual = field.default_factory()
-            values[field.name] = type(usual)(**asdict(usual) | _known(name, usual, parts.pop(field.name)))
+            values[field.name] = type(usual)(**asdict(usual) | _known(name, field.name, usual, parts.pop(field.name)))
     if parts:
         raise ConfigError(f"controller {name}: {next(iter(parts))} has no parts; expected a value")
     _require_numbers(name, kind, values)
     return kind(**values)
 
 
-def _known(name: str, usual: Any, given: dict[str, Any]) -> dict[str, Any]:
+def _known(name: str, section: str, usual: Any, given: dict[str, Any]) -> dict[str, Any]:
     names = [field.name for field in fields(usual)]
     for key in given:
         if key not in names:
-            raise ConfigError(f"controller {name}: {key!r} is no parameter; expected some of {', '.join(names)}")
-    _require_numbers(name, type(usual), given)
+            raise ConfigError(
+                f"controller {name}: '{section}.{key}' is no parameter; expected some of {', '.join(names)}"
+            )
+    _require_numbers(name, type(usual), given, f"{section}.")
     return given
 
 
-def _require_numbers(name: str, kind: type, values: dict[str, Any]) -> None:
+def _require_numbers(name: str, kind: type, values: dict[str, Any], section: str = "") -> None:
     """Raise ConfigError unless the values of those fields of a dataclass that are numbers are."""
     for key, hint in get_type_hints(kind).items():
         allowed = get_args(hint) or (hint,)
@@ -88,4 +90,4 @@ def _require_numbers(name: str, kind: type, values: dict[str, Any]) -> None:
             continue
         value = values[key]
         if isinstance(value, bool) or not isinstance(value, (Real, *allowed)):
-            raise ConfigError(f"controller {name}: {key} is {value!r}; expected a number")
+            raise ConfigError(f"controller {name}: {section}{key} is {value!r}; expected a number")

@@ -11,6 +11,8 @@ from evslip.utils.errors import ConfigError
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
+MOST_WORKERS = 1024
+
 
 class Runner(Protocol):
     def __call__(
@@ -33,6 +35,12 @@ class Runner(Protocol):
 
 RUNNERS: dict[str, Runner] = {"local": run_local, "ray": run_ray}
 """Those that take an address have a parameter of that name."""
+
+
+def require_workers(workers: int | None) -> None:
+    """Raise ConfigError for a number of workers that no runner takes."""
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise ConfigError(f"workers: {workers} is out of range, expected 1 to {MOST_WORKERS:,}")
 
 
 def runner(name: str) -> Runner:
