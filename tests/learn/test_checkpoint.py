@@ -51,6 +51,20 @@ def test_a_loaded_model_answers_as_the_saved_one(name: str, tmp_path: Path) -> N
         ({"windows": asdict(WindowSettings()) | {"width": "200"}}, "windows: width: '200' is wrong"),
         ({"windows": asdict(WindowSettings()) | {"seed": 10**400}}, "windows: seed: '1000.*' is wrong"),
         ({"training": 3}, "training: '3' is wrong; expected an object"),
+        ({"training": {"settings": [1]}}, r"training: settings: '\[1\]' is wrong; expected an object"),
+        ({"training": {"settings": {"lr": "much"}}}, "training: settings: 'lr': 'much' is wrong; expected a number"),
+        ({"training": {"settings": {"start": 3}}}, "training: settings: 'start': '3' is wrong; expected a word"),
+        ({"training": {"settings": {"more": [[]]}}}, "training: settings: 'more': .* is wrong; expected a word, a num"),
+        ({"training": {"windows": 7}}, "training: windows: '7' is wrong; expected an object"),
+        ({"training": {"windows": {"training": 7}}}, "training: windows: validation: is missing; expected a whole"),
+        ({"training": {"slips": {"training": -1, "validation": 2}}}, "training: slips: training: -1 is wrong"),
+        ({"training": {"windows": {"training": 10**400, "validation": 2}}}, "windows: training: 10000.* is wrong"),
+        ({"training": {"val_auroc": 1.5}}, "training: val_auroc: 1.5 is wrong; expected 0 to 1"),
+        ({"training": {"val_accuracy": None}}, "training: val_accuracy: 'None' is wrong; expected a number"),
+        ({"training": {"validation_trajectories": 3}}, "training: validation_trajectories: '3' is wrong; expected a l"),
+        ({"training": {"validation_trajectories": ["a", 3]}}, "validation_trajectories: '3' is wrong; expected names"),
+        ({"training": {"best_epoch": "last"}}, "training: best_epoch: 'last' is wrong; expected a whole number"),
+        ({"training": {"data": 1}}, "training: data: '1' is wrong; expected a word"),
     ],
 )
 def test_a_wrong_description(folder: Path, change: dict[str, Any], message: str) -> None:
@@ -76,6 +90,16 @@ def test_weights_that_are_not_finite(folder: Path) -> None:
     save_file(state, folder / "model.safetensors")
     with pytest.raises(DataError, match="not finite"):
         load_model(folder)
+
+
+@pytest.mark.parametrize(("name", "value"), [("temperature", 0.0), ("temperature", -1.0), ("spread", 0.0)])
+def test_a_calibration_that_would_make_answers_nan(tmp_path: Path, name: str, value: float) -> None:
+    save_model(tmp_path, build_model("slipnet"), Description("slipnet", 0.4, WindowSettings(), {}))
+    state = load_file(tmp_path / "model.safetensors")
+    state[name][...] = value
+    save_file(state, tmp_path / "model.safetensors")
+    with pytest.raises(DataError, match="temperature or spread: expected numbers above 0"):
+        load_model(tmp_path)
 
 
 def test_a_pickle_in_place_of_the_weights_is_not_loaded(folder: Path) -> None:

@@ -10,6 +10,7 @@ import torch
 
 from command_line import evslip as run
 from evslip.cli import detect as verbs
+from evslip.codecs import write_events
 from evslip.config.loading import config_from_text
 from evslip.data import record_file
 from evslip.data.record import Record
@@ -17,6 +18,7 @@ from evslip.draws.draw import draw
 from evslip.generation.generate import make_record
 from evslip.learn import Detector, build_model, checkpoint, detect, load_model
 from evslip.learn.checkpoint import Description, save_model
+from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.window_set import WindowSettings
 from slip_records import slip_record, turning
@@ -52,6 +54,25 @@ def test_both_forms_of_detect_answer_alike(folder: Path, recording: Path) -> Non
     by_name, by_folder = (np.genfromtxt(name, delimiter=",") for name in ("by-name.csv", "by-folder.csv"))
     np.testing.assert_array_equal(by_name, by_folder)
     assert len(by_name) > 50
+
+
+def test_detections_of_names_that_differ_behind_a_dot_are_files_of_their_own(folder: Path, recording: Path) -> None:
+    for name in ("grip_0.5N", "grip_0.7N"):
+        (recording.parent / f"{name}.h5").write_bytes(recording.read_bytes())
+        verbs.detect((folder, recording.parent / f"{name}.h5"))
+        verbs.detect((folder, recording), out=Path(f"out_{name}"))
+    names = [f"{start}{number}N{end}" for start, end in (("grip_0.", "-slip"), ("out_grip_0.", "")) for number in "57"]
+    for suffix in (".csv", ".png"):
+        assert all((recording.parent / f"{name}{suffix}").is_file() for name in names)
+    verbs.detect((folder, recording), out=Path("named.csv"))
+    assert {path.name for path in Path().glob("named*")} == {"named.csv", "named.png"}
+    with pytest.raises(ConfigError, match=r"out: \. is no name of a file"):
+        verbs.detect((folder, recording), out=Path())
+    write_events("events.csv", record_file.read(recording).events)
+    before = Path("events.csv").read_bytes()
+    with pytest.raises(ConfigError, match=r"out: events\.csv is the recording itself"):
+        verbs.detect((folder, Path("events.csv")), out=Path("events"))
+    assert Path("events.csv").read_bytes() == before
 
 
 @pytest.mark.parametrize(
@@ -96,6 +117,21 @@ def test_the_package_ships_detectors_with_their_cards(name: str) -> None:
     assert f"`{description.model}`" in card and "## For what, and for what not" in card
     config = config_from_text((folder / "config.toml").read_text())
     assert (config.camera.width, config.camera.height) == description.windows.sensor
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "at_first", "threshold"),
+    [("default-hold", 0.962433, 0.739025, 0.5), ("default-hold-wild", 0.739025, 1.48856, 0.470954)],
+)
+def test_the_calibration_of_a_detector_trained_from_another_is_whole(
+    name: str, start: float, at_first: float, threshold: float
+) -> None:
+    """Its temperature had been found on probabilities through that of the start: the logits want both. The threshold is
+    the same of the logits."""
+    network, description = load_model(name)
+    assert isinstance(network, SpeedNetwork)
+    assert network.temperature.item() == pytest.approx(start * at_first, rel=1e-5)
+    assert description.threshold == pytest.approx(threshold, rel=1e-5)
 
 
 def unseen(index: int) -> Record:

@@ -12,7 +12,9 @@ from safetensors.torch import load, save
 from evslip.learn.documents import Format, entry, read_document
 from evslip.learn.networks import stored_class
 from evslip.learn.networks.network import Geometry, Network
+from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.shipped import FOLDER, NAMES
+from evslip.learn.training_facts import require_facts
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, EvslipError
 from evslip.utils.files import require_file
@@ -36,7 +38,7 @@ class Description:
     windows: WindowSettings
     """How its training windows were cut."""
     training: dict[str, Any]
-    """Where it comes from: settings, data, best epoch and validation scores."""
+    """Where it comes from: settings, data, best epoch and validation scores; see evslip.learn.training_facts."""
 
 
 def save_model(folder: Path, network: Network, description: Description) -> None:
@@ -63,6 +65,8 @@ def load_model(folder: str | Path) -> tuple[Network, Description]:
         raise DataError(f"{path}: not the weights of a {description.model}: {reason}") from None
     if not all(torch.isfinite(value).all() for value in network.state_dict().values()):
         raise DataError(f"{path}: holds weights that are not finite; train the model again")
+    if isinstance(network, SpeedNetwork) and not network.can_calibrate:
+        raise DataError(f"{path}: temperature or spread: expected numbers above 0; train the model again")
     return network.eval(), description
 
 
@@ -75,6 +79,7 @@ def read_description(folder: Path) -> Description:
     if not 0 <= threshold <= 1:
         raise DataError(f"{path}: threshold: {str(threshold)[:60]} is wrong; expected 0 to 1")
     settings = stored_settings(windows, f"{path}: windows")
+    require_facts(training, f"{path}: training")
     try:
         network = stored_class(model)
     except ConfigError as error:

@@ -1,6 +1,7 @@
 """Documents in JSON beside weights and figures: a format's name, its version, then the content."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,13 +42,14 @@ def read_document(path: Path, known: Format) -> dict[str, Any]:
     return content
 
 
-def entry(content: dict[str, Any], name: str, kind: type, path: Path) -> Any:
-    """An entry of a document, of a kind; a float may be written as a whole number. Raises DataError naming the key."""
+def entry(content: Mapping[str, Any], name: str, kind: type, where: object) -> Any:
+    """An entry of a document, or of a part of it, of a kind; a float may be written as a whole number. Raises DataError
+    naming where it is and the key."""
     value = content.get(name)
     if isinstance(value, kind | (int if kind is float else kind)) and not isinstance(value, bool):
         return value
     found = "is missing" if name not in content else f"{str(value)[:60]!r} is wrong"
-    raise DataError(f"{path}: {name}: {found}; expected {_KINDS.get(kind, kind.__name__)}")
+    raise DataError(f"{where}: {name}: {found}; expected {_KINDS.get(kind, kind.__name__)}")
 
 
 _KINDS = {str: "a word", dict: "an object", float: "a number", int: "a whole number", list: "a list"}

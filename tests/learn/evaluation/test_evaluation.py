@@ -1,6 +1,7 @@
 """The whole examination of a detector, on records of known truth."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from evslip.view.evaluation.files import write_evaluation
 from evslip.view.evaluation.sections import evaluation_parts
 from evslip.view.evaluation.tables import comparison_table
 from evslip.windows.cutting import windows_of
+from evslip.windows.label import Label
 from evslip.windows.window_set import WindowSettings
 from slip_records import slip_record, slip_records, turning
 
@@ -100,8 +102,6 @@ def test_cost_is_measured_and_spiking_networks_count_their_operations(model) -> 
 
 
 def test_models_that_differ_in_the_seed_alone_are_one_row(found) -> None:
-    from dataclasses import replace
-
     others = [
         replace(found, settings={**found.settings, "seed": 1}, scores=replace(found.scores, accuracy=0.5)),
         replace(found, settings={**found.settings, "lr": 0.2}, model="models/other"),
@@ -112,6 +112,73 @@ def test_models_that_differ_in_the_seed_alone_are_one_row(found) -> None:
     assert first.cells["accuracy"].mean == pytest.approx(np.mean(accuracy))
     assert first.cells["accuracy"].spread == pytest.approx(np.std(accuracy, ddof=1))
     assert second.cells["accuracy"].interval == found.scores.intervals["accuracy"]
+
+
+def test_models_of_other_training_data_are_rows_of_their_own_under_names_of_their_own(model, found, tmp_path) -> None:
+    network, description = load_model(model)
+    facts = description.training | {"windows": {"training": 16, "validation": 4}}
+    other_seed, narrow = facts["settings"] | {"seed": 1}, replace(WindowSettings(), slip_deg=2.0)
+    trained = {
+        "a-0": (WindowSettings(), facts),
+        "a-1": (WindowSettings(), facts | {"windows": {"training": 15, "validation": 5}, "settings": other_seed}),
+        "more": (WindowSettings(), facts | {"windows": {"training": 160, "validation": 40}}),
+        "narrow": (narrow, facts),
+        "x/m": (WindowSettings(), facts | {"data": "0x1", "slips": {"training": 8, "validation": 2}}),
+        "y/m": (WindowSettings(), facts | {"data": "0x2", "slips": {"training": 8, "validation": 2}}),
+    }
+    evaluations = []
+    for name, (windows, said) in trained.items():
+        save_model(tmp_path / name, network, Description("event_rate", 0.5, windows, said))
+        evaluations.append(evaluate_model(tmp_path / name, Records(slip_records(2)), hop_s=0.08, resamples=0))
+    rows = compare(evaluations)
+    assert [len(row.models) for row in rows] == [2, 1, 1, 1, 1]
+    assert len({row.name for row in rows}) == len(rows)
+    save_evaluation(tmp_path / "evaluation.json", evaluations)
+    assert [row.models for row in compare(read_evaluation(tmp_path / "evaluation.json"))] == [r.models for r in rows]
+
+
+def test_the_error_of_calibration_at_the_true_share_knows_the_share_in_training(tmp_path) -> None:
+    """Of a detector that was trained on windows a third of which slip, p is left as it is on such windows."""
+    network = build_model("event_rate")  # says 0.5 of all
+    cut = windows_of(slip_records(6), WindowSettings(ratio=2.0))
+    share = float((cut.label == Label.SLIP).mean())
+    assert share == pytest.approx(1 / 3, abs=0.02)
+    counts = {"training": 90, "validation": 30}
+    for name, windows, facts, known in (
+        ("counted", WindowSettings(), {"windows": counts, "slips": {"training": 30, "validation": 10}}, True),
+        ("ratio", WindowSettings(ratio=2.0), {"windows": counts}, True),
+        ("not reached", WindowSettings(ratio=2.0), {"windows": counts | {"training": 91}}, False),
+        ("unbalanced", WindowSettings(balance=False), {"windows": counts}, False),
+    ):
+        save_model(tmp_path / name, network, Description("event_rate", 0.5, windows, facts))
+        scores = evaluate(tmp_path / name, cut)
+        found = evaluate_model(tmp_path / name, EvaluationData("cut", windows=cut), resamples=20)
+        assert scores.ece_at_share == pytest.approx(found.scores.ece_at_share, abs=1e-6, nan_ok=True)
+        assert any("nobody knows what share" in note for note in found.notes) != known
+        if known:
+            assert scores.ece_at_share == pytest.approx(scores.ece, abs=0.01) and scores.ece > 0.1
+        else:
+            assert np.isnan(scores.ece_at_share) and found.scores.intervals["ece_at_share"] is None
+
+
+def test_records_without_truth_may_come_first(model, found) -> None:
+    """Windows to time a detector on are then taken from later ones."""
+    events = slip_record("a", np.zeros(2400)).events
+    silent = [Record(kind="recording", name=f"real-{i}", size=(346, 260), events=events) for i in range(3)]
+    later = evaluate_model(model, Records([*silent, *slip_records(6)]), hop_s=0.02, resamples=0)
+    assert later.scores.confusion == found.scores.confusion
+    assert (later.cost.windows, later.cost.events) == (found.cost.windows, found.cost.events)
+
+
+def test_windows_to_time_a_detector_on_are_those_that_would_be_cut() -> None:
+    data, settings = Records(slip_records(2)), WindowSettings(hop_s=0.05, balance=False)
+    cut = windows_of(data, settings)
+    timed = data.some_windows(settings, most=1000)
+    assert len(timed) == len(cut)
+    for i, events in enumerate(timed):
+        for one, other in zip(events.columns, cut[i].columns, strict=True):
+            assert one.dtype == other.dtype
+            np.testing.assert_array_equal(one, other)
 
 
 def test_all_files_are_written_and_the_json_has_no_nan(found, tmp_path) -> None:
@@ -216,8 +283,6 @@ def test_answers_begin_with_the_hold_though_their_windows_begin_before(model) ->
 
 
 def test_records_of_two_sensors_are_examined_once_they_are_aligned(model) -> None:
-    from dataclasses import replace
-
     small, wide = slip_records(2)
     mixed = Records([small, replace(wide, size=(500, 300))])
     with pytest.raises(DataError, match="from a sensor of 500x300 pixels"):

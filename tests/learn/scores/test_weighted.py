@@ -50,6 +50,11 @@ def test_probabilities_of_balanced_windows_are_right_at_another_share() -> None:
     np.testing.assert_allclose(weighted.at_share(p_slip, 0.5), p_slip, rtol=1e-12)
     for share in (0.0, 1.0, np.nan):
         np.testing.assert_array_equal(weighted.at_share(p_slip, share), p_slip)
+    # What learned from windows a third of which slip is as one that learned from halves, moved there.
+    third = weighted.at_share(p_slip, 1 / 3)
+    np.testing.assert_allclose(weighted.at_share(third, 0.1, 1 / 3), weighted.at_share(p_slip, 0.1), rtol=1e-9)
+    for trained in (0.0, 1.0, np.nan):
+        np.testing.assert_array_equal(weighted.at_share(p_slip, 0.1, trained), p_slip)
 
 
 def test_many_weightings_at_once_are_those_one_by_one() -> None:

@@ -15,6 +15,7 @@ from evslip.learn.training import logs as logs_module
 from evslip.learn.training.settings import TrainSettings as Settings
 from evslip.learn.training.train import learning_rate
 from evslip.learn.training.training_state import STATE, TrainingState
+from evslip.learn.training_facts import data_identity, slip_share
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
 from evslip.windows.label import Label
 from slip_records import slip_windows
@@ -85,6 +86,18 @@ def test_another_training_in_the_folder_is_refused(windows, tmp_path, monkeypatc
         train(windows, tmp_path, QUICK, quiet=True)
 
 
+def test_the_description_counts_what_was_learned_from(windows, whole, tmp_path) -> None:
+    _, said = load_model(whole)
+    counts, slips = said.training["windows"], said.training["slips"]
+    assert sum(counts.values()) == len(windows) and sum(slips.values()) == (windows.label == Label.SLIP).sum()
+    assert slip_share(said.training, said.windows) == slips["training"] / counts["training"]
+    train(windows, tmp_path / "seed", replace(QUICK, epochs=1, seed=5), quiet=True)
+    train(windows.take(np.arange(len(windows) - 1)), tmp_path / "fewer", replace(QUICK, epochs=1), quiet=True)
+    seed, fewer = (load_model(tmp_path / name)[1] for name in ("seed", "fewer"))
+    identities = [data_identity(one.training, one.windows) for one in (said, seed, fewer)]
+    assert identities[0] == identities[1] != identities[2]
+
+
 def test_training_may_start_from_a_detector(windows, whole, tmp_path) -> None:
     """Of the same network and windows; with no learning to speak of it stays what it was."""
     settings = replace(QUICK, epochs=1, lr=1e-12, weight_decay=0.0, start=str(whole))
@@ -132,7 +145,13 @@ def test_settings_of_a_network_and_wrong_ones() -> None:
     assert TrainSettings.of("mlp", optimiser="rmsprop", lr=None).optimiser == "rmsprop"
     with pytest.raises(ConfigError, match="momentum"):
         TrainSettings.of("snn", momentum=0.9)
-    for name, value in (("schedule", "step"), ("protocol", "best"), ("time_dropout", 1.0), ("shift_px", -1)):
+    for name, value in (
+        ("schedule", "step"),
+        ("protocol", "best"),
+        ("time_dropout", 1.0),
+        ("shift_px", -1),
+        ("seed", 2**64),
+    ):
         with pytest.raises(ConfigError, match=name):
             TrainSettings.of("snn", **{name: value})
 

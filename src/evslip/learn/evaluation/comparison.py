@@ -88,7 +88,7 @@ FIGURES = (
 
 
 def compare(found: Iterable[Evaluation]) -> list[Row]:
-    """A row for each network and way of training, in the order in which they come."""
+    """A row for each network, way of training and training data, in the order in which they come."""
     groups: dict[str, list[Evaluation]] = {}
     for one in found:
         groups.setdefault(_kind(one), []).append(one)
@@ -102,16 +102,17 @@ def compare(found: Iterable[Evaluation]) -> list[Row]:
 def _kind(one: Evaluation) -> str:
     settings = {name: value for name, value in one.settings.items() if name != "seed"}
     # A model that does not say how it was trained is like no other one.
-    return f"{one.network} {sorted(settings.items())}" if settings else one.model
+    return f"{one.network} {sorted(settings.items())} {one.trained_on}" if settings else one.model
 
 
 def _names(groups: Sequence[Sequence[Evaluation]]) -> list[str]:
-    """The network's name, and the folder's where several rows have the same network."""
-    networks = [group[0].network for group in groups]
-    return [
-        network if networks.count(network) == 1 else f"{network} ({Path(group[0].model).name})"
-        for network, group in zip(networks, groups, strict=True)
-    ]
+    """The network's name; where several rows have the same network with the folder's, or with its whole path if that
+    does not tell them apart either."""
+    names = [group[0].network for group in groups]
+    folders = [f"{group[0].network} ({Path(group[0].model).name})" for group in groups]
+    paths = [f"{group[0].network} ({group[0].model})" for group in groups]
+    some = [folder if names.count(name) > 1 else name for name, folder in zip(names, folders, strict=True)]
+    return [path if some.count(name) > 1 else name for name, path in zip(some, paths, strict=True)]
 
 
 def _cell(figure: Figure, group: Sequence[Evaluation]) -> Cell:

@@ -1,7 +1,8 @@
 """Evaluation of one detector."""
 
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from evslip.learn.scores import bootstrap, weighted
 from evslip.learn.scores.metrics import Metrics, measure, measured
 from evslip.learn.scores.speed import SpeedScores, speed_scores
 from evslip.learn.speed_estimate import SpeedEstimate
+from evslip.learn.training_facts import data_identity, slip_share
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import require_sensor
 from evslip.windows.label import Label
@@ -85,6 +87,8 @@ class Evaluation:
     """Scores of the estimated speed in deg/s, of every prediction; None where there is no estimate."""
     slide_speed: SpeedScores | None = None
     """Scores of that in mm/s."""
+    trained_on: str = ""
+    """Identity of its training windows; "" in files from before it was kept."""
 
 
 def evaluate_model(
@@ -102,6 +106,7 @@ def evaluate_model(
     if not 0.001 <= hop_s <= 10 or resamples < 0:
         raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
     network, description = load_model(model)
+    trained_share = slip_share(description.training, description.windows)
     if data.windows is not None:
         check_windows(data.windows, description.windows, align)
         found, settings = predictions.on_windows(network, data.windows, progress), data.windows.settings
@@ -111,7 +116,14 @@ def evaluate_model(
         found = predictions.on_records(network, settings, _counted(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
     scores = measured(
-        clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip, description.threshold, resamples
+        clear.label,
+        clear.names,
+        clear.start_us,
+        clear.recent,
+        clear.p_slip,
+        description.threshold,
+        resamples,
+        trained_share,
     )
     draws = bootstrap.draws(len(found.tracks), resamples)
     own = allowed = curve = None
@@ -131,12 +143,13 @@ def evaluate_model(
         allowed=allowed,
         alarm_curve=curve,
         groupings=groupings(found, settings, description.threshold, draws),
-        cost=measure_cost(network, data.some_windows(replace(settings, balance=False))),
+        cost=measure_cost(network, data.some_windows(settings, align=align)),
         hop_s=found.hop_us / 1e6,
         align=align,
         notes=[*data.notes, *_notes(found, own, len(data), description)],
         rotation_speed=speed_scores(found.speeds[:, 0], SpeedEstimate(*found.estimates[:, :2].T)),
         slide_speed=speed_scores(found.speeds[:, 1], SpeedEstimate(*found.estimates[:, 2:].T)),
+        trained_on=data_identity(description.training, description.windows),
     )
 
 
@@ -147,7 +160,8 @@ def evaluate(model: str | Path, windows: Windows, *, align: Align | None = None)
     check_windows(windows, description.windows, align)
     if not len(windows):
         raise DataError("there is no window to evaluate on")
-    return measure(windows, probabilities(network, windows), description.threshold)
+    share = slip_share(description.training, description.windows)
+    return measure(windows, probabilities(network, windows), description.threshold, share)
 
 
 def check_windows(windows: Windows, trained: WindowSettings, align: Align | None) -> None:
@@ -227,6 +241,8 @@ def _notes(found: Predictions, own: Alarms | None, records: int, description: De
         notes.append(
             f"{len(seen)} trajectories are called as some it was validated on; if they are the same, it is flattered"
         )
+    if math.isnan(slip_share(description.training, description.windows)):
+        notes.append("nobody knows what share of its training windows slips: no ECE at the true share of slips")
     if found.label[found.counted].size and not (found.label == Label.SLIP).any():
         notes.append("no window slips: scores that need both labels are left out")
     return notes

@@ -1,6 +1,6 @@
 """Data that a detector is evaluated on: a data set, a folder or file of records, or windows that were cut before."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -14,7 +14,10 @@ from evslip.data.recordings import open_samples
 from evslip.data.samples import Samples
 from evslip.utils import hdf5
 from evslip.utils.errors import DataError
-from evslip.windows.cutting import windows_of
+from evslip.windows.alignment import laid_on
+from evslip.windows.cutting import crop, labelled
+from evslip.windows.label import Label
+from evslip.windows.settings import Align
 from evslip.windows.window_set import FORMAT, WindowEvents, Windows, WindowSettings, open_windows
 
 
@@ -46,14 +49,39 @@ class EvaluationData:
         """Steps of an evaluation: windows, or else records."""
         return len(self) if self.windows is None else len(self.windows)
 
-    def some_windows(self, settings: WindowSettings, most: int = 48) -> list[WindowEvents]:
-        """A few windows evenly from the first records, to time a detector on. Raises DataError."""
-        cut = self.windows
-        if cut is None:
-            first = list(islice(self, 3))
-            cut = windows_of((record for record in first if record.size == first[0].size), settings)
-        chosen = np.unique(np.linspace(0, len(cut) - 1, min(most, len(cut))).astype(int))
-        return [cut[int(i)] for i in chosen]
+    def some_windows(
+        self, settings: WindowSettings, most: int = 48, align: Align | None = None
+    ) -> Sequence[WindowEvents]:
+        """A few windows evenly from the first records that have some which hold or slip, to time a detector on. Raises
+        DataError if none has."""
+        if self.windows is not None:
+            return [self.windows[i] for i in _evenly(len(self.windows), most)]
+        clear = ((record, starts) for record in self if (starts := _clear_starts(record, settings)))
+        first = list(islice(clear, 3))
+        if not first:
+            raise DataError(
+                f"{self.name}: no window of {settings.length_s:g} s in which an object is held and holds or slips; "
+                "expected more records"
+            )
+        cut = [
+            (inside, start_us)
+            for record, starts in first
+            for inside in [crop(record.events, laid_on(settings, record.size, align or "centre"))]
+            for start_us in starts
+        ]
+        length_us = round(settings.length_s * 1e6)
+        some = (cut[i] for i in _evenly(len(cut), most))
+        return [WindowEvents.of(inside.between(start, start + length_us), start) for inside, start in some]
+
+
+def _clear_starts(record: Record, settings: WindowSettings) -> list[int]:
+    """When a record's windows begin that hold or slip."""
+    return [movement.start_us for movement, label in labelled(record, settings) if label != Label.UNCERTAIN]
+
+
+def _evenly(number: int, most: int) -> list[int]:
+    """Positions of at most so many of a number of things."""
+    return np.unique(np.linspace(0, number - 1, min(most, number)).astype(int)).tolist()
 
 
 def open_evaluation_data(path: str | Path, split: str | None = None, camera: str | None = None) -> EvaluationData:

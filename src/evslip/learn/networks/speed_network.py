@@ -23,6 +23,11 @@ class SpeedNetwork(Network):
         self.register_buffer("temperature", torch.ones(()))
         self.register_buffer("spread", torch.ones(2))
 
+    @property
+    def can_calibrate(self) -> bool:
+        """Whether temperature and spread are factors, above 0: of another one probabilities would be nan."""
+        return bool(self.temperature > 0) and bool((self.spread > 0).all())
+
     def calibrated(self, columns: torch.Tensor) -> torch.Tensor:
         """The columns of `forward` as sure as validation found them to be: logits over the temperature, scales times
         the spread (see evslip.learn.training.calibration)."""

@@ -44,7 +44,8 @@ class Metrics:
     """Sample that each window is from."""
     starts_us: list[int] = field(default_factory=list)
     ece_at_share: float = float("nan")
-    """ECE of the probabilities at the share of slips among the windows, see `weighted.at_share`."""
+    """ECE of the probabilities at the share of slips among the windows, see `weighted.at_share`; nan where nobody knows
+    that share among the training windows."""
 
     def table(self) -> str:
         """A few lines for a person."""
@@ -92,9 +93,12 @@ def best_threshold(labels: np.ndarray, scores: np.ndarray, names: np.ndarray) ->
     return float(good[np.abs(good - 0.5).argmin()])
 
 
-def measure(windows: Windows, scores: np.ndarray, threshold: float) -> Metrics:
-    """All scores of slip probabilities, of shape (n,), for n windows."""
-    return measured(windows.label, windows.name, windows.start_us, windows.recent.astype(bool), scores, threshold)
+def measure(windows: Windows, scores: np.ndarray, threshold: float, trained_share: float = 0.5) -> Metrics:
+    """All scores of slip probabilities, of shape (n,), for n windows; `trained_share` as of `measured`."""
+    recent = windows.recent.astype(bool)
+    return measured(
+        windows.label, windows.name, windows.start_us, recent, scores, threshold, trained_share=trained_share
+    )
 
 
 def measured(
@@ -105,15 +109,18 @@ def measured(
     scores: np.ndarray,
     threshold: float,
     resamples: int = bootstrap.RESAMPLES,
+    trained_share: float = 0.5,
 ) -> Metrics:
-    """All scores of n windows, each array of shape (n,)."""
+    """All scores of n windows, each array of shape (n,). `trained_share` is that of the slips among the detector's
+    training windows, nan where nobody knows."""
     said = scores >= threshold
     trajectories, which = np.unique(names, return_inverse=True)
     share = float((labels == Label.SLIP).mean()) if len(labels) else math.nan
-    corrected = weighted.at_share(scores, share)
+    corrected = weighted.at_share(scores, share, trained_share)
 
     def figures(weights: np.ndarray | None = None) -> dict[str, np.ndarray]:
         error = weighted.calibration_error(weighted.distribution(labels, corrected, weights))
+        error = np.full_like(error, np.nan) if math.isnan(trained_share) else error
         found = weighted.distribution(labels, scores, weights)
         return weighted.headline(found, threshold) | {"ece_at_share": error}
 

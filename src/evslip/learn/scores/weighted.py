@@ -116,11 +116,12 @@ def calibration_error(found: Distribution) -> np.ndarray:
     return _ratio((weight * np.abs(np.nan_to_num(share - mean))).sum(-1), found.weight)
 
 
-def at_share(p_slip: np.ndarray, share: float) -> np.ndarray:
-    """Probabilities of a detector whose training windows were half slips, where this share of the windows slips: odds
-    times share / (1 - share)."""
-    slip = p_slip * share
-    return np.divide(slip, slip + (1 - p_slip) * (1 - share), out=np.array(p_slip, float), where=0 < share < 1)
+def at_share(p_slip: np.ndarray, share: float, trained: float = 0.5) -> np.ndarray:
+    """Probabilities of a detector of whose training windows a share `trained` were slips, where `share` of the windows
+    slip: odds times share / (1 - share), over trained / (1 - trained)."""
+    slip, hold = p_slip * share * (1 - trained), (1 - p_slip) * (1 - share) * trained
+    there = 0 < share < 1 and 0 < trained < 1
+    return np.divide(slip, slip + hold, out=np.array(p_slip, float), where=there)
 
 
 def reliability(found: Distribution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -18,12 +18,13 @@ FEWEST = 20
 
 
 def calibrate(network: SpeedNetwork, windows: Windows) -> None:
-    """Set the network's temperature and the spread of its speeds, which are 1 before."""
+    """Correct the network's temperature and the spread of its speeds: 1 before, or those of the detector that training
+    started from. Its answers have gone through these, so that what is found is a factor of them."""
     found = answers(network, windows)
-    network.temperature.fill_(temperature(found.p_slip, windows.label == Label.SLIP))
+    network.temperature *= temperature(found.p_slip, windows.label == Label.SLIP)
     true = windows.rotation_speed_deg_s, windows.slide_speed_mm_s
     for i, (speed, estimate) in enumerate(zip(true, found[1:], strict=True)):
-        network.spread[i] = spread(speed, estimate)
+        network.spread[i] *= spread(speed, estimate)
 
 
 def temperature(p_slip: np.ndarray, slips: np.ndarray) -> float:

@@ -81,11 +81,12 @@ class TrainSettings:
         ):
             if getattr(self, name) not in get_args(values):
                 raise ConfigError(f"{name} {getattr(self, name)!r}: expected one of {', '.join(get_args(values))}")
-        if not 0 <= self.weight_decay < 1 or not 0 <= self.smoothing < 1 or self.seed < 0:
+        if not 0 <= self.weight_decay < 1 or not 0 <= self.smoothing < 1:
             raise ConfigError(
-                f"weight_decay {self.weight_decay:g}, smoothing {self.smoothing:g}, seed {self.seed}: "
-                "expected at least 0 and less than 1, the same, at least 0"
+                f"weight_decay {self.weight_decay:g}, smoothing {self.smoothing:g}: expected at least 0 and less than 1"
             )
+        if not 0 <= self.seed < 2**64:  # torch takes no greater one
+            raise ConfigError(f"seed {self.seed}: expected 0 or more, and less than 2**64")
         if not 0 < self.val_fraction < 1:
             raise ConfigError(f"val_fraction {self.val_fraction:g}: expected more than 0 and less than 1")
         if not 0 <= self.recombine <= 1:

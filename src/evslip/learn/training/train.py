@@ -119,7 +119,7 @@ def train(
         (out / STATE).unlink(missing_ok=True)
         raise DataError(f"{reason}; lower the learning rate (lr {settings.lr:g})")
     network.load_state_dict(state.best)
-    result = _finish(out, state, training, validation, settings)
+    result = _finish(out, state, training, validation, settings, of["windows"])
     if failure:
         raise DataError(f"{failure}; the state of epoch {result.best_epoch} is saved in {out}")
     return result
@@ -166,9 +166,10 @@ def learning_rate(share: float, settings: TrainSettings) -> float:
 
 
 def _finish(
-    out: Path, state: TrainingState, training: Windows, validation: Windows, settings: TrainSettings
+    out: Path, state: TrainingState, training: Windows, validation: Windows, settings: TrainSettings, digest: str
 ) -> TrainResult:
-    """Calibrate what estimates speeds, choose the threshold, save the detector, remove what was kept to go on."""
+    """Calibrate what estimates speeds, choose the threshold, save the detector, remove what was kept to go on. `digest`
+    is that of all windows."""
     assert isinstance(state.network, Network)
     if isinstance(state.network, SpeedNetwork):
         calibrate(state.network, validation)
@@ -184,7 +185,9 @@ def _finish(
     )
     training_facts = {
         "settings": asdict(settings),
+        "data": digest,
         "windows": {"training": len(training), "validation": len(validation)},
+        "slips": {"training": _slips(training), "validation": _slips(validation)},
         "validation_trajectories": np.unique(validation.name).tolist(),
         "best_epoch": result.best_epoch,
         "val_accuracy": result.val_accuracy,
@@ -196,6 +199,10 @@ def _finish(
     atomic.write_text(out / HISTORY, json.dumps(state.history, indent=1) + "\n")
     (out / STATE).unlink(missing_ok=True)
     return result
+
+
+def _slips(windows: Windows) -> int:
+    return int((windows.label == Label.SLIP).sum())
 
 
 class _NotFinite(Exception):
