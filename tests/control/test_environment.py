@@ -20,6 +20,9 @@ SHORT = {
     "disturbance.kind": "none",
     "render.max_motion_px": 4.0,
 }
+UNEVEN = SHORT | {"motion.duration_s": 3.0137, "motion.lift_s": 0.2113, "motion.hold_s": 0.3007}
+"""Neither the steps nor the milliseconds of the physics fit into it."""
+FLICKER = {"flicker.lamp_depth": 0.3, "flicker.surroundings_depth": 0.3}
 SMALL = {"overrides": SHORT, "size": (48, 36), "rate_hz": 50}
 
 
@@ -143,6 +146,52 @@ def test_a_longer_window_has_the_events_of_several_steps():
     env.close()
 
 
+@pytest.mark.parametrize("rate_hz", [20, 125, 1000])
+@pytest.mark.parametrize("extra", [{}, FLICKER, {"readout.clock_us": 1000}], ids=["plain", "flicker", "coarse clock"])
+def test_every_event_is_in_the_observation_of_the_step_in_which_it_comes(extra, rate_hz):
+    env = make(obs="counts", index=1, rate_hz=rate_hz, overrides=UNEVEN | extra)
+    env.reset()
+    episode, step_us, late = env.unwrapped.episode, 1_000_000 // rate_hz, 0
+    while episode.t_us + step_us < episode.end_us:
+        since_us = episode.t_us
+        observation, *_ = env.step(np.zeros(1, np.float32))
+        assert observation.sum() == episode.events.count == env.unwrapped.events.count
+        times = env.unwrapped.events.t_us
+        assert ((since_us < times) & (times <= episode.t_us)).all() and (np.diff(times) >= 0).all()
+        late += int((episode.events.t_us <= since_us).sum())
+    assert late or "readout.clock_us" not in extra
+    *_, truncated, _ = env.step(np.zeros(1, np.float32))
+    assert truncated
+    env.close()
+
+
+@pytest.mark.parametrize("name", ["evslip/Hold-v0", "evslip/Lift-v0"])
+@pytest.mark.parametrize("extra", [{}, FLICKER], ids=["plain", "flicker"])
+def test_the_last_observation_reaches_to_the_end_and_is_of_a_whole_window(name, extra):
+    env = make(name, obs="events", index=1, rate_hz=20, overrides=UNEVEN | extra)
+    env.reset()
+    episode, truncated = env.unwrapped.episode, False
+    while not truncated:
+        since_us, earlier = episode.t_us, env.unwrapped.events
+        observation, _, _, truncated, _ = env.step(np.zeros(1, np.float32))
+    assert 0 < episode.t_us - since_us < 50_000 and episode.t_us == episode.end_us == episode.frame.t_us
+    before = int((earlier.t_us > episode.t_us - 50_000).sum())
+    assert before > 0 or "Lift" in name  # where little moves
+    assert observation["count"][0] == before + episode.events.count
+    env.close()
+
+
+def test_after_the_end_other_light_is_not_seen():
+    env = make(index=1, rate_hz=20)
+    env.reset()
+    episode = env.unwrapped.episode
+    episode.advance(episode.end_us, episode.target_n)
+    frame = episode.frame
+    episode.look_anew(episode.params)
+    assert episode.frame is frame
+    env.close()
+
+
 def test_the_force_may_be_the_action():
     env = make(obs="state", action="force", index=0)
     env.reset()
@@ -186,6 +235,13 @@ def test_an_action_that_is_none_is_refused(action):
         ({"change": 3}, "change: is no argument .* change_n_s"),
         ({"change_n_s": -1}, "change_n_s: -1 is wrong"),
         ({"size": (3, 3)}, "camera.width: 3 is out of range"),
+        ({"size": 48}, "size: 48 is wrong"),
+        ({"obs": ["counts"]}, r"obs: \['counts'\] is unknown"),
+        ({"index": float("inf")}, "index: inf is wrong, expected a whole number"),
+        ({"bins": 2.5}, "bins: 2.5 is wrong, expected a whole number from 1 to 100"),
+        ({"most_events": 10.5}, "most_events: 10.5 is wrong, expected a whole number"),
+        ({"weights": 3.0}, "weights: 3.0 is wrong, expected some of slip_deg, slip_mm"),
+        ({"weights": {"drop": float("nan")}}, "weights: drop: nan is wrong, expected a finite number"),
     ],
 )
 def test_what_is_wrong_is_said(arguments, words):

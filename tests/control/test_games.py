@@ -2,7 +2,10 @@
 
 import json
 import math
+import shutil
+import sys
 from dataclasses import replace
+from datetime import date
 
 import numpy as np
 import pytest
@@ -11,11 +14,13 @@ from evslip.config.loading import load_config
 from evslip.control.candidates import Candidates
 from evslip.control.controllers import make_controller
 from evslip.control.evaluation.episode_record import record_of
-from evslip.control.evaluation.games import games_of, play_games
+from evslip.control.evaluation.games import earlier_outcomes, games_of, play_games
 from evslip.control.evaluation.outcome import Outcome
 from evslip.control.evaluation.play import play
+from evslip.control.evaluation.sources import source_of
 from evslip.control.evaluation.summary import summarise, tables
 from evslip.data import record_file
+from evslip.learn.shipped import FOLDER
 from evslip.utils.errors import ConfigError, DataError
 
 SHORT = {
@@ -98,6 +103,15 @@ def test_games_resume_and_do_not_depend_on_the_processes(tmp_path):
         all_played("one", 1)
 
 
+def test_what_cannot_be_compared_leaves_no_note_of_what_was_asked(tmp_path):
+    config = load_config("hold", WET)
+    games_of(tmp_path, config, {"constant": {}}, "train", range(1), 100)
+    faster = load_config("hold", WET | {"grip.actuator": "ideal"})
+    with pytest.raises(ConfigError, match="episodes/constant: holds episodes of another configuration"):
+        games_of(tmp_path, faster, {"strong": {}, "constant": {}}, "train", range(1), 100)
+    assert [path.name for path in (tmp_path / "episodes").iterdir()] == ["constant"]
+
+
 def test_it_is_said_why_nothing_can_be_played(tmp_path):
     config = load_config("hold", SHORT | {"robot.kind": "panda", "motion.move_y_m": -0.2, "object.x_m": 0.95})
     games = games_of(tmp_path, config, {"constant": {}}, "train", range(2), 100)
@@ -141,3 +155,162 @@ def test_an_episodes_record_is_one_like_any_other(tmp_path):
     assert target[0] == pytest.approx(episode.params.grip.force_n)
     force = again.trajectory.pad_force_n.mean(1)
     assert force[np.searchsorted(again.truth.t_us, episode.end_us - 10_000)] > 1.2 * force[int(start) // 1000 + 50]
+
+
+def test_a_record_has_what_was_seen_up_to_the_end_and_what_each_event_is_of():
+    uneven = {"motion.duration_s": 5.0137, "motion.lift_s": 0.3113, "motion.hold_s": 0.5007}
+    candidates = Candidates("hold", SHORT | uneven)
+    episode = candidates.make(0, 10_000, sees=True)
+    played = play(episode, make_controller("constant"), 10_000, candidates.forces_n, True)
+    assert played.t_us[-1] - played.decided_us[-1] < 10_000  # the last step is a short one
+    assert episode.frame.t_us == episode.end_us == played.t_us[-1]
+    assert played.events.body is not None and played.events.cause is not None
+
+
+def games_in(folder, *controllers, count=2, records=None):
+    players = {name: {} for name in ("constant", *controllers)}
+    return games_of(folder, load_config("hold", WET), players, "train", range(count), 100, records)
+
+
+def test_controllers_of_an_earlier_run_are_compared_where_they_have_played_the_same_episodes(tmp_path):
+    first = play_games(games_in(tmp_path, "strong"), 1, print, lambda: None)
+    notes = []
+    games = games_in(tmp_path, "oracle")
+    now = play_games(games, 1, print, lambda: None)
+    found = earlier_outcomes(games, notes.append)
+    assert found == [one for one in first if one.controller == "strong"] and len(found) == 2 and not notes
+    assert set(summarise([*now, *found], resamples=10)) == {"constant", "oracle", "strong"}
+    assert earlier_outcomes(games_in(tmp_path, "oracle", "strong"), notes.append) == []
+    fewer = games_in(tmp_path, "oracle", count=1)
+    assert earlier_outcomes(fewer, notes.append) == found[:1] and not notes
+    more = games_in(tmp_path, "oracle", count=3)
+    assert earlier_outcomes(more, notes.append) == []
+    assert notes == [
+        "note: strong has played 2 of these 3 episodes in an earlier run, and is not compared; name it, too, to play "
+        "the others"
+    ]
+
+
+def test_records_that_a_later_run_asks_for_are_written(tmp_path):
+    def all_played(records):
+        games = games_in(tmp_path / "held", records=records)
+        return play_games(games, 1, print, lambda: None)
+
+    first = all_played(None)
+    assert all_played(tmp_path / "played") == first
+    names = [f"constant-train-{index:07d}.h5" for index in range(2)]
+    assert sorted(path.name for path in (tmp_path / "played").iterdir()) == names
+    assert record_file.read(tmp_path / "played" / names[1]).index == 1
+    (tmp_path / "played" / names[0]).unlink()
+    stamp = (tmp_path / "played" / names[1]).stat().st_mtime_ns
+    all_played(tmp_path / "played")
+    assert (tmp_path / "played" / names[0]).exists()
+    assert (tmp_path / "played" / names[1]).stat().st_mtime_ns == stamp
+
+
+def test_an_episode_without_a_record_is_not_played_again_for_one(tmp_path):
+    games = games_in(tmp_path / "held", records=tmp_path / "played", count=1)
+    assert not games[0].is_done
+    games[0].path.write_text('{"rejected": "too far"}')
+    assert games[0].is_done
+
+
+MINE = """
+from evslip.control.controllers.controller import Controller
+{imports}
+
+class Mine(Controller):
+    sees = False
+    def reset(self, setup):
+        self.force_n = {force}
+    def step(self, events, senses):
+        return self.force_n
+"""
+
+
+@pytest.fixture
+def write(tmp_path, monkeypatch):
+    """Writes modules of a policy, as an editor would between two commands."""
+    monkeypatch.syspath_prepend(tmp_path)
+    names = set()
+
+    def write(**texts):
+        for name, text in texts.items():
+            (tmp_path / f"{name}.py").write_text(text)
+        names.update(texts)
+        for name in names:
+            sys.modules.pop(name, None)
+
+    yield write
+    write()
+
+
+def test_a_policy_that_was_edited_is_not_taken_for_the_one_that_has_played(tmp_path, write):
+    held = tmp_path / "held"
+    write(own_policy=MINE.format(imports="", force="setup.force_n"))
+    played = play_games(games_in(held, "own_policy:Mine", count=1), 1, print, lambda: None)
+    assert play_games(games_in(held, "own_policy:Mine", count=1), 1, print, lambda: None) == played
+    write(own_policy=MINE.format(imports="", force="2 * setup.force_n"))
+    with pytest.raises(
+        ConfigError, match=r"episodes/own_policy_Mine: holds episodes of own_policy:Mine before its source was changed"
+    ):
+        games_in(held, "own_policy:Mine", count=1)
+    shutil.rmtree(held / "episodes" / "own_policy_Mine")
+    anew = play_games(games_in(held, "own_policy:Mine", count=1), 1, print, lambda: None)
+    assert anew[0] == played[0] and anew[1].mean_n > 1.5 * played[1].mean_n
+
+
+def test_a_detector_that_was_trained_again_is_not_taken_for_the_one_that_has_played(tmp_path):
+    model = shutil.copytree(FOLDER / "default-hold", tmp_path / "model")
+    config = load_config("hold", WET | {"camera.width": 346, "camera.height": 260})
+    players = {"detector": {"model": str(model)}}
+    games_of(tmp_path / "held", config, players, "train", range(1), 100)
+    games_of(tmp_path / "held", config, players, "train", range(1), 100)
+    with (model / "model.json").open("a") as file:
+        file.write("\n")
+    with pytest.raises(ConfigError, match="holds episodes of detector before its model was changed"):
+        games_of(tmp_path / "held", config, players, "train", range(1), 100)
+
+
+def test_policies_whose_files_would_have_one_name_are_refused(tmp_path, write):
+    text = MINE.format(imports="", force="1.0")
+    write(a_b=text, a=f"{text}\nb_Mine = Mine")
+    with pytest.raises(ConfigError, match="a_b:Mine, a:b_Mine: two of them have one folder"):
+        games_in(tmp_path / "held", "a_b:Mine", "a:b_Mine")
+
+
+def test_a_parameter_that_no_file_can_note_is_refused(tmp_path, write):
+    write(own_policy=MINE.format(imports="", force="1.0").replace("sees = False", "def __init__(self, day): pass"))
+    players = {"own_policy:Mine": {"day": date(2020, 1, 1)}}
+    with pytest.raises(ConfigError, match=r"controller own_policy:Mine: .* is wrong, expected numbers and texts"):
+        games_of(tmp_path / "held", load_config("hold", WET), players, "train", range(1), 100)
+    assert not (tmp_path / "held").exists()
+
+
+def test_what_a_policy_imports_from_its_folder_is_part_of_its_source(write):
+    policy = MINE.format(imports="def late():\n    from own_force import FORCE_N\nimport json", force="1.0")
+    write(own_policy=policy, own_force="FORCE_N = 1.0", other="")
+    first = source_of("own_policy:Mine")
+    write(other="import own_policy")
+    assert source_of("own_policy:Mine") == first
+    write(own_force="FORCE_N = 2.0")
+    assert source_of("own_policy:Mine") != first
+
+
+def test_a_package_is_read_whole_as_far_as_it_imports_itself(tmp_path, monkeypatch):
+    package = tmp_path / "own_package"
+    (package / "nets").mkdir(parents=True)
+    files = {"__init__": "", "policy": MINE.format(imports="from .nets import small", force="1.0"), "unused": ""}
+    files |= {"nets/__init__": "from ..base import X", "nets/small": "", "base": "X = 1"}
+    for name, text in files.items():
+        (package / f"{name}.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    found = {}
+    for name in files:
+        before = source_of("own_package.policy:Mine")
+        with (package / f"{name}.py").open("a") as file:
+            file.write("\n")
+        found[name] = source_of("own_package.policy:Mine") != before
+    assert found == dict.fromkeys(files, True) | {"unused": False}
+    for name in [name for name in sys.modules if name.startswith("own_package")]:
+        del sys.modules[name]

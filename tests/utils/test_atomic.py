@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from evslip.utils.atomic import write_bytes
+from evslip.utils.atomic import require_place, write_bytes
 from evslip.utils.errors import StorageError
 
 
@@ -105,3 +105,14 @@ def test_an_interrupt_at_any_moment_leaves_no_folder(tmp_path, monkeypatch):
                 write_bytes(tmp_path / "new" / "a.h5", b"x")
         left = [path for path in tmp_path.rglob("*") if path.is_file()]
         assert left == ([] if place != "replace" else [tmp_path / "new" / "a.h5"])
+
+
+def test_where_a_file_cannot_be_written_is_said_without_writing(tmp_path):
+    (tmp_path / "file").touch()
+    require_place(tmp_path / "file")
+    require_place(tmp_path / "new" / "folder" / "file")
+    with pytest.raises(StorageError, match=r"cannot write .*file/a/b: a parent of it is a file, not a folder"):
+        require_place(tmp_path / "file" / "a" / "b")
+    with pytest.raises(StorageError, match="it is a folder, a file was expected"):
+        require_place(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

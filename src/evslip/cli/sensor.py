@@ -50,6 +50,8 @@ def calibrate(
         return
     from evslip.exchange.calibrating import Span, calibrate_recordings
 
+    if not 0 <= seed < 2**64:
+        raise ConfigError(f"seed: {seed} is out of range, expected 0 to {2**64 - 1}")
     end = math.inf if end_s is None else end_s
     if not 0.0 <= start_s < end:
         raise ConfigError(f"start-s: {start_s:g} is out of range, expected 0 or more and less than --end-s")

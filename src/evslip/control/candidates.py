@@ -1,13 +1,14 @@
 """Episodes by configuration, split and index, and what follows one that cannot be played."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sized
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from evslip.config.config import Config
 from evslip.config.distributions import extremes
 from evslip.config.loading import load_config
-from evslip.control.episode import Episode
+from evslip.control.episode import Episode, require_one_camera
 from evslip.draws.draw import draw
 from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
 from evslip.utils.seeds import SPLITS
@@ -32,7 +33,7 @@ class Candidates:
         """size: width and height of the sensor, in place of the configuration's. Raises ConfigError."""
         changes = dict(overrides or {})
         if size is not None:
-            if len(size) != 2:
+            if not isinstance(size, Sized) or len(size) != 2:
                 raise ConfigError(f"size: {size!r} is wrong, expected (width, height)")
             changes |= {"camera.width": size[0], "camera.height": size[1]}
         if isinstance(config, Config) and changes:
@@ -41,7 +42,8 @@ class Candidates:
         if split not in SPLITS:
             raise ConfigError(f"split: {split!r} is unknown; expected one of {', '.join(SPLITS)}")
         self.split, self._ends = split, ends
-        draw(self.config, 0, split)  # what is wrong with it shows now
+        with suppress(PlanRejected):  # what is wrong with it shows now, but for what is of this sample alone
+            require_one_camera(draw(self.config, 0, split))
 
     @property
     def size(self) -> tuple[int, int]:

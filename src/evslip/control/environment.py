@@ -16,7 +16,7 @@ from evslip.control.picture import picture_of
 from evslip.control.picture_window import PictureWindow
 from evslip.control.rewards import RewardWeights
 from evslip.control.settings import StepSettings, checked_index, step_us
-from evslip.events.stream import concatenate, empty_events
+from evslip.events.stream import empty_events
 from evslip.utils.errors import ConfigError
 
 ACTIONS = ("change", "force")
@@ -102,7 +102,7 @@ class HoldEnv(gymnasium.Env[Any, np.ndarray]):
         if index is None:
             index = int(self.np_random.integers(INDICES))
         self._episode = episode = self._candidates.playable(index, self._step_us, sees=self._sees)
-        self.events = episode.events.between(episode.t_us - self._window.length_us + 1, episode.t_us + 1)
+        self.events = self._window.until(episode.events, episode.t_us)
         self._show()
         return self._observation(), self._info(self._terms(0.0, 0.0, 0.0))
 
@@ -111,14 +111,10 @@ class HoldEnv(gymnasium.Env[Any, np.ndarray]):
         episode, target_n = self.episode, self._target(action)
         if episode.is_over:
             raise ConfigError("the episode is over: call reset()")
-        before = len(episode.monitor)
-        episode.advance(episode.t_us + self._step_us, target_n)
+        before, since_us = len(episode.monitor), episode.t_us
+        episode.advance(since_us + self._step_us, target_n)
         turned_deg, moved_mm = episode.monitor.since(before - 1)
-        oldest = episode.t_us - self._window.length_us + 1
-        if self._window.length_us == self._step_us:
-            self.events = episode.events.between(oldest, episode.t_us + 1)
-        else:
-            self.events = concatenate([self.events, episode.events]).between(oldest, episode.t_us + 1)
+        self.events = self._window.after(self.events, episode.events, since_us, episode.t_us)
         terms = self._terms(turned_deg, moved_mm, self._step_us / 1e6)
         self._show()
         ended = episode.is_over and not episode.is_lost

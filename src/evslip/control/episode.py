@@ -34,9 +34,7 @@ class Episode:
     def __init__(self, params: Params, *, step_us: int = 10_000, sees: bool = True, ends: str = "release"):
         """step_us: time between two commands; sees: whether frames are drawn and events made; ends: the phase with
         whose begin the episode ends."""
-        if camera_names(params):
-            names = ", ".join(f"camera.{name}" for name in camera_names(params))
-            raise ConfigError(f"{names}: the closed loop has one camera; expected the section camera alone")
+        require_one_camera(params)
         times = phase_times(params)
         self.params, self.simulation, self._step_us = params, SteppedSimulation(params), step_us
         self.closed_us = self._close(times["lift"][0])
@@ -49,7 +47,7 @@ class Episode:
         before = self.simulation.trajectory(self.closed_us)
         self.monitor = SlipMonitor(before)
         first_us = self.start_us - (self.start_us - self.closed_us) // step_us * step_us
-        self._stream = self._camera(params, first_us, times["release"][0]) if sees else None
+        self._stream = self._camera(params, first_us) if sees else None
         self.events = self._see(self.simulation.trajectory(first_us))
         """Events since the step before; at first those since the grip closed."""
 
@@ -104,12 +102,12 @@ class Episode:
 
     def look_anew(self, params: Params) -> None:
         """Go on with other parameters of light, surroundings or sensor, at the exposure of before: the pixels settle on
-        what is seen now. Raises ConfigError."""
-        if self._stream is None:
+        what is seen now. After the end nothing is. Raises ConfigError."""
+        if self._stream is None or self.t_us >= self.end_us:
             return
         exposure = {"exposure": "absolute", "white_cd_m2": self._stream.white_cd_m2}
         params = params.model_copy(update={"camera": params.camera.model_copy(update=exposure)})
-        span_us = self.t_us, phase_times(self.params)["release"][0]
+        span_us = self.t_us, self.end_us
         self._stream = CameraStream(params, span_us, self._step_us, self._stream.nominal)
         self.events = self._see(self.simulation.trajectory(self.t_us - SAMPLE_US))
 
@@ -131,9 +129,17 @@ class Episode:
                     raise
             until += CLOSING_US
 
-    def _camera(self, params: Params, first_us: int, end_us: int) -> CameraStream:
-        # The motion from here on as it is planned costs less than all of it anew.
-        return CameraStream(params, (first_us, end_us), self._step_us, self.simulation.foreseen())
+    def _camera(self, params: Params, first_us: int) -> CameraStream:
+        # The motion from here on as it is planned costs less than all of it anew. A frame is due at the very end: the
+        # last step may be a short one.
+        return CameraStream(params, (first_us, self.end_us), self._step_us, self.simulation.foreseen())
 
     def _see(self, part: Trajectory) -> Events:
         return empty_events() if self._stream is None else self._stream.advance(part)
+
+
+def require_one_camera(params: Params) -> None:
+    """Raise ConfigError for a sample of several cameras."""
+    if camera_names(params):
+        names = ", ".join(f"camera.{name}" for name in camera_names(params))
+        raise ConfigError(f"{names}: the closed loop has one camera; expected the section camera alone")

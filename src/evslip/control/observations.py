@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from evslip.control.senses import Senses
-from evslip.events.stream import Events
+from evslip.events.stream import Events, concatenate
 from evslip.learn.layers.grids import voxel_grid
 from evslip.utils.errors import ConfigError
 from evslip.windows.window_events import WindowEvents
@@ -31,6 +31,21 @@ class Window:
     bins: int = 5
     """Points in time of `voxels`."""
 
+    def until(self, events: Events, now_us: int) -> Events:
+        """Those of some events that are in the window which ends now."""
+        return events.between(now_us - self.length_us + 1, now_us + 1)
+
+    def after(self, before: Events, new: Events, since_us: int, now_us: int) -> Events:
+        """Events of the window that ends now: of the window before, and those that came since then.
+
+        What comes late, as by a coarse clock or in light that flickers, may have an earlier time than the window
+        begins: if the window is as long as the step, no other window has it, so it counts as of the begin.
+        """
+        oldest_us = now_us - self.length_us + 1
+        if oldest_us <= since_us + 1:
+            new = new.replace(t_us=np.maximum(new.t_us, oldest_us))
+        return self.until(concatenate([before, new]), now_us)
+
 
 Observe = Callable[[Events, Senses, int], Any]
 """From the events of a window, the senses and the time at which the window ends."""
@@ -38,7 +53,7 @@ Observe = Callable[[Events, Senses, int], Any]
 
 def observed(name: str, window: Window) -> tuple[spaces.Space[Any], Observe]:
     """The space of an observation by its name, and what makes one. Raises ConfigError."""
-    if name not in OBSERVATIONS:
+    if not isinstance(name, str) or name not in OBSERVATIONS:
         raise ConfigError(f"obs: {name!r} is unknown; expected one of {', '.join(OBSERVATIONS)}")
     return OBSERVATIONS[name](window)
 

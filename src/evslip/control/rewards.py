@@ -1,5 +1,6 @@
 """Reward: no slip, with as little force as that takes."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
@@ -25,11 +26,13 @@ class RewardWeights:
         if given is None or isinstance(given, RewardWeights):
             return given or cls()
         names = [field.name for field in fields(cls)]
+        if not isinstance(given, Mapping):
+            raise ConfigError(f"weights: {given!r} is wrong, expected some of {', '.join(names)} by name")
         for name, value in given.items():
             if name not in names:
                 raise ConfigError(f"weights: {name!r} is unknown; expected some of {', '.join(names)}")
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise ConfigError(f"weights: {name}: {value!r} is wrong, expected a number")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise ConfigError(f"weights: {name}: {value!r} is wrong, expected a finite number")
         return cls(**given)
 
     def terms(

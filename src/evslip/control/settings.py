@@ -1,6 +1,5 @@
 """How an environment's steps are made, beside what every environment of Gymnasium has."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
@@ -44,9 +43,11 @@ class StepSettings:
             value = getattr(self, name)
             if value is None and name == "window_s":
                 continue
-            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            is_whole = name in ("most_events", "bins")
+            is_number = isinstance(value, int if is_whole else int | float) and not isinstance(value, bool)
             if not is_number or not least <= value <= most:
-                raise ConfigError(f"{name}: {value!r} is wrong, expected {least:g} to {most:g}")
+                kind = "a whole number from " if is_whole else ""
+                raise ConfigError(f"{name}: {value!r} is wrong, expected {kind}{least:g} to {most:g}")
 
 
 def step_us(rate_hz: int) -> int:
@@ -60,8 +61,8 @@ def step_us(rate_hz: int) -> int:
 def checked_index(index: Any) -> int:
     """The index of an episode. Raises ConfigError."""
     try:
-        is_whole = not isinstance(index, bool) and int(index) == index and math.isfinite(index) and index >= 0
-    except (TypeError, ValueError):
+        is_whole = not isinstance(index, bool) and int(index) == index and index >= 0
+    except (TypeError, ValueError, OverflowError):
         is_whole = False
     if not is_whole:
         raise ConfigError(f"index: {index!r} is wrong, expected a whole number from 0 on")

@@ -50,6 +50,18 @@ def staged(path: Path) -> Iterator[BinaryIO]:
         raise
 
 
+def require_place(path: Path) -> None:
+    """Raise StorageError where a file cannot be written, as far as that is seen without writing: before long work."""
+    with storage_errors(path):
+        if path.is_dir():
+            raise OSError(errno.EISDIR, "")
+        there = next(folder for folder in path.absolute().parents if folder.exists())
+        if not there.is_dir():
+            raise OSError(errno.ENOTDIR, "")
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise OSError(errno.EACCES, "")
+
+
 def _opened_beside(path: Path) -> FileIO:
     """A new file with a temporary name, locked until it is closed, or its process ends, however that ends."""
     while True:

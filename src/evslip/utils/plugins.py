@@ -15,6 +15,6 @@ def load(name: str) -> Any:
     """A module by its name, or what it holds by `module:object`. Raises ConfigError, whatever the module does."""
     try:
         return EntryPoint(name, name, "").load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script that ends at once is none of a library
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
         raise ConfigError(f"{name} cannot be loaded: {reason}; expected module or module:object") from error

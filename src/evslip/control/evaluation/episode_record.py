@@ -39,9 +39,19 @@ def _commanded(played: Played, t_us: np.ndarray) -> np.ndarray:
     return np.r_[played.episode.params.grip.force_n, played.target_n][last].astype(np.float32)
 
 
+def file_name(controller: str) -> str:
+    """Name of a controller in names of files."""
+    return controller.replace(":", "_")
+
+
+def record_path(folder: Path, controller: str, split: str, index: int) -> Path:
+    """File of an episode's record in a folder."""
+    return folder / f"{file_name(controller)}-{split}-{index:07d}.h5"
+
+
 def write_episode(folder: Path, played: Played, controller: str) -> Path:
     """Write the record of an episode into a folder; its file. Raises StorageError."""
     params = played.episode.params
-    path = folder / f"{controller.replace(':', '_')}-{params.split}-{params.index:07d}.h5"
+    path = record_path(folder, controller, params.split, params.index)
     record_file.write(path, record_of(played))
     return path

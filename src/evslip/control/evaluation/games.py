@@ -7,22 +7,31 @@ from pathlib import Path
 from typing import Any
 
 from evslip.config.config import Config
+from evslip.config.distributions import choices
 from evslip.config.loading import config_from_text, dump_config
 from evslip.config.params import Params
 from evslip.control.candidates import Candidates
-from evslip.control.controllers import make_controller
-from evslip.control.evaluation.episode_record import record_of, write_episode
+from evslip.control.controllers import CONTROLLERS, make_controller
+from evslip.control.controllers.controller import Setup
+from evslip.control.episode_truth import GripTruth
+from evslip.control.evaluation.episode_record import file_name, record_of, record_path, write_episode
 from evslip.control.evaluation.outcome import Outcome
 from evslip.control.evaluation.play import Played, play
+from evslip.control.evaluation.sources import sources_of
 from evslip.control.evaluation.summary import ORACLE
 from evslip.control.settings import step_us
 from evslip.data.record import Record
 from evslip.generation.runners import runner
+from evslip.physics.robots.catalogue import pinned
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, GraspFailed, PlanRejected
 
 ORACLE_US = 2000
 """Time between two commands of the oracle: it reacts at the onset itself, however often others may."""
+ASKED = "asked.json"
+"""File beside a controller's outcomes that notes what they are of ..."""
+KEYS = ("config", "step_us", "parameters")
+"""... by these, and by what `sources_of` finds."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +55,15 @@ class Game:
     @property
     def path(self) -> Path:
         """File of its outcome."""
-        return Path(self.folder) / "episodes" / _file_name(self.controller) / f"{self.split}-{self.index:07d}.json"
+        return Path(self.folder) / "episodes" / file_name(self.controller) / f"{self.split}-{self.index:07d}.json"
+
+    @property
+    def is_done(self) -> bool:
+        """Whether an earlier run has left all that is asked for. Raises DataError."""
+        if not self.path.exists() or self.records is None:
+            return self.path.exists()
+        record = record_path(Path(self.records), self.controller, self.split, self.index)
+        return record.exists() or isinstance(_read(self.path), str)
 
 
 def games_of(
@@ -59,11 +76,23 @@ def games_of(
     records: Path | None = None,
 ) -> list[Game]:
     """Games of some controllers, each with its parameters, on the same episodes. Raises ConfigError, also for a folder
-    that has games of another configuration."""
-    step, text = step_us(rate_hz), dump_config(config)
+    that has games of another configuration, or of a controller whose source was another one."""
+    step = step_us(rate_hz)
+    _check(config, players, split, step, sees=records is not None)
+    text = dump_config(config.model_copy(update={"robot": pinned(config.robot)}))
     where, kept = Path(folder).absolute(), None if records is None else str(Path(records).absolute())
-    for controller, parameters in players.items():
-        _require(where / "episodes" / _file_name(controller) / "asked.json", text, step, parameters)
+    notes = {
+        where / "episodes" / file_name(controller) / ASKED: {"config": text, "step_us": step, "parameters": parameters}
+        | sources_of(controller, parameters)
+        for controller, parameters in players.items()
+    }
+    if len(notes) < len(players):
+        raise ConfigError(f"{', '.join(players)}: two of them have one folder; expected them in separate runs")
+    for path, controller in zip(notes, players, strict=True):  # none is written before all are known to be right
+        _require(path, controller, notes[path])
+    for path, asked in notes.items():
+        if not path.exists():
+            atomic.write_text(path, _json(asked))
     return [
         Game(str(where), text, split, index, controller, json.dumps(parameters), _step(controller, step), kept)
         for index in indices
@@ -71,16 +100,48 @@ def games_of(
     ]
 
 
-def _require(path: Path, config_toml: str, step: int, parameters: Mapping[str, Any]) -> None:
-    """Note what the games of a folder are of; ConfigError where they are of something else."""
-    asked = json.dumps({"config": config_toml, "step_us": step, "parameters": parameters}, sort_keys=True) + "\n"
-    if not path.exists():
-        atomic.write_text(path, asked)
-    if path.read_text() != asked:
-        raise ConfigError(
-            f"{path.parent}: holds episodes of another configuration, rate or parameters; expected another folder, or "
-            "this one removed"
-        )
+def _check(config: Config, players: Mapping[str, Mapping[str, Any]], split: str, step: int, sees: bool) -> None:
+    """Raise ConfigError or DataError for what can be known to fail before an episode is played."""
+    candidates = Candidates(config, split=split)
+    low_n, high_n = candidates.forces_n
+    setup = Setup(candidates.size, step, 0, low_n, low_n, high_n, lambda: GripTruth(False, low_n, False))
+    for name, parameters in players.items():
+        try:
+            _json(parameters)
+        except TypeError:
+            raise ConfigError(f"controller {name}: {parameters} is wrong, expected numbers and texts") from None
+        controller = make_controller(name, **parameters)
+        sees |= getattr(controller, "sees", True)
+        if name in CONTROLLERS:  # of the package: such as a detector of another sensor
+            controller.reset(setup)
+    renderers = choices(config.render.renderer)
+    if sees and set(renderers) != {"raycast"}:
+        raise ConfigError(f"render.renderer: {', '.join(renderers)}: draws nothing live; expected raycast")
+
+
+def _require(path: Path, controller: str, asked: Mapping[str, Any]) -> None:
+    """Raise ConfigError where the games of a folder are of something else."""
+    noted = _noted(path) if path.exists() else asked
+    if noted is not None and _json(noted) == _json(asked):
+        return
+    of = "another configuration, rate or parameters"
+    if noted is not None and all(_json(noted.get(key)) == _json(asked[key]) for key in KEYS):
+        what = "model" if noted.get("model") != asked.get("model") else "source"
+        of = f"{controller} before its {what} {'was changed' if what in noted else 'was noted'}"
+    raise ConfigError(f"{path.parent}: holds episodes of {of}; expected another folder, or this one removed")
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, sort_keys=True) + "\n"
+
+
+def _noted(path: Path) -> Any:
+    """What the games of a folder are of; None where no one can say."""
+    try:
+        found = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
 def play_game(game: Game) -> None:
@@ -113,10 +174,6 @@ def _step(controller: str, step: int) -> int:
     return min(ORACLE_US, step) if controller == ORACLE else step
 
 
-def _file_name(controller: str) -> str:
-    return controller.replace(":", "_")
-
-
 def disturbance_of(params: Params) -> str:
     """Kind of disturbance of a sample."""
     return params.disturbance.kind
@@ -125,9 +182,9 @@ def disturbance_of(params: Params) -> str:
 def play_games(
     games: Sequence[Game], workers: int | None, notice: Callable[[str], None], progress: Callable[[], None]
 ) -> list[Outcome]:
-    """Outcomes of all games that can be played, in their order; those that an earlier run has finished are read. Raises
-    EvslipError."""
-    left = [game for game in games if not game.path.exists()]
+    """Outcomes of all games that can be played, in their order; those that an earlier run has finished are read, and
+    played again where they lack a record that is asked for. Raises EvslipError."""
+    left = [game for game in games if not game.is_done]
     for _ in range(len(games) - len(left)):
         progress()
     for _ in runner("local")(play_game, left, workers, notice) if left else ():
@@ -136,6 +193,24 @@ def play_games(
     outcomes = [outcome for outcome in found if isinstance(outcome, Outcome)]
     if games and not outcomes:
         raise ConfigError(f"none of {len(games)} games can be played; the first, {games[0]}: {found[0]}")
+    return outcomes
+
+
+def earlier_outcomes(games: Sequence[Game], notice: Callable[[str], None]) -> list[Outcome]:
+    """Outcomes of the controllers that are not among those of some games, but have played all of the same episodes in
+    the same folder, in an earlier run; `notice` gets a line for each that has played some. Raises DataError."""
+    asked, outcomes = _noted(games[0].path.with_name(ASKED)), []
+    now, names = {game.path.parent for game in games}, sorted({game.path.name for game in games})
+    for folder in sorted({path.parent for path in games[0].path.parent.parent.glob(f"*/{ASKED}")} - now):
+        noted = _noted(folder / ASKED) or {}
+        if any(noted.get(key) != asked[key] for key in KEYS[:2]):
+            continue
+        found = [_read(folder / name) for name in names if (folder / name).exists()]
+        if len(found) == len(names):
+            outcomes += [one for one in found if isinstance(one, Outcome)]
+        elif found:
+            what = f"has played {len(found)} of these {len(names)} episodes in an earlier run, and is not compared"
+            notice(f"note: {folder.name} {what}; name it, too, to play the others")
     return outcomes
 
 
