@@ -99,6 +99,12 @@ def test_every_frame_of_flickering_light_comes_once():
     assert np.quantile(off, 0.95) < 1e-5 and off.mean() < 1e-3  # but at the object's edge, see LiveView
 
 
+def test_a_step_in_flickering_light_is_seen_up_to_its_end():
+    traj = still(sample(flicker__lamp_depth=0.3, flicker__surroundings_depth=0.3), 0.1)
+    view = LiveView(traj, (0, 100_000), every_us=EVERY_US)
+    assert [view.advance(piece)[-1].t_us for piece in pieces(traj)] == list(range(EVERY_US, 100_001, EVERY_US))
+
+
 def test_what_cannot_be_drawn_live_says_so():
     traj = still(sample(render__renderer="pathtrace"), 0.1)
     with pytest.raises(ConfigError, match=r"render.renderer: pathtrace .* expected raycast"):

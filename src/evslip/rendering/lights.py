@@ -50,14 +50,17 @@ class Lights:
         drawn = (_stacked(frames) for frames in zip(*sequences, strict=True))
         weights, firsts = self._weights(times_us), np.searchsorted(times_us, keys_us)
         before = next(drawn)
+        # A key's own frame comes before the next key is drawn, which live is not known yet.
+        yield mix(before[0], before[0], weights[0], np.zeros_like(weights[0])), before[1].copy()
         for key, after in enumerate(drawn):
             start_us, end_us = keys_us[key], keys_us[key + 1]
-            for k in range(firsts[key], firsts[key + 1]):
+            for k in range(firsts[key] + 1, firsts[key + 1]):
                 share = (times_us[k] - start_us) / (end_us - start_us)
                 own = before if share < 0.5 else after
                 yield mix(before[0], after[0], (1 - share) * weights[k], share * weights[k]), own[1].copy()
+            last = weights[firsts[key + 1]]
+            yield mix(after[0], after[0], last, np.zeros_like(last)), after[1].copy()
             before = after
-        yield mix(before[0], before[0], weights[-1], np.zeros_like(weights[-1])), before[1]
 
     def _weights(self, times_us: np.ndarray) -> np.ndarray:
         return self._flicker.brightness(times_us)[:, self._columns]

@@ -64,8 +64,8 @@ class LiveView:
         self._flickers = flicker.is_on
 
     def advance(self, trajectory: Trajectory) -> list[Frame]:
-        """Frames since the last call and up to a trajectory's last sample; its first is not after the last frame given.
-        In light that flickers, the very last one comes with the next call."""
+        """Frames since the last call and up to a trajectory's last sample; its first is not after the last frame
+        given."""
         upto = int(np.searchsorted(self._keys_us, trajectory.t_us[-1], "right"))
         self._follow(trajectory, upto)
         first, self._given = self._given, max(self._given, self._ready(upto))
@@ -73,12 +73,11 @@ class LiveView:
         return [Frame(t_us, *frame) for t_us, frame in zip(self.times_us[first:].tolist(), drawn, strict=False)]
 
     def _ready(self, keys: int) -> int:
-        """Frames that can be drawn once the poses of so many keys are known: those in light that flickers lie between
-        two keys, and need both."""
+        """Frames that can be drawn once the poses of so many keys are known: in light that flickers more of them lie
+        between two keys, and need both."""
         if not self._flickers or keys == 0:
             return keys
-        is_last = keys == len(self._keys_us)
-        return len(self.times_us) if is_last else int(np.searchsorted(self.times_us, self._keys_us[keys - 1]))
+        return int(np.searchsorted(self.times_us, self._keys_us[keys - 1], "right"))
 
     def _follow(self, trajectory: Trajectory, upto: int) -> None:
         """Put the object into the planned hand as it lies in the real one, up to a frame, and as it does now after."""
