@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from evslip.events import EventCamera, Events, concatenate, preset_file
+from evslip.events import EventCamera, Events, concatenate, empty_events, preset_file
 from evslip.events.calibration import still
-from evslip.events.calibration.calibration import calibrate, calibrate_blind
+from evslip.events.calibration.calibration import _clipped, _within_limits, calibrate, calibrate_blind
 from evslip.events.calibration.exposures import mean_light, steadied, still_pixels, white_of
 from evslip.events.calibration.pixel_thresholds import pixel_thresholds
 from evslip.events.calibration.scene import UNSEEN, Scene, classes
+from evslip.events.calibration.simulated import simulated
 from evslip.events.calibration.statistics import CLASSES, statistics
 from evslip.events.pixel_model import PixelModel
 from evslip.utils.errors import DataError
@@ -86,6 +87,25 @@ def test_noise_by_light_comes_back_from_still_pixels():
     assert leak is not None
     assert leak.white - leak.dark == pytest.approx(0.8 * still.mean_of_spread(0.1), rel=0.05)
     assert leak.dark_error < 0.02
+
+
+def test_a_noisy_sensor_is_simulated_as_any_other(monkeypatch):
+    monkeypatch.setattr("evslip.events.camera.MOST_NOISE", 1e6)
+    monkeypatch.setattr("evslip.events.calibration.simulated.MOST_SETTLING", 0.999e6)
+    times_us = np.arange(0.0, 4e5, 4000.0)
+    light = np.full((len(times_us), SIZE[1], SIZE[0]), 0.3, np.float32)
+    scene = scene_of(empty_events(), times_us, light, 10)
+    events = simulated(scene, {"shot_rate_hz": 50.0, "shot_white": 1.0}, 1)
+    seconds = 1e-6 * float(scene.exposures_us[-1] - scene.exposures_us[1])
+    assert len(events) == pytest.approx(50.0 * SIZE[0] * SIZE[1] * seconds, rel=0.05)
+
+
+def test_facts_are_such_as_the_model_can_have():
+    few = [still.Rates(np.array([1.0]), np.array([1.0]), np.array([0.0]), np.array([100.0]))]
+    flat = still.Line(0.5, 0.5 + 1e-6, 0.1, 0.1, 1.0)  # a leak that hardly grows with light
+    (found,) = _within_limits(_clipped(few, flat))
+    assert found[1:4] == (1000.0, 1000.0, 1000.0)
+    EventCamera("clean", size=SIZE, clipped_light=found.value)
 
 
 def test_shot_noise_delays_leak():

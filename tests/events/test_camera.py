@@ -1,6 +1,7 @@
 import pickle
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ import evslip
 from evslip.events import PRESETS, EventCamera, EventCameras, concatenate
 from evslip.events.batch import camera_seed
 from evslip.events.frame import BACKGROUND, GRIPPER, NO_BODY, OBJECT, Frame
+from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.threads import FrameProcessor
-from evslip.events.stream import FIELDS, Events
+from evslip.events.stream import FIELDS, Events, empty_events
 from evslip.generation.sensor import camera_for
 from evslip.utils import seeds
 from evslip.utils.errors import ConfigError, DataError
@@ -131,6 +133,14 @@ def test_reset_forgets_everything(clip):
     assert equal(first, sensor.run(clip))
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_reset_forgets_masks(threads, clip):
+    sensor = camera("clean", threads=threads)
+    assert sensor.run(clip).body is not None
+    sensor.reset()
+    assert equal(sensor.run((t_us, image) for t_us, image, _ in clip), camera("clean").run(f[:2] for f in clip))
+
+
 @pytest.mark.parametrize("mode", ["accurate", "v2e"])
 def test_a_camera_continues_from_its_state(mode, clip):
     theta = np.random.default_rng(6).uniform(0.1, 0.3, (HEIGHT, WIDTH))
@@ -162,6 +172,12 @@ def test_a_batch_is_its_cameras(clip):
         batch.step(np.array([2e6, 3e6]), images)
     with pytest.raises(ConfigError, match="count"):
         EventCameras(0)
+
+
+@pytest.mark.parametrize("name, value", [("count", 0), ("threads", 0), ("threads", "2"), ("seed", -1), ("seed", 1.5)])
+def test_a_batch_that_cannot_be_is_named(name, value):
+    with pytest.raises(ConfigError, match=rf"^camera {name}: {value!r} is wrong, expected a whole number from"):
+        EventCameras(**{"count": 2, name: value}, size=(4, 4))
 
 
 def test_body_is_that_of_the_nearer_frame():
@@ -197,6 +213,40 @@ def test_bytes_and_floats_of_bytes_agree():
     floats = (image.astype(np.float32) for image in images)
     assert expected.count > 500
     assert equal(expected, camera("davis346", intensity="uint8").run(zip(times, floats, strict=True)))
+
+
+@pytest.mark.parametrize("preset", ["clean", "dvxplorer"])
+def test_threads_take_frames_of_two_types(preset):
+    rng = np.random.default_rng(3)
+    images = np.clip(128 + np.cumsum(rng.integers(-9, 10, (100, 150, 200)), axis=0), 0, 255).astype(np.uint8)
+    mixed = [(1000 * k, image if k // 5 % 2 else image.astype(np.float32)) for k, image in enumerate(images)]
+    whole, *others = (
+        EventCamera(preset, size=(200, 150), intensity="uint8", threads=threads).run(mixed) for threads in (1, 2, 3)
+    )
+    assert whole.count > 100_000
+    assert all(equal(whole, other) for other in others)
+
+
+def test_tasks_are_made_when_those_before_are_done():
+    made, done = [], []
+
+    def split(buffer):
+        assert len(made) == len(done)
+        made.append(buffer)
+        return [task]
+
+    def task():
+        time.sleep(0.1)
+        done.append(True)
+        return np.empty((0, 2), np.int64)
+
+    buffer = FrameBuffer((1, 16), np.dtype(np.uint8), 2)
+    buffer.begin(0.0, np.zeros((1, 16), np.uint8), None)
+    with FrameProcessor(split, lambda raw, labelled: empty_events(), 2) as processor:
+        for t_us in (1.0, 2.0, 3.0):
+            buffer.add(t_us, np.zeros((1, 16), np.uint8), None)
+            buffer = processor.process(buffer)
+        assert len(processor.events()) == len(done) == 3
 
 
 def test_bytes_follow_the_linear_logarithm():

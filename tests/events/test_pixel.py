@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from evslip.events import CAUSES, EventCamera, Events, empty_events, measure_noise
 from evslip.events.noise_map import unrest
 from evslip.events.pixels.pixel import next_noise
+from evslip.events.pixels.state import LAG as LAG_ROW
+from evslip.events.pixels.state import RESIDUE
 from evslip.events.sensor.random_numbers import PHOTO, normals, uniforms
 from evslip.events.stream import HOT, LEAK, SHOT, SIGNAL
 from evslip.utils.errors import DataError
@@ -141,6 +143,18 @@ def test_a_still_scene_without_noise_is_silent():
     levels = np.random.default_rng(0).uniform(-5, 1, (1, 500))
     for parameters in ({}, {"cutoff_hz": 15.0, "refractory_us": 500.0, "sigma": 0.05}):
         assert follow(camera(500, **parameters), np.arange(40) * 1e8, np.repeat(levels, 40, 0)).count == 0
+
+
+def test_pixels_rest_again_when_the_low_pass_has_settled():
+    rng = np.random.default_rng(4)
+    before = rng.integers(30, 200, (24, 32)).astype(np.uint8)
+    after = before + rng.integers(1, 9, before.shape).astype(np.uint8)
+    sensor = EventCamera("dvxplorer", size=(32, 24), intensity="uint8", leak_rate_hz=0.0, shot_rate_hz=0.0)
+    sensor.run([(0, before), (1000, after), *((1000 * k, after) for k in range(2, 200))])
+    memory = sensor.state()["memory"]
+    assert not memory["screen"][LAG_ROW].any()
+    assert memory["screen"][RESIDUE].any()  # what the last bits leave; it is kept, and the events are as if it moved
+    assert not memory["active"].any()
 
 
 def test_leak_rate_phase_and_jitter():

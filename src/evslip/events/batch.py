@@ -18,8 +18,9 @@ class EventCameras:
     """
 
     def __init__(self, count: int, preset: str = "davis346", *, seed: int = 0, threads: int = 1, **arguments: Any):
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise ConfigError(f"camera count: {count!r} is wrong, expected a whole number from 1")
+        for name, value, low in (("count", count, 1), ("threads", threads, 1), ("seed", seed, 0)):
+            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < low:
+                raise ConfigError(f"camera {name}: {value!r} is wrong, expected a whole number from {low}")
         self.cameras = [EventCamera(preset, seed=camera_seed(seed, i), **arguments) for i in range(count)]
         self._threads = min(threads, count)
 

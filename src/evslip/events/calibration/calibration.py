@@ -16,7 +16,7 @@ from evslip.events.calibration.simulated import settled, simulated
 from evslip.events.calibration.statistics import statistics
 from evslip.events.intervals import intervals_us
 from evslip.events.noise_map import unrest
-from evslip.events.pixel_model import PixelModel
+from evslip.events.pixel_model import LIMITS, PixelModel
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 
@@ -76,6 +76,7 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0, each_pixel: bool = False) 
     have fired often enough. Raises DataError if they tell nothing."""
     masks = [still_pixels(scene.exposures, scene.white) for scene in scenes]
     noise, unknown = _noise(scenes, masks)
+    noise = _within_limits(noise)
     known: dict[str, Any] = {fact.name: fact.value for fact in noise}
     moved = [scene for scene, mask in zip(scenes, masks, strict=True) if _moving(scene, mask) >= LEAST_MOVED]
     if not moved:
@@ -116,8 +117,17 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
     leak = float(still.leak_behind_shots(np.array([max(0.0, (on - off) / time)]), np.array([shot]))[0])
     error = SURE * math.sqrt(on + off) / time
     facts.append(Fact("leak_rate_hz", leak, max(0.0, leak - error), leak + error, "in any light"))
+    facts = _within_limits(facts)
     parameters: dict[str, Any] = {fact.name: fact.value for fact in facts}
     return Calibration(PixelModel(**parameters), facts, math.nan, unknown)
+
+
+def _within_limits(facts: list[Fact]) -> list[Fact]:
+    """Facts that the pixel model can have: few events of a noisy sensor tell slopes of which no sensor is."""
+    return [
+        one._replace(**{end: float(np.clip(getattr(one, end), *LIMITS[one.name])) for end in ("value", "low", "high")})
+        for one in facts
+    ]
 
 
 def _with_maps(

@@ -127,7 +127,8 @@ def settle(image: np.ndarray, response: Response, count: int, scratch: Scratch, 
     for k in range(count):
         p = numbers[k]
         current[p] = current_of(image[p], table, factor, offset)
-        rests = (values[screen.LAG + k] == 0.0) & (values[screen.RESIDUE + k] == 0.0) & (marks[k] == 0)
+        # A lag of none stays none while the light does: the residue that it leaves is below LEAST_LAG, and is kept.
+        rests = (values[screen.LAG + k] == 0.0) & (marks[k] == 0)
         if rests:
             log = values[screen.MIDDLE + k] - values[screen.OFFSET + k]
             high, slope = values[screen.HIGH + k], values[screen.SLOPE + k]

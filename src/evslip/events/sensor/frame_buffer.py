@@ -145,6 +145,8 @@ class FrameBuffer:
             self._rows[0] = other._rows[last]
         self._times_us[0] = other._times_us[last]
         body = other._bodies[last].copy() if other.labelled else None
+        if body is None:
+            self._bodies = self._bodies[:0]  # masks of frames that were forgotten by a reset
         self.begun, self._known, self.count = other.begun, known, 0
         self._label(body)
         return self

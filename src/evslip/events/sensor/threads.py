@@ -59,11 +59,12 @@ class FrameProcessor:
 
     def process(self, buffer: FrameBuffer) -> FrameBuffer:
         """Hand in a buffer. Returns one that continues where it ends: the same, or its twin while this is processed."""
+        if self._helpers is not None:
+            self._finish(self._helpers)  # before the tasks are made: they may begin with what these pixels are now
         tasks = self._split(buffer) if buffer.count > 0 else []
         if self._helpers is None:
             self._parts.append(self._arrange(_join([task() for task in tasks]), buffer.labelled))
             return buffer.follow(buffer)
-        self._finish(self._helpers)
         self._jobs, self._labelled = [_Job(self._helpers, task) for task in tasks], buffer.labelled
         return buffer.twin.follow(buffer)
 
