@@ -102,6 +102,14 @@ def test_the_pads_of_an_uneven_body_touch_different_places(tmp_path):
     assert open_travel_m(above) == pytest.approx(0.0225 + 0.0025 + 0.006)
 
 
+def test_a_mesh_that_was_edited_is_gripped_as_it_is_now(tmp_path):
+    params = with_mesh(tmp_path, trimesh.creation.box((0.05, 0.05, 0.08)))
+    flat = planned_grasp(params), grasp(params)
+    trimesh.creation.cylinder(0.025, 0.08, sections=128).export(tmp_path / "body.stl")
+    for before, now in zip(flat, (planned_grasp(params), grasp(params)), strict=True):
+        assert np.ptp(now.pads[LEFT].points[:, 0]) < 0.5 * np.ptp(before.pads[LEFT].points[:, 0])
+
+
 def extruded(profile, width):
     """A prism along x over a polygon (y, z), anticlockwise."""
     count = len(profile)

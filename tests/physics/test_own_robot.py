@@ -166,6 +166,15 @@ def test_a_built_in_arm_may_carry_an_own_gripper_and_a_built_in_gripper_an_own_a
     assert simulate(params_of(robot)).joints.shape[1] == 9
 
 
+def test_a_link_without_a_shape_is_not_seen(robot):
+    arm = robot.parent / "arm.urdf"
+    box = '<visual><origin xyz="0 0 0.19"/><geometry><box size="0.08 0.10 0.44"/></geometry></visual>'
+    changed(arm, (box, ""))
+    assert "arm: upper has no shape, so that nothing of it is seen" in load(str(robot)).assumed
+    frame = next(iter(render(simulate(params_of(robot)), outputs=("depth",))))
+    assert frame.luminance.mean() > 0.01 and frame.depth.min() > 0.05
+
+
 def test_a_change_of_the_file_never_passes_unnoticed(robot):
     params = params_of(robot)
     text = dump_config(load_config("simple", {"robot.kind": str(robot), "robot.sha256": params.robot.sha256}))
@@ -260,6 +269,11 @@ WRONG_ARMS = [
         r"upper reaches 220.* m from its joint; .*millimetres",
     ),
     ('<box size="0.08 0.10 0.44"/>', '<mesh filename="upper.stl"/>', r"arm\.file: upper: upper\.stl: there is no such"),
+    (
+        '<box size="0.08 0.10 0.44"/>',
+        '<box size="0.08 0 0.44"/>',
+        r"arm\.file: upper is flat; expected a shape with a volume",
+    ),
     ('<box size="0.08 0.10 0.44"/>', '<box size="wide"/>', r"arm\.file: a number or an attribute is wrong or missing"),
 ]
 

@@ -12,6 +12,7 @@ from trimesh.visual import TextureVisuals
 import evslip
 from evslip.physics.inertia import inertia_kg_m2, second_moment_m2
 from evslip.scene.shapes import SHAPES, shape_of, surface_of
+from evslip.scene.shapes.mesh_file import load_mesh
 from evslip.scene.shapes.surface import box_uv, corner_normals
 from evslip.utils.errors import ConfigError
 
@@ -249,3 +250,19 @@ def test_a_wheel_stands_however_coarse_its_mesh(tmp_path, sections):
     params = params_with(object__shape="mesh", object__mesh=str(tmp_path / "wheel.stl"), object__mesh_fit="own")
     assert shape_of(params).stands(np.zeros(3))
     assert not shape_of(params).stands(np.array([0.02, 0, 0]))
+
+
+def test_a_mesh_that_was_edited_is_read_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    trimesh.creation.box((0.05, 0.05, 0.08)).export(tmp_path / "body.stl")
+    params = params_with(object__shape="mesh", object__mesh="~/body.stl")
+    shape, file = shape_of(params), load_mesh("~/body.stl")
+    assert shape_of(params) is shape and load_mesh("~/body.stl") is file
+    trimesh.creation.cylinder(0.025, 0.08, sections=128).export(tmp_path / "body.stl")
+    assert len(load_mesh("~/body.stl").vertices) > len(file.vertices)
+    assert shape_of(params).volume_moments().volume_m3 == pytest.approx(
+        np.pi / 4 * shape.volume_moments().volume_m3, rel=1e-3
+    )
+    (tmp_path / "body.stl").unlink()
+    with pytest.raises(ConfigError, match="no such file"):
+        shape_of(params)

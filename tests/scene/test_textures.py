@@ -236,3 +236,13 @@ def test_srgb_round_trip():
     values = np.linspace(0, 1, 256)
     assert library.linear_to_srgb(library.srgb_to_linear(values)) == pytest.approx(values, abs=1e-6)
     assert library.srgb_to_linear(np.array(0.5)) == pytest.approx(0.2140, abs=1e-4)
+
+
+def test_an_image_that_was_edited_is_read_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for size, is_background in (((8, 8), False), ((8, 4), True)):
+        Image.new("L", size, 0).save(tmp_path / "own.bmp")
+        before = library.load("~/own.bmp", is_background)
+        assert library.load("~/own.bmp", is_background) is before and not before.any()
+        Image.new("L", (2 * size[0], 2 * size[1]), 255).save(tmp_path / "own.bmp")
+        assert library.load("~/own.bmp", is_background).min() == 1.0

@@ -9,7 +9,7 @@ from evslip.config.params import Params
 from evslip.physics.contact import Pad, Patch, flat_patch, pressed_patch
 from evslip.physics.robots.catalogue import robot_of
 from evslip.scene.mounts import MOUNTS, place_on_hand
-from evslip.scene.shapes import shape_of, shape_of_spec
+from evslip.scene.shapes import shape_of, shape_of_spec, stamp_of_shape
 from evslip.utils.errors import ConfigError, PlanRejected
 
 LEFT, RIGHT = range(2)
@@ -59,14 +59,15 @@ def planned_grasp(params: Params) -> Grasp:
     """The grasp of an object that stands where it is planned to. Raises PlanRejected."""
     point = (tcp_offset_m(params), params.object.height_m / 2 - params.grip.depth_m)
     spec: Any = params.object
-    return _grasp(spec, point, params.grip.force_n, params.grip.friction, pad_of(params))
+    return _grasp(spec, stamp_of_shape(spec), point, params.grip.force_n, params.grip.friction, pad_of(params))
 
 
 def grasp(params: Params) -> Grasp:
     """The grasp of the object where it stands. Raises PlanRejected when the pads miss it or cannot hold on to it."""
     x, z = grip_point_m(params)
     spec: Any = params.object
-    return _grasp(spec, (float(x), float(z)), params.grip.force_n, params.grip.friction, pad_of(params))
+    point = (float(x), float(z))
+    return _grasp(spec, stamp_of_shape(spec), point, params.grip.force_n, params.grip.friction, pad_of(params))
 
 
 def camera_place_m(params: Params) -> np.ndarray:
@@ -115,7 +116,10 @@ def check_opening(params: Params) -> None:
 
 
 @lru_cache(maxsize=8)
-def _grasp(spec: Any, point: tuple[float, float], force_n: float, friction: float, pad: Pad) -> Grasp:
+def _grasp(
+    spec: Any, stamp: tuple[int, int] | None, point: tuple[float, float], force_n: float, friction: float, pad: Pad
+) -> Grasp:
+    del stamp  # of the shape's file, for the cache alone
     shape = shape_of_spec(spec)
     press = flat_patch if shape.solid_sides else pressed_patch
     left, right = (press(shape, side, point, force_n, friction, pad) for side in (-1, 1))

@@ -41,6 +41,16 @@ def read_text(path: str | Path, most_bytes: int) -> str:
         raise DataError(f"{path}: cannot be read as a text: {error}") from None
 
 
+def stamp_of(name: str | Path) -> tuple[int, int]:
+    """Time of change, in nanoseconds, and size of a file, by which a cache knows that it is still what was read; (0, 0)
+    if it is not there. name: as a person wrote it, ~ for a home."""
+    try:
+        status = Path(name).expanduser().stat()
+    except (OSError, RuntimeError, ValueError):
+        return 0, 0
+    return status.st_mtime_ns, status.st_size
+
+
 def named(name: str) -> tuple[Path, str]:
     """A path that a person wrote, ~ for a home, and whether it is a "file", a "folder", or "" for neither; also for a
     name that no file system takes."""

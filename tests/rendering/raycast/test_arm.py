@@ -1,5 +1,7 @@
 """The arm in the picture: where its links are, what it looks like, and its shadow."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -13,14 +15,18 @@ from evslip.physics.robots.arms import PANDA
 from evslip.physics.robots.description import Robot
 from evslip.physics.robots.grippers import PANDA_HAND
 from evslip.physics.robots.model import spec_of
-from evslip.rendering.camera import hand_camera
+from evslip.rendering.camera import hand_camera, scene_camera
+from evslip.rendering.geometry import links
 from evslip.rendering.geometry.links import carries, hulls, in_view, link_poses, posed, solids
+from evslip.rendering.materials.paint import GRIPPER_GLOSS
 from evslip.rendering.outputs import FIRST_LINK, PixelRays
 from evslip.rendering.poses import ScenePoses
+from evslip.rendering.raycast.arm import Arm
 from evslip.rendering.raycast.renderer import Raycaster
 from evslip.rendering.shadows.casters import ARM_PART
 from evslip.rendering.shadows.mesh_shadow import outlines_of
 from evslip.rendering.timing.schedule import image_motion
+from evslip.rendering.viewpoint import View
 from made_up import still
 from shadows import seen
 
@@ -81,6 +87,63 @@ def test_hulls_are_closed_and_convex():
         assert np.all((facets.faces[f0:f1] >= v0) & (facets.faces[f0:f1] < v1))
         assert np.max(np.abs(vertices - parts.centres[link]) - parts.halves[link]) < 1e-9
         assert ConvexHull(vertices).volume > 1e-4
+
+
+def arm_with(monkeypatch, corners):
+    """The Panda's arm with a first link of other corners (n, 3)."""
+    own, arm = links.link_corners, replace(PANDA, content=f"{len(corners)} {np.sum(corners)}")
+    monkeypatch.setattr(links, "link_corners", lambda link: corners if link.name == "panda_link0" else own(link))
+    return arm
+
+
+def box_with(*more):
+    return np.concatenate([np.stack(np.meshgrid(*[(-0.1, 0.1)] * 3), -1).reshape(-1, 3), *more])
+
+
+@pytest.mark.parametrize("directions", [links.FINE, links.COARSE])
+@pytest.mark.parametrize(
+    "corners, volume",
+    [
+        (np.zeros((0, 3)), 0.0),
+        (box_with([(0.1 + 2e-10, 0.1 + 3e-10, 0.1 - 2e-10), (0.1, 0.1 - 4e-10, 0.1 + 5e-10)]), 0.008),
+        # A cone so flat that its tip is the farthest in none of the directions.
+        ([(0.0, 0.0, 1e-4), *((np.cos(a), np.sin(a), 0.0) for a in np.linspace(0, 6, 20))], None),
+    ],
+)
+def test_a_link_may_have_any_corners(corners, volume, directions, monkeypatch):
+    corners = np.array(corners)
+    parts, before = hulls(arm_with(monkeypatch, corners), directions), hulls(PANDA, directions)
+    assert len(parts.link_of_face) == len(parts.facets.faces) == parts.starts[-1, 1]
+    (_, f0, e0), (_, f1, e1) = parts.starts[:2]
+    assert (f1 > f0) == (e1 > e0) == (len(corners) > 0)
+    faces = parts.facets.vertices[parts.facets.faces[f0:f1]]
+    enclosed = np.sum(np.cross(faces[:, 0], faces[:, 1]) * faces[:, 2]) / 6
+    assert enclosed == pytest.approx(ConvexHull(corners).volume if volume is None else volume, rel=1e-6)
+    assert parts.halves[0] == pytest.approx(np.ptp(corners, axis=0) / 2 if len(corners) else np.zeros(3), abs=0.05)
+    assert np.array_equal(parts.halves[1:], before.halves[1:])
+    assert len(parts.facets.faces) - f1 == len(before.facets.faces) - before.starts[1, 1]
+
+
+def test_an_arm_without_any_shape_is_not_seen(monkeypatch):
+    monkeypatch.setattr(links, "link_corners", lambda link: np.zeros((0, 3)))
+    arm = replace(PANDA, content="no shapes")
+    found = link_poses(arm, np.array([PANDA.rest_rad]))
+    assert len(solids(arm)) == CASTERS and found.middles.shape == (1, LINKS, 3)
+    assert not Arm(scene_camera((64, 48)), GRIPPER_GLOSS).cover(found, 0, seen_from(1.0))
+
+
+def seen_from(away_m):
+    """View of the upright arm from the side, at a distance."""
+    turn = np.column_stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
+    return View(np.array([away_m, 0.0, 0.3]), turn, 60.0, np.zeros(3), np.eye(3))
+
+
+def test_the_distance_of_the_arm_does_not_depend_on_what_was_drawn_before():
+    found = link_poses(PANDA, np.array([PANDA.rest_rad]))
+    used, fresh = (Arm(scene_camera((64, 48)), GRIPPER_GLOSS) for _ in range(2))
+    for arm, distances in ((used, (0.8, 4.0)), (fresh, (4.0,))):
+        assert all(arm.cover(found, 0, seen_from(away_m)) for away_m in distances)
+    assert used._depth == fresh._depth > 3.0
 
 
 def test_a_hand_without_an_arm_has_none():

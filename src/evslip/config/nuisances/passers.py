@@ -23,6 +23,7 @@ class PassersSpec(Section, Generic[N, S]):
     height_m: Annotated[N, Within(0.02, 2.5)] = usual(1.0)
     """Height over the table's plane, on which they stand where they cross the background."""
     distance_m: Annotated[N, Within(0.8, 20.0)] = usual(2.5)
-    """Distance at which they cross: from the camera, or from the tool centre towards the lamp."""
+    """Distance at which they cross: from the camera, or from the tool centre towards the lamp. Beyond the lamp
+    (light.distance_m) they throw no shadow."""
     texture: S = usual("weave-0")
     """As object.texture."""

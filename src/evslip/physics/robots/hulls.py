@@ -5,6 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from evslip.physics.robots.description import Part, corners_of
 from evslip.physics.robots.urdf import Link, Shape, file_of
@@ -49,6 +50,14 @@ def link_corners(link: Link) -> np.ndarray:
     a link without any."""
     found = [shape_corners(shape) for shape in link.collisions or link.looks]
     return np.concatenate(found) if found else np.zeros((0, 3))
+
+
+def has_volume(corners: np.ndarray) -> bool:
+    """Whether the convex hull of corners (n, 3) encloses a volume."""
+    try:
+        return ConvexHull(corners).volume > 0
+    except (QhullError, ValueError):
+        return False
 
 
 def shape_corners(shape: Shape) -> np.ndarray:

@@ -17,6 +17,7 @@ from evslip.physics.robots.own_files import digest
 from evslip.physics.robots.own_gripper import gripper_of
 from evslip.physics.robots.own_gripper_links import gripper_from
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import stamp_of
 
 DOWN_DEG = 45.0
 """Largest angle between the hand at rest and straight down, ..."""
@@ -43,19 +44,11 @@ _KNOWN: dict[str, Own] = {}
 def load(kind: str) -> Own:
     """The robot of a file. Raises ConfigError."""
     known = _KNOWN.get(kind)
-    if known is None or any(_stamp(file) != stamp for file, stamp in known.stamps.items()):
+    if known is None or any(stamp_of(file) != stamp for file, stamp in known.stamps.items()):
         for read in (urdf.tree, urdf.chain, hulls.mesh_corners):
             read.cache_clear()
         known = _KNOWN[kind] = _read(kind)
     return known
-
-
-def _stamp(file: Path) -> tuple[int, int]:
-    try:
-        status = file.stat()
-    except OSError:
-        return 0, 0
-    return status.st_mtime_ns, status.st_size
 
 
 def _read(kind: str) -> Own:
@@ -70,7 +63,7 @@ def _read(kind: str) -> Own:
     if given.arm is not None and given.arm.file is not None and arm is not None:
         _check_rest(arm, gripper, path)
     files = [path.resolve(), *arm_files, *gripper_files]
-    stamps = {file: _stamp(file) for file in files}
+    stamps = {file: stamp_of(file) for file in files}
     return Own(robot, digest(files), tuple(of_arm + of_gripper), stamps)
 
 

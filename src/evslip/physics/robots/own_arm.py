@@ -10,7 +10,7 @@ from evslip.config.robot_file import ArmFile
 from evslip.physics.robots import urdf
 from evslip.physics.robots.arms import servos_of
 from evslip.physics.robots.description import MOST_JOINTS, Arm
-from evslip.physics.robots.hulls import shape_corners
+from evslip.physics.robots.hulls import has_volume, link_corners, shape_corners
 from evslip.physics.robots.own_files import digest, require_mesh
 from evslip.utils.errors import ConfigError
 
@@ -45,6 +45,8 @@ def arm_of(given: ArmFile, path: Path) -> tuple[Arm, list[str], list[Path]]:
                 f"{path}: arm.file: {link.name} reaches {extent:.4g} m from its joint; is its mesh in millimetres? "
                 'Then give it scale="0.001 0.001 0.001"'
             )
+        if shapes and not has_volume(link_corners(link)):
+            raise ConfigError(f"{path}: arm.file: {link.name} is flat; expected a shape with a volume, or none")
     length = float(sum(np.linalg.norm(link.origin.place) for link in links[1:]))
     if not 0.1 < length < LONGEST_M:
         raise ConfigError(

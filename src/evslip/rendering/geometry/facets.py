@@ -33,6 +33,13 @@ class Facets(NamedTuple):
     """Whether the texture goes on beyond its right and left border, and beyond its lower and upper one."""
 
 
+NO_FACETS = Facets(
+    np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros((0, 4)), np.zeros((0, 3, 2)), np.zeros((0, 3, 3)),
+    np.zeros((0, 4), np.int64), np.zeros(0, np.bool_), np.zeros(0, np.int64), (False, False),
+)  # fmt: skip
+"""A mesh of nothing."""
+
+
 def prepare_facets(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray, normals: np.ndarray) -> Facets:
     """vertices (n, 3) in metres; faces (f, 3) of a closed mesh; uv (f, 3, 2) and normals (f, 3, 3) of their corners."""
     vertices, faces = _weld(np.asarray(vertices, float), np.asarray(faces))
@@ -64,9 +71,13 @@ def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Edges (e, 4) as in `Facets`, and the number of the side (0, 1, 2) that each is in its two faces, (e, 2)."""
     tail, head = faces.ravel(), np.roll(faces, -1, 1).ravel()
     owner, side = np.repeat(np.arange(len(faces)), 3), np.tile(np.arange(3), len(faces))
-    size = faces.max() + 1
-    order = np.lexsort((tail > head, np.minimum(tail, head) * size + np.maximum(tail, head)))
-    # A closed mesh has every edge once in each direction, so pairs follow each other.
+    size, back = faces.max() + 1, tail > head
+    keys = 2 * (np.minimum(tail, head) * size + np.maximum(tail, head)) + back
+    order = np.argsort(keys, kind="stable")
+    # A closed mesh has every edge as often in one direction as in the other: once, or more often where two parts of it
+    # touch along an edge. The first in one direction and the first in the other are a pair, and so on.
+    number = np.arange(len(order)) - np.searchsorted(keys[order], keys[order])
+    order = order[np.lexsort((back[order], number, keys[order] // 2))]
     first, second = order[0::2], order[1::2]
     edges = np.column_stack([tail[first], head[first], owner[first], owner[second]])
     return edges, np.column_stack([side[first], side[second]])

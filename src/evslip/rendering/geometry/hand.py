@@ -58,12 +58,25 @@ def read_mesh(path: Path) -> Mesh:
     for node in scene.graph.nodes_geometry:
         place, geometry = scene.graph[node]
         part = scene.geometry[geometry]
-        corners.append((part.vertices @ place[:3, :3].T + place[:3, 3])[part.faces])
-        normals.append((part.vertex_normals @ place[:3, :3].T)[part.faces])
+        matrix, faces = place[:3, :3], part.faces
+        faces = faces[:, ::-1] if np.linalg.det(matrix) < 0 else faces  # a mirror turns a surface inside out
+        corners.append((part.vertices @ matrix.T + place[:3, 3])[faces])
+        normals.append(_carried_normals(part.vertex_normals, matrix)[faces])
         material = getattr(part.visual, "material", None)
         colour = PLAIN if material is None else srgb_to_linear(np.asarray(material.main_color[:3]) / 255.0)
         albedo.append(np.repeat(np.minimum(colour, WHITEST)[None], len(part.faces), 0))
     return Mesh(np.concatenate(corners), np.concatenate(normals), np.concatenate(albedo))
+
+
+def _carried_normals(normals: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Outward normals (n, 3) of a surface that a matrix (3, 3) turns, and may stretch or mirror; unit ones."""
+    mirrored = np.linalg.det(matrix) < 0
+    if np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6) and not mirrored:
+        return normals @ matrix.T
+    # As cross products of vectors in the surface: they stay normal to it whatever the matrix does.
+    across = np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]]) * (-1.0 if mirrored else 1.0)
+    carried = normals @ across.T
+    return carried / np.maximum(np.linalg.norm(carried, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:

@@ -8,13 +8,13 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
 from evslip.physics.robots.description import MOST_JOINTS, TCP_M, Arm, Robot
 from evslip.physics.robots.hulls import link_corners
 from evslip.physics.robots.urdf import Link, chain
-from evslip.rendering.geometry.facets import Facets, prepare_facets
+from evslip.rendering.geometry.facets import NO_FACETS, Facets, prepare_facets
 from evslip.rendering.geometry.hand import Mesh, convex_mesh, joined, placed, read_mesh
 from evslip.rendering.scratch import kernel
 from evslip.rendering.shadows.mesh_shadow import Solid
@@ -25,6 +25,8 @@ MOST_LINKS = MOST_JOINTS + 1
 FINE, COARSE = 64, 24
 """Directions in which a hull keeps its farthest corner, for the arm's look and for its shadow, which has no sharp edge
 on what the camera sees."""
+LEAST_SHARE = 0.1
+"""Least share of a body's volume that these corners may span."""
 AWAY_M = 0.005
 """Joints that lead farther from the hand than this are not those of an arm that carries it."""
 
@@ -106,16 +108,31 @@ def _directions(count: int) -> np.ndarray:
     return np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], 1)
 
 
+def _fewer(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Corners (k, 3) of a body whose hull has the volume of that of all (n, 3): those that lie farthest in directions
+    (m, 3); all that are on the hull of one so flat that none of the directions finds its height."""
+    hull, middle = ConvexHull(corners), corners.mean(0)
+    few = corners[np.unique((corners @ directions.T).argmax(0))]
+    try:
+        volume = ConvexHull(few).volume
+    except QhullError:
+        volume = 0.0
+    if volume < LEAST_SHARE * hull.volume:
+        return corners[hull.vertices]
+    return middle + (few - middle) * np.cbrt(hull.volume / volume)
+
+
 @cache
 def hulls(arm: Arm, directions: int = FINE) -> Hulls:
     """All links of an arm, each with the corners that lie farthest in so many directions, and with the volume that it
-    had."""
-    vertices, faces, owners = [], [], []
-    for number, link in enumerate(links_of(arm)):
+    had; without any where it has no shape."""
+    vertices, faces = [], []
+    for link in links_of(arm):
         corners = link_corners(link)
-        volume, middle = ConvexHull(corners).volume, corners.mean(0)
-        corners = corners[np.unique((corners @ _directions(directions).T).argmax(0))]
-        corners = middle + (corners - middle) * np.cbrt(volume / ConvexHull(corners).volume)
+        if not len(corners):
+            vertices.append(corners)
+            continue
+        corners = _fewer(corners, _directions(directions))
         hull = ConvexHull(corners)
         triangles = hull.simplices.copy()
         a, b, c = (corners[triangles[:, k]] for k in range(3))
@@ -124,14 +141,17 @@ def hulls(arm: Arm, directions: int = FINE) -> Hulls:
         used, index = np.unique(triangles, return_inverse=True)
         faces.append(index.reshape(-1, 3) + sum(len(v) for v in vertices))
         vertices.append(corners[used])
-        owners.append(np.full(len(triangles), number))
-    whole, triangles, owner = np.concatenate(vertices), np.concatenate(faces), np.concatenate(owners)
+    if not faces:
+        nothing = np.zeros(0, int), np.zeros(0, int), np.zeros((len(vertices) + 1, 3), int)
+        return Hulls(NO_FACETS, *nothing, *np.zeros((2, len(vertices), 3)))
+    whole, triangles = np.concatenate(vertices), np.concatenate(faces)
     # Links lie in frames of their own: moved apart, so that no two corners of different links are taken for one.
     apart = np.repeat(np.arange(len(vertices)), [len(v) for v in vertices])[:, None] * (10.0, 0.0, 0.0)
     facets = prepare_facets(
         whole + apart, triangles, np.zeros((len(triangles), 3, 2)), corner_normals(whole, triangles)
     )
     at = np.round(facets.vertices[:, 0] / 10.0).astype(int)
+    owner = at[facets.faces[:, 0]]  # of the faces that are left: corners very close to each other have become one
     order = np.argsort(at, kind="stable")
     rank = np.empty(len(order), int)
     rank[order] = np.arange(len(order))
@@ -144,7 +164,7 @@ def hulls(arm: Arm, directions: int = FINE) -> Hulls:
         vertices=vertex, faces=rank[facets.faces], planes=planes, edges=edges, crease=facets.crease[edge_order]
     )
     numbers = [np.searchsorted(keys, np.arange(len(vertices) + 1)) for keys in (at[order], owner, owner[edges[:, 2]])]
-    low, high = (np.array([f(v, axis=0) for v in vertices]) for f in (np.min, np.max))
+    low, high = (np.array([f(v, axis=0) if len(v) else np.zeros(3) for v in vertices]) for f in (np.min, np.max))
     return Hulls(facets, at[order], owner, np.stack(numbers, 1), (low + high) / 2, (high - low) / 2)
 
 

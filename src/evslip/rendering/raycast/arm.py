@@ -46,7 +46,9 @@ class Arm:
         self._raster = self._raster or make_raster(facets, self.total.shape[1], self.total.shape[0])
         world = view._replace(place=np.zeros(3), axes=np.eye(3))
         self._count = trace(*world, facets, self._raster, self.total, self.touched, self._full)
-        nearest = float(self._raster.near.max())
+        # Other rows keep what an earlier frame left there.
+        rows = self.touched[:, 0] < self.touched[:, 1]
+        nearest = float(self._raster.near[rows].max(initial=0))
         self._depth = 1.0 / nearest if nearest > 0 else 1.0
         return self._count > 0
 

@@ -40,7 +40,17 @@ def shape_class(spec: Any) -> "type[Shape]":
     return getattr(import_module(module), name)
 
 
-@lru_cache(maxsize=4)
 def shape_of_spec(spec: Any) -> "Shape":
     """The shape of an object's section of the parameters; raises as `shape_of`."""
+    return _made(spec, stamp_of_shape(spec))
+
+
+def stamp_of_shape(spec: Any) -> tuple[int, int] | None:
+    """Stamp of the shape's file: what is kept for a section holds while it is the same. None: the shape has no file."""
+    return shape_class(spec).stamp(spec)
+
+
+@lru_cache(maxsize=4)
+def _made(spec: Any, stamp: tuple[int, int] | None) -> "Shape":
+    del stamp
     return shape_class(spec)(spec)

@@ -9,6 +9,7 @@ from evslip.scene.shapes.mesh_file import load_mesh
 from evslip.scene.shapes.shape import CollisionShape, Shape, VolumeMoments, in_hull
 from evslip.scene.shapes.surface import Surface, box_uv, corner_normals, pairs
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import stamp_of
 
 WORN_M, WORN_AT_MOST = 0.001, 0.05
 """Height above the table up to which the bottom is worn flat; where that is an edge, its largest share."""
@@ -39,6 +40,10 @@ class MeshShape(Shape):
             scale = spec.height_m / height
             return scale * width, scale * depth, spec.height_m
         return super().sides(spec)
+
+    @classmethod
+    def stamp(cls, spec: Any) -> tuple[int, int] | None:
+        return None if spec.mesh is None else stamp_of(spec.mesh)
 
     def surface(self) -> Surface:
         """Surface with the file's own texture coordinates, or else those of a cuboid around it."""

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from evslip.utils.errors import ConfigError
-from evslip.utils.files import named
+from evslip.utils.files import named, stamp_of
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".dae")
 """Archives are left out: a small one can hold a mesh of any size."""
@@ -33,11 +33,16 @@ class MeshFile(NamedTuple):
     """Indices of MOST_CORNERS of these at most: those that reach farthest in as many directions."""
 
 
-@lru_cache(maxsize=8)
 def load_mesh(path: str) -> MeshFile:
-    """Read a closed mesh; the arrays are read-only.
+    """Read a closed mesh, again only when its file has changed; the arrays are read-only.
 
     Raises ConfigError for a file that is missing, too large or no mesh, and for a mesh that is open or flat."""
+    return _read(path, stamp_of(path))
+
+
+@lru_cache(maxsize=8)
+def _read(path: str, stamp: tuple[int, int]) -> MeshFile:
+    del stamp  # of the file's content, for the cache alone
     import trimesh
 
     source, kind = named(path)

@@ -48,6 +48,11 @@ class Shape(ABC):
         """Width, depth and height in metres that drawn dimensions come to."""
         return spec.width_m, spec.depth_m, spec.height_m
 
+    @classmethod
+    def stamp(cls, spec: Any) -> tuple[int, int] | None:
+        """Stamp of the file that a shape is read from, see `files.stamp_of`; None: there is no file."""
+        return None
+
     @abstractmethod
     def surface(self) -> Surface:
         """Triangles that it looks like."""

@@ -12,7 +12,7 @@ from evslip.scene.textures.canvas import SIZE
 from evslip.scene.textures.matching import files_in, matching_files
 from evslip.scene.textures.panoramas.panorama import COLUMNS, ROWS
 from evslip.utils.errors import ConfigError
-from evslip.utils.files import named
+from evslip.utils.files import named, stamp_of
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
 MAX_PIXELS = Image.MAX_IMAGE_PIXELS or 2**26
@@ -75,7 +75,8 @@ def load(name: str, is_background: bool = False) -> np.ndarray:
     high, to a panorama. Raises ConfigError.
     """
     expand(name, is_background)
-    return _panorama(name) if is_background and _is_panorama(name) else _square(name)
+    stamp = None if name in pool(True) else stamp_of(name)
+    return _panorama(name, stamp) if is_background and _is_panorama(name) else _square(name, stamp)
 
 
 def is_panorama(image: np.ndarray) -> bool:
@@ -84,12 +85,14 @@ def is_panorama(image: np.ndarray) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _square(name: str) -> np.ndarray:
+def _square(name: str, stamp: tuple[int, int] | None) -> np.ndarray:
+    del stamp  # of an image file, which may be another one the next time
     return _loaded(name, (SIZE, SIZE))
 
 
 @lru_cache(maxsize=2)  # 25 MB each
-def _panorama(name: str) -> np.ndarray:
+def _panorama(name: str, stamp: tuple[int, int] | None) -> np.ndarray:
+    del stamp
     return _loaded(name, (COLUMNS, ROWS))
 
 
