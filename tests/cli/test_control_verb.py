@@ -79,6 +79,11 @@ def test_a_policy_of_ones_own_is_compared_recorded_and_filmed(tmp_path):
         ("--records /dev/null/played", "cannot write /dev/null/played"),
         ("--controller constant --controller strong --parameter force_n=2", "2 controllers are named"),
         ("--controller oracle --parameter margin=2", "oracle is what the others are compared with"),
+        ("--policy=", "controller: '' is unknown"),
+        ("--controller strong --parameter force_n=2 --parameter x", "override 'x': expected KEY=VALUE"),
+        ("--set render.renderer=pathtrace --records /tmp", "render.renderer: pathtrace: draws nothing live"),
+        ("--set camera.width=100", "from a sensor of 100x260 pixels"),
+        ("--set camera.left={} --set camera.right={}", "camera.left, camera.right: the closed loop has one camera"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(words, said, tmp_path, monkeypatch, capsys):

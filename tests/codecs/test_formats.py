@@ -91,6 +91,17 @@ def test_the_recordings_of_a_folder_are_its_files_of_events_and_its_bags(tmp_pat
     assert [path.name for path in formats.recordings_in(tmp_path)] == ["a.aedat4", "b.h5", "bag"]
 
 
+def test_suffixes_in_capitals_are_those_of_recordings(tmp_path: Path):
+    (tmp_path / "A.RAW").touch()
+    assert [path.name for path in formats.recordings_in(tmp_path)] == ["A.RAW"]
+
+
+def test_dots_in_the_name_of_a_recording_stay(tmp_path: Path):
+    (tmp_path / "grip_0.5N").mkdir()
+    (tmp_path / "grip_0.5N" / "metadata.yaml").touch()
+    assert [formats.stem_of(tmp_path / name) for name in ("grip_0.5N.raw", "grip_0.5N")] == ["grip_0.5N"] * 2
+
+
 def test_known_suffixes_ask_no_package(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(formats.plugins, "installed", lambda group: pytest.fail("asked"))
     for suffix in codecs.known_suffixes():

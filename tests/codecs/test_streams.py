@@ -190,6 +190,33 @@ def test_aedat2_is_read(tmp_path: Path, size: tuple[int, int], header: bytes):
     assert_equal(recording.events, events)
 
 
+@pytest.mark.parametrize("last", [b"", b"#End Of ASCII Header\r\n"])
+@pytest.mark.parametrize(
+    ("address", "t_us"),
+    [
+        (0x23_04_68_00, 5),  # y 140; no end of a line comes soon
+        (0x23_04_0A_00, 5),  # one within the address
+        (0x23_41_0A_00, 5),  # and before it only text
+        (0x23_41_48_0A, 5),
+        (0x23_41_48_20, 0x0A_00_00_00),  # one within the time, of 168 s
+    ],
+)
+def test_events_of_aedat2_may_begin_like_a_line_of_the_header(tmp_path: Path, address: int, t_us: int, last: bytes):
+    words = np.array([[address, t_us + k] for k in range(3)], ">u4")
+    header = b"#!AER-DAT2.0\r\n# Creation time: M\xc3\xa4rz\r\n#\r\n" + last
+    (tmp_path / "a.aedat").write_bytes(header + words.tobytes())
+    events = read_events(tmp_path / "a.aedat")
+    assert events.t_us.tolist() == [t_us, t_us + 1, t_us + 2]
+    assert set(events.y.tolist()) == {259 - (address >> 22)}
+
+
+def test_an_aedat2_file_without_a_whole_line_is_refused(tmp_path: Path):
+    for rest in (b"", b"\r", b" and no more", b"\x00\x01\n"):
+        (tmp_path / "a.aedat").write_bytes(b"#!AER-DAT2.0" + rest)
+        with pytest.raises(DataError, match=r"a\.aedat: (truncated|damaged) in the header"):
+            read_events(tmp_path / "a.aedat")
+
+
 def test_aedat2_of_a_dvs128_is_read(tmp_path: Path):
     words = np.array([[3 << 8 | 7 << 1, 10], [1 << 15, 11], [127 << 8 | 0 << 1 | 1, 12]], ">u4")
     (tmp_path / "a.aedat").write_bytes(b"#!AER-DAT2.0\n# chip DVS128\n" + words.tobytes())
@@ -203,6 +230,27 @@ def test_other_versions_of_aedat_are_refused(tmp_path: Path):
     (tmp_path / "a.aedat").write_bytes(b"#!AER-DAT3.1\r\n# more\r\n")
     with pytest.raises(DataError, match=r"version '3.1' of AEDAT"):
         read_events(tmp_path / "a.aedat")
+
+
+def test_an_aedat4_file_whose_packets_end_before_they_begin_is_refused(tmp_path: Path):
+    path = tmp_path / "a.aedat4"
+    write_events(path, random_events(np.random.default_rng(0), 50, labelled=False), (40, 30))
+    whole, end = path.read_bytes(), aedat4._header(path).end
+    for place in (0, 5):
+        path.write_bytes(whole.replace(struct.pack("<q", end), struct.pack("<q", place), 1))
+        with pytest.raises(DataError, match=f"its packets end at byte {place}, before they begin"):
+            read_events(path)
+
+
+def test_an_aedat4_header_in_an_unknown_encoding_is_refused(tmp_path: Path):
+    path = tmp_path / "a.aedat4"
+    write_events(path, random_events(np.random.default_rng(0), 50, labelled=False), (40, 30))
+    whole = path.read_bytes()
+    begin, end = whole.index(b"<dv "), whole.index(b"</dv>") + len(b"</dv>")
+    text = b'<?xml version="1.0" encoding="none"?><dv/>'.ljust(end - begin)
+    path.write_bytes(whole[:begin] + text + whole[end:])
+    with pytest.raises(DataError, match="damaged AEDAT4 file: unknown encoding"):
+        read_events(path)
 
 
 def test_mutated_aedat2_raises_data_errors(tmp_path: Path):

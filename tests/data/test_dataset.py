@@ -17,6 +17,7 @@ from evslip.data import building, dataset, journal, layout, requested
 from evslip.data.dataset import open_dataset
 from evslip.data.record import Record
 from evslip.data.record_file import encode
+from evslip.data.recordings import open_samples
 from evslip.events.stream import empty_events
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, StorageError
@@ -198,6 +199,26 @@ def test_only_the_samples_asked_for_are_looked_at(root: Path):
     assert set(dataset.finished(root, "train", range(1, 3))) == {("train", 1), ("train", 2)}
 
 
+def test_a_sample_made_again_has_the_entry_of_its_file(root: Path):
+    """Other content of the same size, such as by another version of a library, whatever the journals' random names."""
+    path, seen = layout.sample_path(root, "train", 0), set()
+    for number in range(8):
+        path.unlink()
+        made = dataclasses.replace(simulated(0), provenance={"evslip": f"0.1.{number + 1}"})
+        building._journal.cache_clear()
+        add(root, made)
+        entry = dataset.finished(root, "train", [0])["train", 0]
+        assert entry["sha256"] == layout.sha256_of(path)
+        seen.add((entry["sha256"], entry["bytes"]))
+    assert len({sha256 for sha256, _ in seen}) == 8 and len({size for _, size in seen}) == 1
+
+
+def test_a_folder_of_records_in_capitals_is_read(tmp_path: Path):
+    for index, name in enumerate(("A.H5", "b.h5")):
+        (tmp_path / name).write_bytes(encode(simulated(index)))
+    assert [one.name for one in open_samples(tmp_path).listing] == ["A", "b"]
+
+
 def test_a_run_notices_that_its_folder_was_taken_away(root: Path):
     building.require_config(root, TOML)
     shutil.rmtree(root)
@@ -319,6 +340,7 @@ sys.path.insert(0, {tests!r})
 from sample_records import simulated
 from evslip.data import building, dataset, layout, requested
 from evslip.data.record_file import encode
+from evslip.data.recordings import open_samples
 root = Path(sys.argv[1])
 print("ready", flush=True)
 for index in range(10_000):

@@ -156,6 +156,35 @@ def test_labels_beyond_the_recording_are_refused(tmp_path: Path, labels: Path):
     assert not (tmp_path / "out.h5").exists()
 
 
+def late_record() -> Record:
+    """A record whose first event comes after the beginning of its time, as those of VT-SNN."""
+    return Record(
+        kind="recording",
+        name="late",
+        size=SIZE,
+        events=long_events(start_us=1200),
+        intervals=(Interval(0, 150_000, "hold"), Interval(150_000, 300_000, "slip")),
+        footage=Footage(np.array([0, 20_000]), np.zeros((2, *SIZE[::-1]), np.uint8)),
+        notes={"file": "late.mat", "first_event_us": "0"},
+    )
+
+
+def test_the_time_of_a_record_stays_by_an_import(tmp_path: Path):
+    record_file.write(tmp_path / "late.h5", late_record())
+    assert_equal(import_recording(tmp_path / "late.h5", tmp_path / "again.h5"), late_record())
+
+
+def test_labels_count_from_the_first_event_of_a_record_too(tmp_path: Path, labels: Path):
+    record_file.write(tmp_path / "late.h5", late_record())
+    # What is cropped away does not move them.
+    crop = (int(late_record().events.x[0]) + 1, 0, 10, 260)
+    for how in (Importing(labels=labels), Importing(labels=labels, crop=crop)):
+        made = import_recording(tmp_path / "late.h5", tmp_path / "again.h5", how)
+        assert [i.start_us for i in made.intervals] == [101_200, 1_001_200, 1_501_200]
+        assert made.footage is not None and made.footage.t_us.tolist() == [0, 20_000]
+    assert made.intervals[-1].end_us == made.events.t_us[-1] + 1
+
+
 def test_a_simulated_record_is_not_labelled_by_hand(tmp_path: Path, labels: Path):
     record_file.write(tmp_path / "a.h5", simulated())
     with pytest.raises(DataError, match="simulated record; only recordings"):
@@ -288,6 +317,18 @@ def test_a_simulators_own_events_are_taken(tmp_path: Path):
     assert made.label == "hold"
     with pytest.raises(ConfigError, match="--size"):
         import_recording(tmp_path / "s", tmp_path / "b.h5", Importing(size=(4, 4), frames=False))
+
+
+def test_labels_of_a_simulators_folder_count_from_its_first_event(tmp_path: Path):
+    times = pose_table(tmp_path / "s", 0.5, 0.0)
+    frames(tmp_path / "s", len(times))
+    (tmp_path / "s" / "events.txt").write_text("0.100000 1 2 1\n0.400000 5 6 1\n")
+    (tmp_path / "l.csv").write_text("0,0.1,slip\n0.2,1,hold\n")
+    made = import_recording(tmp_path / "s", tmp_path / "a.h5", Importing(size=(60, 40), labels=tmp_path / "l.csv"))
+    assert made.events.t_us.tolist() == [100_000, 400_000]
+    assert made.footage is not None
+    last_us = int(made.footage.t_us[-1])
+    assert made.intervals == (Interval(100_000, 200_000, "slip"), Interval(300_000, last_us + 1, "hold"))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,9 @@ import pytest
 from evslip.config.loading import dump_config, load_config
 from evslip.data import building, record_file, requested
 from evslip.data.dataset import open_dataset
+from evslip.events.stream import Events
 from evslip.exchange.publishing import lerobot
+from evslip.exchange.publishing.lerobot_episode import episode_of
 from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.publish import publish
 from evslip.exchange.sample_bag import frames_of
@@ -81,6 +83,28 @@ def test_rows_are_those_of_the_record(made: Path, out: Path):
     for polarity in (False, True):
         here = part.select((part.p == polarity) & (part.x // 4 == 5) & (part.y // 4 == 3))
         assert counts[k, int(polarity), 3, 5] == min(255, here.count)
+
+
+@pytest.mark.parametrize("fps", [30, 60])
+def test_each_event_is_counted_once(made: Path, fps: int):
+    """Also where a frame does not last a whole number of microseconds."""
+    record = open_dataset(made)[0]
+    assert record.truth is not None
+    start, end = record.truth.span_us
+    t_us = np.arange(start, end)
+    one = np.zeros(len(t_us), np.uint16)
+    events = Events(t_us, one, one, one > 0)
+    some = np.flatnonzero(((t_us - start + 2) * fps) % 10**6 < 4 * fps)  # near the frames
+    episode = episode_of(replace(record, events=events.select(some)), fps)
+    expected = np.diff(np.searchsorted(t_us[some], episode.t_us))
+    np.testing.assert_array_equal(episode.events.sum((1, 2, 3))[1:], expected)
+
+
+def test_a_sample_without_a_frame_is_named(made: Path):
+    record = open_dataset(made)[0]
+    assert record.truth is not None
+    with pytest.raises(DataError, match=f"{record.name}: the grip is never closed"):
+        episode_of(replace(record, truth=record.truth._replace(span_us=(0, 0))), FPS)
 
 
 def test_sums_over_all_rows_are_told(out: Path):

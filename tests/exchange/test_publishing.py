@@ -1,5 +1,6 @@
 """Publications: what is in them, and that they are whole, equal for equal data, and honest about damage."""
 
+import dataclasses
 import hashlib
 import io
 import json
@@ -13,6 +14,8 @@ import pytest
 from evslip.codecs import read_events, write_events
 from evslip.config.loading import dump_config
 from evslip.data import building, layout, record_file, requested
+from evslip.data.dataset import open_dataset
+from evslip.data.record import Record
 from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.publishing.publication import Publication
@@ -104,6 +107,35 @@ def test_shards_hold_every_record_once(made: Path, tmp_path: Path):
         assert list(found) == [f"{index:07d}.h5" for index in range(count)]
         assert list(found.values()) == rows(tmp_path / "out", split)
     assert len(list((tmp_path / "out" / "data").glob("train-*.tar"))) > 1
+
+
+def test_names_with_dots_are_samples_of_their_own_in_shards(tmp_path: Path):
+    home = tmp_path / "in"
+    names = ("grip_0.5N", "grip_0.7N")
+    for name in names:
+        events = random_events(np.random.default_rng(0), 50)
+        record_file.write(home / f"{name}.h5", Record(kind="recording", name=name, size=(40, 30), events=events))
+    publish(home, tmp_path / "out", Publication(webdataset=True))
+    with tarfile.open(tmp_path / "out" / "data" / "recordings-00000.tar") as tar:
+        # The library ends a sample's key at the first dot.
+        keys = [name.split(".", 1) for name in tar.getnames()]
+    assert keys == [[key, suffix] for key in ("grip_0_5N", "grip_0_7N") for suffix in ("h5", "json")]
+    assert [row["name"] for row in rows(tmp_path / "out", "recordings")] == list(names)
+    (home / "grip_0.5N.h5").rename(home / "grip_0_7N.h5")
+    with pytest.raises(DataError, match=r"grip_0_7N\.h5: would be grip_0_7N\.h5, as grip_0\.7N\.h5"):
+        publish(home, tmp_path / "again", Publication(webdataset=True))
+
+
+def test_a_sample_that_was_made_again_is_published_as_it_is(made: Path, tmp_path: Path):
+    """By another library, whose version has as many digits: whatever the order of the journals' random names."""
+    path = layout.sample_path(made, "train", 1)
+    for number in range(8):
+        path.unlink()
+        sample = dataclasses.replace(simulated(1), provenance={"evslip": f"0.1.{number + 1}"})
+        building._journal.cache_clear()
+        building.add(made, sample, record_file.encode(sample))
+        assert open_dataset(made).verify() == []
+        assert publish(made, tmp_path / f"out{number}") == 7
 
 
 def test_croissant_agrees_with_the_files(made: Path, tmp_path: Path):

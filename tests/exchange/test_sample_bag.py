@@ -10,13 +10,18 @@ from scipy.spatial.transform import Rotation
 
 from evslip.cli import run
 from evslip.codecs import open_events, read_events, write_events
+from evslip.codecs.ros.bag_writer import BagWriter
+from evslip.codecs.ros.composer import Composer
 from evslip.codecs.ros.definitions import types
+from evslip.codecs.ros.messages import PACKET
 from evslip.codecs.ros.packing import PACKET_US
 from evslip.config.sections.camera import CAMERAS
 from evslip.data import record_file
+from evslip.data.intervals import Interval
 from evslip.data.record import Poses, Record
 from evslip.events import Events
 from evslip.events.stream import concatenate
+from evslip.exchange.format_to_format import convert_format
 from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.sample_bag import View, write_sample
@@ -296,6 +301,77 @@ def test_poses_and_frames_come_back_by_an_import(suffix: str, tmp_path: Path):
     part = tmp_path / f"part{suffix}"
     run(["convert", str(tmp_path / "a.h5"), str(part), "--polarity", "on"])
     assert len({topic for topic, _, _ in messages(part)}) == 1
+
+
+def test_labels_of_a_bag_count_from_its_first_event(tmp_path: Path):
+    record = moving()
+    record = replace(record, events=record.events.replace(t_us=record.events.t_us + 100_000))
+    write_sample(tmp_path / "a.mcap", [View(record, [record.events])])
+    (tmp_path / "labels.csv").write_text("0,0.01,hold\n0.01,0.04,slip\n")
+    back = import_recording(tmp_path / "a.mcap", tmp_path / "b.h5", Importing(labels=tmp_path / "labels.csv"))
+    first_us = int(record.events.t_us[0])
+    assert back.events == record.events and back.poses is not None and back.poses.t_us[0] == 0
+    assert [i.start_us for i in back.intervals] == [first_us, first_us + 10_000]
+
+
+@pytest.mark.parametrize(
+    ("part", "place", "value", "message"),
+    [
+        ("object", (7, 1), np.nan, "/object/pose: pose 7 holds a number that is not finite"),
+        ("gripper", (3, 0), np.inf, "/gripper/pose: pose 3 holds a number that is not finite"),
+        ("gripper", (3, 0), 1e30, "is not below 1,000,000"),
+        ("object", (9, slice(3, 7)), 0.0, "/object/pose: pose 9 has a quaternion of length 0, expected 1"),
+    ],
+)
+def test_poses_of_a_bag_that_cannot_be_are_refused(part: str, place: tuple, value: float, message: str, tmp_path: Path):
+    record = moving()
+    assert record.poses is not None
+    getattr(record.poses, f"{part}_pose")[place] = value
+    write_sample(tmp_path / "a.mcap", [View(record, [record.events])])
+    with pytest.raises(DataError, match=f"a.mcap: .*{message}"):
+        import_recording(tmp_path / "a.mcap", tmp_path / "b.h5", Importing())
+
+
+@pytest.mark.parametrize(("t_us", "message"), [([0, 10**12], "a span of 1,000,000 s"), ([5], "1 poses .* two or more")])
+def test_poses_of_a_bag_at_times_that_cannot_be_are_refused(t_us: list[int], message: str, tmp_path: Path):
+    record = moving()
+    assert record.poses is not None
+    poses = Poses(np.array(t_us), *(pose[: len(t_us)] for pose in record.poses[1:]))
+    record = replace(record, poses=poses, footage=None)
+    write_sample(tmp_path / "a.bag", [View(record, [record.events])])
+    with pytest.raises(DataError, match=f"a.bag: {message}"):
+        import_recording(tmp_path / "a.bag", tmp_path / "b.h5", Importing())
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("base", [2**63 - 1, 2**64 - 1])
+def test_a_packet_of_no_time_is_refused(base: int, suffix: str, tmp_path: Path):
+    path = tmp_path / f"a{suffix}"
+    bag = BagWriter(path)
+    packet = Composer(bag.cdr).packet(0, SIZE, 0, base, "mono", bytes(16))
+    with path.open("wb", buffering=0) as file:
+        bag.put("/event_camera/events", PACKET, 0, packet)
+        bag.finish(file)
+    with pytest.raises(DataError, match=f"a time base of {base} ns"):
+        read_events(path)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_pictures_of_an_unknown_encoding_are_named(suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    image = Composer.image
+    monkeypatch.setattr(Composer, "image", lambda *given: image(*given).replace(b"rgb8", b"yuv9"))
+    record = moving()
+    path = tmp_path / f"a{suffix}"
+    write_sample(path, [View(record, [record.events])])
+    with pytest.raises(DataError, match="unknown image: pixels in the encoding 'yuv9'; known are mono8, "):
+        import_recording(path, tmp_path / "b.h5", Importing())
+    assert import_recording(path, tmp_path / "b.h5", Importing(frames=False)).events == record.events
+
+
+def test_a_bag_is_said_to_hold_no_labelled_intervals(tmp_path: Path):
+    record = replace(moving(), intervals=(Interval(0, 20_000, "slip"),))
+    record_file.write(tmp_path / "a.h5", record)
+    assert convert_format(tmp_path / "a.h5", tmp_path / "a.mcap").lost == ("the intervals that a person labelled",)
 
 
 def test_mcap_files_open_with_the_package_mcap(tmp_path: Path):

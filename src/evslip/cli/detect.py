@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from evslip.cli.options import SHIPPED, DetectorFolder, Overrides, Split, overrides
-from evslip.utils.atomic import storage_errors
+from evslip.utils.atomic import require_place, storage_errors
 from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
@@ -15,6 +15,8 @@ from evslip.windows.settings import Align
 
 MOST_EPISODES = 100_000
 """Episodes of one run of `control`."""
+FILES = (".csv", ".png")
+"""Suffixes of what `detect` writes."""
 
 Names = Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME")]
 Parameters = Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME=VALUE")]
@@ -64,8 +66,11 @@ def evaluate(
     *models, data = models_and_data
     if network is not None:
         register(network)
+    own = len(models) == 1 and not is_shipped(models[0])
+    folder = out or (models[0] if own else Path("evaluation"))
     for model in models:
         load_model(model)  # a wrong name shows now, not after the models before it
+    require_place(folder / "evaluation.html")
     examined = open_evaluation_data(data, split, camera)
     found = []
     for model in models:
@@ -73,8 +78,6 @@ def evaluate(
             found.append(
                 evaluate_model(model, examined, hop_s=hop_s, resamples=resamples, align=align, progress=advance)
             )
-    own = len(models) == 1 and not is_shipped(models[0])
-    folder = out or (models[0] if own else Path("evaluation"))
     write_evaluation(folder, found, examined)
     scores = found[0].scores
     console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {examined.name}")
@@ -108,6 +111,7 @@ def detect(
             or from its corner (for a file that does not state the sensor's size). Without it such data are refused.
         network: Class of the model's network, module:Class, where it is of another package that does not offer it.
     """
+    from evslip.codecs.formats import stem_of
     from evslip.data.record_file import open_recording
     from evslip.learn import detect as run
     from evslip.learn.networks import register
@@ -122,10 +126,18 @@ def detect(
     if network is not None:
         register(network)
     which, recording = given
+    stem = out or recording.with_name(f"{stem_of(recording)}-slip")
+    if not stem.name:
+        raise ConfigError(f"out: {stem} is no name of a file; expected one without suffix, such as {stem / 'slip'}")
+    if stem.suffix in FILES:
+        stem = stem.with_suffix("")
+    # Other dots belong to the name, as in grip_0.5N.
+    csv, png = (stem.with_name(stem.name + suffix) for suffix in FILES)
+    if csv.exists() and recording.exists() and csv.samefile(recording):
+        raise ConfigError(f"out: {csv} is the recording itself; give another name")
+    require_place(csv)
     record, parts = open_recording(recording, camera)
     detection = run(which, parts, record.size, align=align, hop_s=hop_s)
-    stem = out or recording.with_name(recording.stem + "-slip")
-    csv, png = stem.with_suffix(".csv"), stem.with_suffix(".png")
     write_detection(detection, csv, png, title=recording.name, truth=record.truth, intervals=record.intervals)
     console.print(f"{csv} and {png}: {detection.summary()}")
 
@@ -167,7 +179,8 @@ def control(
     """Play controllers of the grip force: what they lose, how far it slips, how fast and how hard they grip.
 
     Every controller plays the same episodes, and so do `constant`, which keeps the force of the start, and `oracle`,
-    which knows the truth. Run it again after a stop to go on, or with other controllers to compare.
+    which knows the truth. Run it again after a stop to go on, or with other controllers to compare: those that have
+    played the same episodes into the folder stay in the table.
 
     Args:
         out: Folder for control.html, control.json and outcomes.jsonl.
@@ -187,7 +200,7 @@ def control(
     """
     from evslip.config.loading import load_config
     from evslip.control.controllers import make_controller
-    from evslip.control.evaluation.games import games_of, play_games, replay
+    from evslip.control.evaluation.games import earlier_outcomes, games_of, play_games, replay
     from evslip.control.evaluation.summary import OPEN_LOOP, ORACLE, summarise
     from evslip.generation.runners import require_workers
     from evslip.view.control.page import label, worst, write_control
@@ -199,7 +212,7 @@ def control(
     require_workers(workers)
     if policy is not None:
         sys.path.insert(0, str(Path.cwd()))  # a policy is a file of the user's, where it is written
-    named = [*controller, *([policy] if policy else [])] or ["detector"]
+    named = [*controller, *([] if policy is None else [policy])] or ["detector"]
     given: dict[str, Any] = overrides(parameter)
     if given and len(named) > 1:
         raise ConfigError(f"parameter: {len(named)} controllers are named; expected one that the parameters are of")
@@ -215,6 +228,7 @@ def control(
     games = games_of(out, drawn_from, players, split, range(count), rate_hz, records)
     with Step("control", len(games)) as advance:
         outcomes = play_games(games, workers, console.print, advance)
+    outcomes += earlier_outcomes(games, console.print)
     films: dict[str, Path] = {}
     chosen = [one for one in worst(outcomes) if one.controller in named][:videos]
     if chosen:

@@ -170,12 +170,13 @@ def label(recording: Positional[Path], *, out: Path | None = None, port: int = 8
         port: Port on this machine, which alone can reach it; 0 takes a free one.
         browser: Open the page.
     """
+    from evslip.codecs.formats import stem_of
     from evslip.view.explorer.labels import Labels
     from evslip.view.explorer.serve import explore
     from evslip.view.explorer.shelf import open_recording
 
     shelf = open_recording(recording)
-    labels = Labels(out or recording.with_name(f"{recording.stem}-labels.csv"))
+    labels = Labels(out or recording.with_name(f"{stem_of(recording)}-labels.csv"))
     explore(shelf, labels=labels, port=port, browser=browser)
 
 

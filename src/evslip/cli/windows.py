@@ -6,6 +6,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from evslip.cli.options import HIDDEN, Split, given, options_of
+from evslip.utils.atomic import require_place
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
@@ -49,6 +50,7 @@ def windows(
         words = " ".join(map(str, datasets_and_out)) or "nothing"
         raise ConfigError(f"windows: {words} given; expected one or more data sets, then the file to write")
     *datasets, out = datasets_and_out
+    require_place(out)
     sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]
     sets = [samples.seen_by(camera) for samples in sets]
     if visualize is not None and (len(sets) > 1 or not sets[0].splits):

@@ -84,11 +84,18 @@ def is_bag_folder(path: str | Path) -> bool:
     return (Path(path) / "metadata.yaml").is_file()
 
 
+def stem_of(path: str | Path) -> str:
+    """Name of a recording without the suffix of its format; the name of a folder has none, whatever its dots."""
+    return Path(path).name if is_bag_folder(path) else Path(path).stem
+
+
 def recordings_in(folder: str | Path) -> list[Path]:
     """Readable recordings of events in a folder, by name: files, and folders that are a ROS 2 bag."""
     known = known_suffixes()
     return [
-        one for one in sorted(Path(folder).iterdir()) if is_bag_folder(one) or (one.is_file() and one.suffix in known)
+        one
+        for one in sorted(Path(folder).iterdir())
+        if is_bag_folder(one) or (one.is_file() and one.suffix.lower() in known)
     ]
 
 

@@ -19,7 +19,7 @@ from evslip.codecs.arrays.record_head import (
     cameras_of,
     stream_of,
 )
-from evslip.codecs.formats import HDF5, format_of
+from evslip.codecs.formats import HDF5, format_of, stem_of
 from evslip.codecs.source import extent_of
 from evslip.config.params import Params
 from evslip.data.footage import Footage
@@ -83,7 +83,7 @@ def read_recording(path: str | Path, camera: str | None = None) -> Record:
     if is_record(path):
         return read(path, camera=camera)
     events, size = read_whole(path, camera)
-    return Record(kind="recording", name=path.stem, size=size, events=events, provenance=provenance())
+    return Record(kind="recording", name=stem_of(path), size=size, events=events, provenance=provenance())
 
 
 def views(path: str | Path, camera: str | None = None) -> list[Record]:
@@ -103,7 +103,7 @@ def open_recording(path: str | Path, camera: str | None = None) -> tuple[Record,
         return read(path, events=False, camera=camera), parts
     source = open_events(path, camera)
     size = source.size or extent_of(source.parts)
-    record = Record(kind="recording", name=path.stem, size=size, events=empty_events(), provenance=provenance())
+    record = Record(kind="recording", name=stem_of(path), size=size, events=empty_events(), provenance=provenance())
     return record, source.parts if source.size else open_events(path, camera).parts
 
 

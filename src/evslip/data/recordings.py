@@ -16,7 +16,11 @@ class Recordings(Samples):
 
     def __init__(self, root: Path):
         self.root = root
-        files = [root] if root.is_file() else sorted(path for path in root.iterdir() if path.suffix in HDF5.suffixes)
+        files = (
+            [root]
+            if root.is_file()
+            else sorted(path for path in root.iterdir() if path.suffix.lower() in HDF5.suffixes)
+        )
         self.listing = [Listing(path, path.stem) for path in files if is_record(path)]
         if not self.listing:
             raise DataError(f"{root}: no data set ({CONFIG}) and no record of evslip; `evslip import` makes some")

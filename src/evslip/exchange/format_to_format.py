@@ -78,17 +78,18 @@ def convert_format(
     stated = open_events(source, cameras[0])
     size = stated.size or extent_of(stated.parts)
     selector = Selector(selection, size)
-    counts = Counts()
+    counts, intervals = Counts(), ()
     if is_whole:
         records = [replace(read(source, camera=name), events=empty_events()) for name in cameras]
         parts = [counts.counted(open_events(source, name).parts) for name in cameras]
-        names = cameras if len(cameras) > 1 else (None,)
+        names, intervals = cameras if len(cameras) > 1 else (None,), records[0].intervals
         write_sample(out, list(map(View, records, parts, names)), frames_hz)
     else:
         with writing(out, selector.size) as push:
             for events in counts.counted(selector.of(open_events(source, camera).parts)):
                 push(events)
     lost = ("the labels",) if counts.labelled and not form.keeps_labels else ()
+    lost += ("the intervals that a person labelled",) if intervals else ()
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) and not is_whole else ()
     lost += tuple(filter(None, [left_out(source)]))

@@ -9,6 +9,7 @@ from starlette.testclient import TestClient
 from evslip.config.loading import dump_config
 from evslip.data import building, dataset, layout, record_file
 from evslip.data.footage import Footage
+from evslip.data.intervals import Interval
 from evslip.data.record import Record
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import ConfigError, DataError
@@ -238,13 +239,63 @@ def test_pages_load_only_what_is_given_out(client: TestClient):
 
 def test_labels_are_on_disk_when_the_answer_comes(labeller: TestClient, tmp_path: Path):
     intervals = [[0.03, 0.04, "hold"], [0.01, 0.02, "slip"]]
-    answer = labeller.put("/api/labels", json=intervals)
+    open_now = labeller.get("/api/labels").json()["recording"]
+    answer = labeller.put("/api/labels", json={"recording": open_now, "intervals": intervals})
     assert answer.json() == {"file": "still-labels.csv", "intervals": sorted(intervals)}
     lines = (tmp_path / "still-labels.csv").read_text().splitlines()
     assert lines == ["start_s,end_s,label", "0.010000,0.020000,slip", "0.030000,0.040000,hold"]
-    refused = labeller.put("/api/labels", json=[[0.3, 0.2, "slip"]])
+    refused = labeller.put("/api/labels", json={"recording": open_now, "intervals": [[0.3, 0.2, "slip"]]})
     assert refused.status_code == 422
     assert (tmp_path / "still-labels.csv").read_text().splitlines() == lines
+
+
+def test_a_page_of_another_recording_saves_nothing(labeller: TestClient, tmp_path: Path):
+    """A tab that was left open, while the server at its address was started anew."""
+    open_now = labeller.get("/api/labels").json()["recording"]
+    others = {}
+    for name, out in (("still.h5", "other.csv"), ("other.h5", "still-labels.csv")):
+        record_file.write(
+            tmp_path / name,
+            Record(kind="recording", name="still", size=(40, 30), events=random_events(np.random.default_rng(0), 50)),
+        )
+        app = make_app(Explorer(open_recording(tmp_path / name), labels=Labels(tmp_path / out)), [HOST])
+        others[out] = TestClient(app, base_url=f"http://{HOST}")
+    for left_over in ({"recording": open_now, "intervals": []}, {"intervals": []}, [], "x", 3):
+        for out, other in others.items():
+            refused = other.put("/api/labels", json=left_over)
+            assert refused.status_code == 409
+            assert f"{out}; nothing was saved, load the page anew" in refused.text
+    assert not list(tmp_path.glob("*.csv"))
+    again = make_app(
+        Explorer(open_recording(tmp_path / "still.h5"), labels=Labels(tmp_path / "still-labels.csv")), [HOST]
+    )
+    same = TestClient(again, base_url=f"http://{HOST}").put(
+        "/api/labels", json={"recording": open_now, "intervals": []}
+    )
+    assert same.status_code == 200  # the same recording, opened again
+
+
+def test_the_slips_of_another_simulators_sample_are_shown():
+    """As those of evslip's own; but a person's labels go before them."""
+    sample = simulated(0)
+    assert sample.truth is not None
+    nobody = {"kind": "recording", "split": None, "index": None, "params": None, "trajectory": None}
+    foreign = dataclasses.replace(sample, **nobody)
+    about = Sample(foreign).about()
+    assert (about["slips"], about["onset_us"], about["phases"]) == ([[1000, 3000, "mixed"]], 1000, [])
+    assert about["held"] == Sample(sample).about()["held"] != []
+    labelled = Sample(dataclasses.replace(foreign, intervals=(Interval(5, 9, "slip"),))).about()
+    assert labelled["slips"] == [[5, 9, "slip"]]
+
+
+def test_labels_count_from_the_first_event():
+    """Also where other things are known of an earlier time."""
+    sample = simulated(0)
+    assert sample.truth is not None
+    late = dataclasses.replace(sample, events=sample.events.replace(t_us=sample.events.t_us + 1200))
+    about = Sample(late).about()
+    assert about["first_event_us"] == late.events.t_us[0] > about["start_us"]
+    assert Sample(dataclasses.replace(late, events=empty_events())).about()["first_event_us"] == about["start_us"]
 
 
 def test_a_shelf_names_what_cannot_be_opened(tmp_path: Path):

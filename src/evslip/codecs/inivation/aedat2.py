@@ -7,6 +7,7 @@ frames and bit 10 special events, both left out here; polarity in bit 11, x from
 bits each). Rows count from the bottom, columns from the right; here from the top left.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,6 +21,9 @@ from evslip.utils.files import require_file
 _MAGIC = b"#!AER-DAT"
 _ROW = np.dtype([("address", ">u4"), ("t", ">u4")])
 _LONGEST_HEADER = 1 << 20
+_CONTROL = re.compile(rb"[\x00-\x08\x0a-\x1f\x7f]")
+_LAST_LINE = b"END OF ASCII HEADER"
+"""Last line of jAER's headers, in capitals."""
 _SENSORS = {"DVS128": (128, 128), "DAVIS240": (240, 180), "DAVIS346": (346, 260), "DAVIS640": (640, 480)}
 _UNNAMED = (346, 260)
 """Sensor of files that do not name the chip, as those of v2e, whose events fit on no smaller DAVIS."""
@@ -43,15 +47,34 @@ def _header(path: Path) -> tuple[str, int]:
     version = data[len(_MAGIC) : len(_MAGIC) + 3].decode("latin-1")
     if version != "2.0":
         raise DataError(f"{path}: version {version!r} of AEDAT; files named .aedat are read in version 2.0 alone")
-    position, chip = 0, ""
+    lines = _lines(data, path)
+    chip = ""
+    for line in lines:
+        text = line.decode("latin-1").upper()
+        chip = next((name for name in _SENSORS if name in text), chip)
+    return chip, sum(map(len, lines))
+
+
+def _lines(data: bytes, path: Path) -> list[bytes]:
+    """Lines of the header. Of v2e's nothing says where they end, and # may as well be the first byte of an event."""
+    lines, position = [], 0
     while data.startswith(b"#", position):
         end = data.find(b"\n", position)
+        line = data[position : end + 1 or None]
+        if _CONTROL.search(line.removesuffix(b"\n").removesuffix(b"\r")):
+            break  # no text: times begin with zeros
         if end < 0:
             raise DataError(f"{path}: truncated in the header")
-        line = data[position:end].decode("latin-1").upper()
-        chip = next((name for name in _SENSORS if name in line), chip)
+        lines.append(line)
         position = end + 1
-    return chip, position
+        if _LAST_LINE in line.upper():
+            return lines
+    if not lines:
+        raise DataError(f"{path}: damaged in the header")
+    # A line's end may lie within an event; then no whole number of events follows.
+    while (path.stat().st_size - sum(map(len, lines))) % _ROW.itemsize and len(lines[-1]) < _ROW.itemsize:
+        lines.pop()
+    return lines
 
 
 def _guess(path: Path, start: int) -> tuple[int, int]:

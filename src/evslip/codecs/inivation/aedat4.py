@@ -31,7 +31,10 @@ _MOST_EXPANDED = 256
 """A file that claims to hold more than this times its size is not a recording."""
 _LARGEST_PACKET = 1 << 28
 """Bytes of a packet, plain or compressed; recordings have packets of 10 ms."""
-_DAMAGE = (struct.error, ValueError, RuntimeError, MemoryError, ElementTree.ParseError, zstandard.ZstdError)
+_DAMAGE = (
+    *(struct.error, ValueError, RuntimeError, MemoryError, zstandard.ZstdError),
+    *(ElementTree.ParseError, LookupError),  # the latter for XML of an unknown encoding
+)
 
 
 class _Header(NamedTuple):
@@ -122,6 +125,8 @@ def _header(path: Path) -> _Header:
             end = size if table_position < 0 else table_position
             if end > size:
                 raise DataError(f"{path}: truncated: {size} bytes, its header speaks of {end}")
+            if end < begin:
+                raise ValueError(f"its packets end at byte {end}, before they begin")
             return _Header(begin, end, compression, _streams(bytes(header.vector(2, 1))))
         except _DAMAGE as error:
             raise _damaged(path, error) from None

@@ -129,7 +129,9 @@ def image(data: bytes, cdr: bool) -> tuple[int, np.ndarray]:
     t_us = fields.header()
     height, width, encoding = fields.number("I"), fields.number("I"), fields.text()
     fields.number("B")
-    step, channels = fields.number("I"), _COLOURS[encoding]
+    step, channels = fields.number("I"), _COLOURS.get(encoding)
+    if channels is None:
+        raise ValueError(f"pixels in the encoding {encoding[:20]!r}; known are {', '.join(_COLOURS)}")
     rows = np.frombuffer(fields.raw(fields.number("I")), np.uint8).reshape(height, step)
     pixels = rows[:, : width * channels].reshape(height, width, channels)
     pixels = pixels[..., 0] if channels == 1 else pixels[..., :: -1 if encoding == "bgr8" else 1]

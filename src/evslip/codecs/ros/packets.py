@@ -14,6 +14,8 @@ from evslip.codecs.source import events_of
 from evslip.events.stream import Events, empty_events
 
 ENCODINGS = ("evt3", "mono", "libcaer", "trigger")
+LATEST_NS = 2**62
+"""Latest time base, so that times after it fit into 64 bits with a sign: the year 2116."""
 
 
 class PacketDecoder:
@@ -32,6 +34,8 @@ class PacketDecoder:
             return empty_events()
         if kind == "evt3":
             return self._words(packet)
+        if packet.time_base > LATEST_NS:
+            raise ValueError(f"a time base of {packet.time_base} ns, expected {LATEST_NS} at most")
         words = np.frombuffer(packet.content, "<u8")
         if kind == "mono":
             t_us = (packet.time_base + (words & 0xFFFFFFFF).astype(np.int64)) // 1000

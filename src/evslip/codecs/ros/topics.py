@@ -55,7 +55,7 @@ def frames_of(messages: Messages, path: Path, cdr: bool, topic: str = "") -> Ite
         try:
             yield image(data, cdr)
         except _DAMAGE as error:
-            raise DataError(f"{path}: damaged image: {error}") from None
+            raise DataError(f"{path}: damaged or unknown image: {error}") from None
 
 
 def poses_of(messages: Messages, path: Path, cdr: bool, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:

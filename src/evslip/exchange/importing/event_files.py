@@ -12,7 +12,8 @@ from evslip.codecs.ros.topics import GRIPPER, HELD, OBJECT, TOOL
 from evslip.data.footage import footage_of
 from evslip.data.record import Poses, Record
 from evslip.data.record_file import is_record, read_recording
-from evslip.exchange.importing.pose_files import even, truth_of
+from evslip.exchange.importing.labels import labelled
+from evslip.exchange.importing.pose_files import check_poses, check_span, even, truth_of
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selection import Selection
 from evslip.exchange.selector import Selector
@@ -33,7 +34,8 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
     selector = Selector(how.selection, known.size)
     poses = known.poses or poses_of(source)
     starts = [int(part.t_us[0]) for part in (known.events, poses) if part is not None and len(part.t_us)]
-    zero_us = min(starts, default=0) if from_zero else 0
+    # A record's time has begun already: its labels, poses and truth count in it.
+    zero_us = 0 if is_record(source) or not from_zero else min(starts, default=0)
     events = selector.events(known.events, zero_us)
     footage = known.footage
     if footage is None and how.frames:
@@ -49,10 +51,9 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
         # Without a word on when the object hangs in the grip, what moves before and after would count as slip.
         if len(held) == len(given.t_us) and held.any():
             last = np.searchsorted(given.t_us, poses.t_us, "right") - 1
-            tool = next(iter(format_of(source).codec.poses(source, TOOL)), None)
-            truth = truth_of(poses, held[last], how.centre_m or (None if tool is None else tool[1][:3]))
+            truth = truth_of(poses, held[last], how.centre_m or _tool_centre(source))
     notes = {"file": source.name, "first_event_us": str(zero_us), "sensor": how.sensor, "mount": how.mount}
-    return replace(
+    made = replace(
         known,
         size=selector.size,
         events=events.replace(t_us=events.t_us - zero_us),
@@ -61,6 +62,7 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
         truth=truth,
         notes=known.notes | {name: text for name, text in notes.items() if text and name not in known.notes},
     )
+    return labelled(made, how.labels, int(known.events.t_us[0]) - zero_us if known.events.count else 0)
 
 
 def _size_of(source: Path, known: Record, how: Importing) -> tuple[int, int]:
@@ -91,11 +93,23 @@ def poses_of(source: Path) -> Poses | None:
     tables = [] if read is None else [list(read(source, topic)) for topic in (GRIPPER, OBJECT)]
     if not all(tables) or not tables:
         return None
-    (times, gripper), (others, thing) = (zip(*table, strict=True) for table in tables)
-    t_us = np.array(times, np.int64)
-    if not np.array_equal(t_us, np.array(others, np.int64)) or (np.diff(t_us) <= 0).any():
+    (times, gripper), (others, thing) = (map(np.array, zip(*table, strict=True)) for table in tables)
+    t_us = times.astype(np.int64)
+    if not np.array_equal(t_us, others) or (np.diff(t_us) <= 0).any():
         raise DataError(
             f"{source}: the poses of {GRIPPER} and {OBJECT} are not of the same, growing times; expected one of each "
             "at a time"
         )
-    return Poses(t_us, np.array(gripper, np.float32), np.array(thing, np.float32))
+    check_span(t_us, source)
+    for topic, table in ((GRIPPER, gripper), (OBJECT, thing)):
+        check_poses(table, f"{source}: {topic}")
+    return Poses(t_us, gripper.astype(np.float32), thing.astype(np.float32))
+
+
+def _tool_centre(source: Path) -> tuple[float, ...] | None:
+    """The point between the fingers in the gripper's frame, in metres, if a bag tells it. Raises DataError."""
+    tool = next(iter(format_of(source).codec.poses(source, TOOL)), None)
+    if tool is None:
+        return None
+    check_poses(np.array([tool[1]]), f"{source}: {TOOL}")
+    return tool[1][:3]

@@ -21,6 +21,8 @@ STEP_US = 1000
 MOST_US = 3_600_000_000
 """Longest span of poses: in an hour there are 3.6 million of that grid."""
 MOST_M = 1e6
+LEAST_TURN = 1e-6
+"""Largest number of a quaternion that is taken for one of length 0, as records do."""
 _PARTS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 _PAPER = {"ts", "end_effector_pos", "end_effector_ori", "cube_pos", "cube_ori"}
 _LATEST_US = 2**40
@@ -48,11 +50,28 @@ def read_poses(path: str | Path) -> tuple[Poses, np.ndarray | None]:
     gripper, body = (_pose(table, side, is_paper, path) for side in ("gripper", "object"))
     if t_us.shape != (len(rows),) or not (np.abs(t_us) < _LATEST_US).all() or (np.diff(t_us) <= 0).any():
         raise DataError(f"{path}: column {key}: expected times that increase")
-    if t_us[-1] - t_us[0] > MOST_US:
-        span_s = (t_us[-1] - t_us[0]) / 1e6
-        raise DataError(f"{path}: column {key}: a span of {span_s:,.0f} s, expected {MOST_US / 1e6:,.0f} at most")
+    check_span(t_us, f"{path}: column {key}")
     held = table["held"].ravel() > 0 if "held" in table else None
     return Poses(t_us.astype(np.int64), gripper, body), held
+
+
+def check_span(t_us: np.ndarray, where: object) -> None:
+    """Raise DataError unless times of poses, which increase, in microseconds, can be brought to the grid."""
+    if len(t_us) < 2:
+        raise DataError(f"{where}: {len(t_us)} poses of gripper and object, expected two or more")
+    if t_us[-1] - t_us[0] > MOST_US:
+        span_s = (t_us[-1] - t_us[0]) / 1e6
+        raise DataError(f"{where}: a span of {span_s:,.0f} s, expected {MOST_US / 1e6:,.0f} at most")
+
+
+def check_poses(poses: np.ndarray, where: object) -> None:
+    """Raise DataError unless poses, of shape (n, 7), are positions in metres and quaternions that turn."""
+    wrong = np.flatnonzero(~(np.abs(poses) < MOST_M).all(1))
+    if len(wrong):
+        raise DataError(f"{where}: pose {wrong[0]} holds a number that is not finite, or is not below {MOST_M:,.0f}")
+    flat = np.flatnonzero(np.abs(poses[:, 3:]).max(1) <= LEAST_TURN)
+    if len(flat):
+        raise DataError(f"{where}: pose {flat[0]} has a quaternion of length 0, expected 1")
 
 
 def even(poses: Poses) -> Poses:

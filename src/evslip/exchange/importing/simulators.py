@@ -10,6 +10,7 @@ from evslip.codecs.formats import known_suffixes
 from evslip.data.footage import Footage, footage_of
 from evslip.data.record import Record, provenance
 from evslip.events.stream import Events, concatenate
+from evslip.exchange.importing.labels import labelled
 from evslip.exchange.importing.pose_files import even, read_poses, truth_of
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selector import Selector
@@ -47,7 +48,7 @@ def read_simulator_folder(folder: Path, how: Importing) -> Record:
         raise ConfigError(f"{home}: events beyond {size[0]} x {size[1]} pixels; expected --size of their sensor")
     selector = Selector(how.selection, size)
     notes = {"file": folder.resolve().name, "events": made_of, "sensor": how.sensor, "mount": how.mount}
-    return Record(
+    made = Record(
         kind="recording",
         name=folder.resolve().name,
         size=selector.size,
@@ -58,6 +59,7 @@ def read_simulator_folder(folder: Path, how: Importing) -> Record:
         notes={name: text for name, text in notes.items() if text},
         provenance=provenance(),
     )
+    return labelled(made, how.labels, int(events.t_us[0]) if events.count else 0)
 
 
 def _pictures(folder: Path, t_us: np.ndarray, size: tuple[int, int]) -> Iterator[tuple[int, np.ndarray]]:

@@ -43,8 +43,10 @@ def episode_of(record: Record, fps: int) -> Episode:
     known, truth = record.trajectory, record.truth
     if known is None or truth is None:
         raise DataError(f"{record.name}: has no trajectory; LeRobot's episodes need simulated samples")
-    times, images = zip(*frames_of(record, fps), strict=True)
-    t_us = np.array(times, np.int64)
+    frames = list(frames_of(record, fps))
+    if not frames:
+        raise DataError(f"{record.name}: the grip is never closed; expected samples that are held for a frame or more")
+    t_us = np.array([time for time, _ in frames], np.int64)
     at = np.searchsorted(known.t_us, t_us).clip(0, len(known.t_us) - 1)
     slipping = np.zeros(len(truth.t_us), bool)
     for one in truth.episodes:
@@ -59,7 +61,7 @@ def episode_of(record: Record, fps: int) -> Episode:
         known.pad_force_n.mean(1)[at].astype(np.float32),
         slip[at].astype(np.float32),
         _counts(record, t_us, round(1e6 / fps)),
-        list(images),
+        [image for _, image in frames],
     )
 
 
@@ -67,8 +69,9 @@ def _counts(record: Record, t_us: np.ndarray, step_us: int) -> np.ndarray:
     width, height = record.size
     shape = (2, -(-height // BLOCK), -(-width // BLOCK))
     counts = np.zeros((len(t_us), *shape), np.uint8)
-    for k, time in enumerate(t_us.tolist()):
-        events = record.events.between(time - step_us, time)
+    begins = [int(t_us[0]) - step_us, *t_us[:-1].tolist()]
+    for k, (begin, end) in enumerate(zip(begins, t_us.tolist(), strict=True)):
+        events = record.events.between(begin, end)
         place = (events.p.astype(np.int64), events.y // BLOCK, events.x // BLOCK)
         found = np.bincount(np.ravel_multi_index(place, shape), minlength=counts[k].size)
         counts[k] = np.minimum(found, 255).reshape(shape)

@@ -77,12 +77,13 @@ def _write_data(
 ) -> dict[str, list[dict[str, Any]]]:
     """The table of each split; the records are written on the way."""
     splits: dict[str, list[dict[str, Any]]] = {item.split or RECORDINGS: [] for item in listing}
+    keys = _keys(listing, how.webdataset)
     for split, rows in splits.items():
         shards = Shards(folder, split, round(how.shard_mb * 1e6))
         for item in listing:
             if (item.split or RECORDINGS) != split:
                 continue
-            key = item.path.stem
+            key = keys[item.path]
             file = f"data/{shards.current}/{key}.h5" if how.webdataset else f"data/{split}/{key}.h5"
             values, data = row(item, file)
             if how.webdataset:
@@ -94,6 +95,18 @@ def _write_data(
             progress()
         shards.close()
     return splits
+
+
+def _keys(listing: Sequence[Listing], webdataset: bool) -> dict[Path, str]:
+    """Names of the records' files without suffix; in shards, whose readers take what follows the first dot for the
+    suffix, without dots. Raises DataError for two of one name."""
+    keys, taken = {}, {}
+    for item in listing:
+        key = keys[item.path] = item.path.stem.replace(".", "_") if webdataset else item.path.stem
+        other = taken.setdefault((item.split, key), item.path)
+        if other != item.path:
+            raise DataError(f"{item.path}: would be {key}.h5, as {other.name}; expected another name")
+    return keys
 
 
 def _write(path: Path, parts: Iterable[bytes]) -> str:

@@ -129,11 +129,12 @@ class Explorer:
         }
 
     def read_labels(self, request: Request) -> Response:
-        """The intervals as they are in the file."""
-        return JSONResponse(self._labels().as_json())
+        """The intervals as they are in the file, and what a page must name to replace them."""
+        return JSONResponse({**self._labels().as_json(), "recording": self._labelled()})
 
     async def write_labels(self, request: Request) -> Response:
-        """Replace all intervals; they are on disk when this answers."""
+        """Replace all intervals of the recording that is open; they are on disk when this answers. A page of another
+        one, left over from a server that was at this address before, is refused."""
         from starlette.concurrency import run_in_threadpool
 
         labels = self._labels()
@@ -141,8 +142,15 @@ class Explorer:
             given = await request.json()
         except (ValueError, RecursionError):
             raise HTTPException(400, "expected JSON") from None
-        await run_in_threadpool(labels.replace, given)
+        if not isinstance(given, dict) or given.get("recording") != self._labelled():
+            other = f"this page is of another recording or file of labels than those open now, {self.shelf.title} and "
+            raise HTTPException(409, f"{other}{labels.path.name}; nothing was saved, load the page anew")
+        await run_in_threadpool(labels.replace, given.get("intervals"))
         return JSONResponse(labels.as_json())
+
+    def _labelled(self) -> str:
+        """Name of what is labelled, unlike that of every other: the recording, and the file that its labels go to."""
+        return f"{self.shelf[0].path.absolute()}, {self._labels().path.absolute()}"
 
     def _labels(self) -> Labels:
         if self.labels is None:

@@ -59,10 +59,12 @@ class Sample:
         """Facts that the page needs before it plays; times in microseconds."""
         record = self.record
         width, height = record.size
+        times = record.events.t_us
         about: dict[str, Any] = {
             "name": record.name, "kind": record.kind, "width": width, "height": height, "events": record.events.count,
             "start_us": self.span_us[0], "end_us": self.span_us[1],
-            "origin_us": 0 if record.truth is not None else self.span_us[0], "frames": self.has_frames,
+            "origin_us": 0 if record.truth is not None else self.span_us[0],
+            "first_event_us": int(times[0]) if len(times) else self.span_us[0], "frames": self.has_frames,
             "bodies": record.events.body is not None, "facts": self._facts(), "phases": [], "slips": [], "held": [],
             "curves": [self._rates()],
         }  # fmt: skip
@@ -73,6 +75,7 @@ class Sample:
             about["curves"] = [*self._truth_curves(), self._rates()]
         if truth is not None and record.params is not None:
             about["phases"] = [[name, *span] for name, span in phase_times(record.params).items()]
+        if truth is not None and not record.intervals:
             about["slips"] = [[episode.start_us, episode.end_us, episode.kind] for episode in truth.episodes]
             held = np.flatnonzero(truth.held)
             about["held"] = [[int(truth.t_us[held[0]]), int(truth.t_us[held[-1]])]] if len(held) else []

@@ -7,7 +7,7 @@ from typing import Any
 
 from evslip.codecs import format_of, raw_source
 from evslip.codecs.arrays.record_head import wrong_camera
-from evslip.codecs.formats import is_bag_folder
+from evslip.codecs.formats import is_bag_folder, stem_of
 from evslip.data import record_file
 from evslip.data.record import Record
 from evslip.data.record_file import ALL_CAMERAS, camera_names_in, is_record, read_recording
@@ -79,8 +79,8 @@ def open_recording(path: str | Path, camera: str = ALL_CAMERAS) -> Shelf:
         next(iter(raw_source(path).parts), None)  # what cannot be read is refused before a page opens
     names = camera_names_in(path) if is_record(path) else ()
     if not names and camera == ALL_CAMERAS:
-        return Shelf(path.name, [Listing(path, path.stem, label="")])
+        return Shelf(path.name, [Listing(path, stem_of(path), label="")])
     if camera != ALL_CAMERAS and camera not in names:
         raise DataError(f"{path}: {wrong_camera(names, camera)}")
     chosen = [name for name in names if camera in (name, ALL_CAMERAS)]
-    return Shelf(path.name, [Listing(path, f"{path.stem}-{name}", label="", camera=name) for name in chosen])
+    return Shelf(path.name, [Listing(path, f"{stem_of(path)}-{name}", label="", camera=name) for name in chosen])

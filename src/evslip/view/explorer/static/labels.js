@@ -5,13 +5,14 @@ import {Player} from "./player.js";
 const KINDS = ["slip", "hold"];
 
 class Labeller {
-  constructor(player, intervals) {
-    Object.assign(this, {player, intervals, past: [], future: [], begun: null});
+  constructor(player, {recording, intervals}) {
+    Object.assign(this, {player, recording, intervals, past: [], future: [], begun: null});
     this.saving = Promise.resolve();
     // The browser asks before it leaves the page with a change that has not arrived.
     addEventListener("beforeunload", (event) => { if (this.unsaved) event.preventDefault(); });
-    const origin = player.about.start_us;
-    this.seconds = (t) => Number(((t - origin) / 1e6).toFixed(6));
+    const origin = player.about.origin_us;
+    // What lies before the first event has no time in the file.
+    this.seconds = (t) => Math.max(0, Number(((t - origin) / 1e6).toFixed(6)));
     this.micros = (s) => origin + 1e6 * s;
     Object.assign(player.keys, {
       s: () => this.mark("slip"), h: () => this.mark("hold"), d: () => this.remove(), Delete: () => this.remove(),
@@ -75,7 +76,9 @@ class Labeller {
   }
 
   async save(intervals) {
-    const answer = await fetch("/api/labels", {method: "PUT", headers: {"content-type": "application/json"}, body: JSON.stringify(intervals)});
+    // Another recording may be open at this address by now.
+    const body = JSON.stringify({recording: this.recording, intervals});
+    const answer = await fetch("/api/labels", {method: "PUT", headers: {"content-type": "application/json"}, body});
     if (!answer.ok) throw new Error((await answer.text()).trim());
     const {file} = await answer.json();
     if (intervals === this.intervals) {
@@ -122,8 +125,9 @@ export function insert(intervals, [from, to, kind]) {
 async function start() {
   const [about, list, known] = await Promise.all([get("/api/samples/0"), get("/api/items"), get("/api/labels")]);
   document.title = place("title").textContent = `label ${list.title}`;
-  const player = new Player(0, about);
-  new Labeller(player, known.intervals);
+  // The page shows the times that the file has.
+  const player = new Player(0, {...about, origin_us: about.first_event_us});
+  new Labeller(player, known);
   document.body.dataset.ready = "yes";
 }
 
