@@ -1,10 +1,13 @@
 """What controllers that ask a slip detector have in common."""
 
+from abc import abstractmethod
 from dataclasses import dataclass, field
 
-from evslip.control.controllers.controller import Controller, Setup
+from evslip.control.controllers.controller import NO_ANSWER, Controller, Setup, SlipAnswer
 from evslip.control.controllers.grip_force import GripForce, Relaxation
 from evslip.control.controllers.slip_signal import MODEL, TRUTH, require_model, signal_of
+from evslip.control.senses import Senses
+from evslip.events.stream import Events
 
 
 @dataclass(frozen=True)
@@ -19,11 +22,23 @@ class DetectorParameters:
     """Answers in a row that are an alarm."""
     deg_mm: float = 3.0
     """Degrees of turning that count as a millimetre of sliding."""
+    sure: float = 0.9
+    """Probability that an alarm reaches if it is believed."""
+    long_s: float = 0.065
+    """Time beyond the detector's own, see `Signal.memory_s`, after which an alarm was of a slip that was not slow:
+    what holds may be far more than the force at which it began."""
+    fast_mm_s: float = 15.0
+    """Estimated speed from which on it was not slow either."""
     relaxation: Relaxation = field(default_factory=Relaxation)
 
 
 class DetectorControl(Controller):
-    """Asks a slip detector at every step. Raises DataError for a model that cannot be read."""
+    """Asks a slip detector at every step, and learns from each alarm what holds. Raises DataError for a model that
+    cannot be read.
+
+    A slip stays in what the detector looks at for a while: an alarm that is over sooner, or never sure, was a false
+    one, and teaches nothing.
+    """
 
     def __init__(self, parameters: DetectorParameters):
         require_model(parameters.model)
@@ -33,4 +48,38 @@ class DetectorControl(Controller):
     def reset(self, setup: Setup) -> None:
         own = self._asks
         self._signal = signal_of(own.model, setup, own.threshold, own.answers)
-        self._force, self.alarm = GripForce(setup, own.relaxation), False
+        self._force, self.alarm, self.answer = GripForce(setup, own.relaxation), False, NO_ANSWER
+        self._begin_us, self._surest, self._fastest_mm_s = 0, 0.0, 0.0
+
+    def step(self, events: Events, senses: Senses) -> float:
+        was_alarm, self.answer = self.alarm, self._signal.push(events, senses.t_us)
+        self.alarm = self.answer.alarm
+        if self.alarm:
+            if not was_alarm:
+                self._begin_us, self._surest, self._fastest_mm_s = senses.t_us, 0.0, 0.0
+                self._force.alarm_begins()
+            speed_mm_s = self._speed_mm_s(self.answer)
+            self._surest = max(self.answer.p_slip, self._surest)
+            self._fastest_mm_s = max(speed_mm_s, self._fastest_mm_s)
+            self._slips(speed_mm_s, senses.t_us, is_new=not was_alarm)
+        else:
+            if was_alarm:
+                self._learn((senses.t_us - self._begin_us) / 1e6)
+            self._force.rest()
+        return self._force.command_n(senses)
+
+    @abstractmethod
+    def _slips(self, speed_mm_s: float, now_us: int, is_new: bool) -> None:
+        """A step of an alarm, which may be its first: raise the force."""
+
+    def _speed_mm_s(self, answer: SlipAnswer) -> float:
+        return max(answer.slide_mm_s, answer.rotation_deg_s / self._asks.deg_mm)
+
+    def _learn(self, lasted_s: float) -> None:
+        own, beyond_s = self._asks, lasted_s - self._signal.memory_s
+        if self._surest < own.sure:
+            return
+        if beyond_s >= own.long_s or self._fastest_mm_s >= own.fast_mm_s:
+            self._force.held()
+        elif beyond_s > 0:
+            self._force.slipped()

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from evslip.control.controllers.controller import Setup
+from evslip.control.controllers.controller import Setup, SlipAnswer
 from evslip.control.controllers.detector_control import DetectorControl, DetectorParameters
 from evslip.control.controllers.detector_steps import DetectorSteps
 from evslip.control.senses import Senses
@@ -34,29 +34,25 @@ class DetectorPI(DetectorControl):
         own, self._steps = self.parameters, None
         if not self._signal.has_speeds:
             steps = own.steps or DetectorSteps.Parameters(
-                own.model, own.threshold, own.answers, own.deg_mm, own.relaxation
+                own.model, own.threshold, own.answers, own.deg_mm, relaxation=own.relaxation
             )
             self._steps = DetectorSteps(steps)
             self._steps.reset(setup)
-        self._seconds, self._base_n = setup.step_us / 1e6, setup.force_n
+        self._seconds, self._base_n, self._way_mm = setup.step_us / 1e6, setup.force_n, 0.0
 
     def step(self, events: Events, senses: Senses) -> float:
-        if self._steps is not None:
-            force_n = self._steps.step(events, senses)
-            self.alarm, self.answer = self._steps.alarm, self._steps.answer
-            return force_n
-        own, found = self.parameters, self._signal.push(events, senses.t_us)
-        self.answer = found
-        if not found.alarm:
-            self.alarm = False
-            self._force.rest()
-            return self._force.command_n(senses)
-        if not self.alarm:
-            self._base_n = self._force.value_n
-            self._force.slipped_at(self._base_n)
-            self._way = 0.0
-        self.alarm = True
-        speed = found.slide_mm_s + found.rotation_deg_s / own.deg_mm
-        self._way += speed * self._seconds
-        self._force.raise_to(self._base_n * (1 + own.proportional * speed + own.integral * self._way))
-        return self._force.command_n(senses)
+        if self._steps is None:
+            return super().step(events, senses)
+        force_n = self._steps.step(events, senses)
+        self.alarm, self.answer = self._steps.alarm, self._steps.answer
+        return force_n
+
+    def _slips(self, speed_mm_s: float, now_us: int, is_new: bool) -> None:
+        own = self.parameters
+        if is_new:
+            self._base_n, self._way_mm = self._force.value_n, 0.0
+        self._way_mm += speed_mm_s * self._seconds
+        self._force.raise_to(self._base_n * (1 + own.proportional * speed_mm_s + own.integral * self._way_mm))
+
+    def _speed_mm_s(self, answer: SlipAnswer) -> float:
+        return answer.slide_mm_s + answer.rotation_deg_s / self.parameters.deg_mm

@@ -52,11 +52,14 @@ class EventRate(Controller):
         seconds = self._setup.step_us / 1e6
         rate = sum(self._counts[-self._steps :]) / (min(self._steps, len(self._counts)) * seconds)
         usual = float(np.median(self._counts)) / seconds
-        self.alarm = rate > max(own.least_hz, own.multiple * usual)
+        was_alarm, self.alarm = self.alarm, rate > max(own.least_hz, own.multiple * usual)
+        if self.alarm and not was_alarm:
+            self._force.alarm_begins()
+        if was_alarm and not self.alarm:
+            self._force.slipped()
         if not self.alarm:
             self._force.rest()
         elif self._raised_us is None or senses.t_us - self._raised_us >= own.wait_s * 1e6:
-            self._force.slipped_at(self._force.value_n)
             self._force.raise_to(own.gain * self._force.value_n)
             self._raised_us = senses.t_us
         return self._force.command_n(senses)

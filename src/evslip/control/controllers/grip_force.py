@@ -1,4 +1,4 @@
-"""A force that is raised on alarms, given back while nothing slips, and follows the load that the hand feels."""
+"""A force that alarms raise, that falls to what is known to hold while nothing slips, and follows the load."""
 
 from dataclasses import dataclass
 
@@ -10,36 +10,46 @@ from evslip.control.senses import GRAVITY_M_S2, Senses
 LOADS = 0.8, 2.0
 """Least and most multiple of the load at rest that a force follows."""
 
+FALLEN = 1.1
+"""Multiple of the resting force at which a raised one counts as fallen."""
+
 
 @dataclass(frozen=True)
 class Relaxation:
-    """How a force is given back, and how far alarms may raise it."""
+    """How far alarms may raise a force, and how it is given back."""
 
-    quiet_s: float = 0.3
+    most: float = 4.0
+    """Most multiple of the force before to which alarms raise it, those too that come before it has fallen again: false
+    ones come in clusters."""
+    quiet_s: float = 0.05
     """Time without an alarm after which the force begins to fall."""
-    guard: float = 1.5
-    """Multiple of the force at which the object slipped that is safe: a force that was raised falls to it."""
-    return_s: float = 0.25
-    """Time constant of that fall."""
-    share_s: float = 0.15
-    """Share of the force that is given back in a second where the object has not slipped yet, and of the safe force
-    where it has: what made it slip may be over."""
+    return_s: float = 0.05
+    """Time constant with which a raised force falls to the resting one."""
+    guard: float = 1.4
+    """Multiple of the force at which the object slipped that holds it: the resting force then."""
+    keep: float = 0.9
+    """Share of the raised force that is the resting one where it is not known how much less would hold."""
+    probe_s: float = 1.2
+    """Share of the resting force that is given back in a second in search of what holds: before the first slip, and
+    where the last one told only that the raised force holds."""
+    share_s: float = 0.08
+    """Share given back in a second where that is known: what made the object slip may be over."""
     follow: float = 1.0
     """Share of the hand's acceleration, beyond gravity's, that the force follows: a load twice as large asks for twice
     the force."""
-    most: float = 4.0
-    """Most multiple of the force at the first of some alarms to which the others raise it, until the force has come
-    back to what is safe: false alarms come in clusters."""
 
 
 class GripForce:
-    """Force in newtons that a controller commands, within what is allowed. All but `command_n` is the force at rest."""
+    """Force in newtons that a controller commands, within what is allowed. All but `command_n` is the force at rest.
+
+    A grip that is slowly loosened until the object begins to slip finds the least force that holds it, as people do
+    (Johansson and Westling 1984): so loosened, it slips slowly, and a little more force than that holds it.
+    """
 
     def __init__(self, setup: Setup, relaxation: Relaxation):
         self._setup, self._relaxation = setup, relaxation
-        self.value_n = setup.force_n
-        self._quiet_us, self._safe_n = 0, 0.0
-        self._first_n: float | None = None
+        self.value_n = self._resting_n = self._first_n = self._begin_n = setup.force_n
+        self._searches, self._quiet_us = True, 0
 
     def command_n(self, senses: Senses) -> float:
         """Force to command, with the load that the hand feels now."""
@@ -47,18 +57,26 @@ class GripForce:
         load = min(max(1 + self._relaxation.follow * (felt - 1), LOADS[0]), LOADS[1])
         return self._setup.allowed(self.value_n * load)
 
-    def slipped_at(self, force_n: float) -> None:
-        """Note a force at which the object slipped."""
-        self._quiet_us = 0
-        if self._first_n is None:
-            self._first_n = force_n
-        self._safe_n = max(self._safe_n, self._relaxation.guard * force_n)
+    def alarm_begins(self) -> None:
+        """An alarm begins, at the force of now."""
+        self._begin_n = self.value_n
+        if self.value_n <= FALLEN * self._resting_n:
+            self._first_n = self.value_n
 
     def raise_to(self, force_n: float) -> None:
-        """Ask for at least this force."""
+        """Ask for at least this force, as far as alarms may raise it."""
         self._quiet_us = 0
-        most_n = force_n if self._first_n is None else self._relaxation.most * self._first_n
+        most_n = self._relaxation.most * self._first_n
         self.value_n = self._setup.allowed(max(self.value_n, min(force_n, most_n)))
+
+    def slipped(self) -> None:
+        """The alarm was right: the object slipped at the force at which it began, and a little more holds it."""
+        self._rest_at(self._relaxation.guard * self._begin_n, searches=False)
+
+    def held(self) -> None:
+        """It was right, and the raised force holds the object; how much less would is not known."""
+        own = self._relaxation
+        self._rest_at(max(own.keep * self.value_n, own.guard * self._begin_n), searches=True)
 
     def rest(self) -> None:
         """A step in which nothing slips: after a while, give back a little."""
@@ -66,11 +84,10 @@ class GripForce:
         self._quiet_us += self._setup.step_us
         if self._quiet_us <= own.quiet_s * 1e6:
             return
-        self._safe_n *= 1 - own.share_s * seconds
-        if self.value_n > self._safe_n > 0:
-            wanted_n = self._safe_n + (self.value_n - self._safe_n) * max(0.0, 1 - seconds / own.return_s)
-        else:
-            wanted_n = self.value_n * (1 - own.share_s * seconds)
-        self.value_n = min(self.value_n, max(wanted_n, self._setup.least_n))
-        if self.value_n <= 1.1 * self._safe_n:
-            self._first_n = None
+        share, raised_n = own.probe_s if self._searches else own.share_s, self.value_n - self._resting_n
+        self._resting_n = max(self._resting_n * (1 - share * seconds), self._setup.least_n)
+        self.value_n = self._resting_n + raised_n * max(0.0, 1 - seconds / own.return_s)
+
+    def _rest_at(self, force_n: float, *, searches: bool) -> None:
+        self._resting_n = max(self._resting_n, self._setup.allowed(force_n))
+        self._searches = searches

@@ -24,6 +24,11 @@ class Signal(Protocol):
         """Whether it knows speeds."""
         ...
 
+    @property
+    def memory_s(self) -> float:
+        """Time for which it goes on about a slip that is over."""
+        ...
+
     def push(self, events: Events, now_us: int) -> SlipAnswer:
         """Take the events since the last step; the answer now."""
         ...
@@ -57,6 +62,11 @@ class SlipSignal:
         """Whether the detector estimates speeds."""
         return self._detector.estimates_speeds
 
+    @property
+    def memory_s(self) -> float:
+        """Time that its training labels are about."""
+        return self._detector.description.windows.labelled_s
+
     def push(self, events: Events, now_us: int) -> SlipAnswer:
         """Take the events since the last step; the answer now. Events with time stamps before what is known already, as
         a clock that jumps gives them, count as of then."""
@@ -77,7 +87,7 @@ class SlipSignal:
 class TrueSignal:
     """The truth about the grip. Raises ConfigError where it is not known."""
 
-    has_speeds = True
+    has_speeds, memory_s = True, 0.0
 
     def __init__(self, setup: Setup):
         if setup.truth is None:
