@@ -239,6 +239,14 @@ def test_a_policy_of_ones_own_is_named_by_its_class():
         ("detector-pi", {"proportional": "x"}, "proportional is 'x'; expected a number"),
         ("detector-pi", {"threshold": True}, "threshold is True; expected a number"),
         ("detector", {"relaxation.quiet_s": "x"}, "relaxation.quiet_s is 'x'; expected a number"),
+        ("detector", {"relaxation": 3}, "relaxation has parts; expected such as relaxation.most"),
+        ("detector", {"relaxation.guard": 0.5}, "relaxation.guard is 0.5; expected a number from 1 to 10"),
+        ("detector", {"threshold": 5}, "threshold is 5; expected a number from 0 to 1"),
+        ("detector", {"gain": float("nan")}, "gain is nan; expected a number from 1 to 100"),
+        ("detector", {"answers": 0}, "answers is 0; expected a whole number from 1 to 1000"),
+        ("detector", {"answers": 1.5}, "answers is 1.5; expected a whole number"),
+        ("detector", {"model": 5}, "model is 5; expected a word"),
+        ("event-rate", {"window_s": -1.0}, "window_s is -1.0; expected a number from 0.001 to 10"),
     ],
 )
 def test_what_is_wrong_is_said(name, parameters, words):

@@ -4,6 +4,7 @@ A new controller is a file with a `Controller` and a line in CONTROLLERS. The sa
 it the camera's events and the hand's senses, command what it gives.
 """
 
+import math
 from dataclasses import MISSING, asdict, fields
 from importlib import import_module
 from numbers import Real
@@ -62,9 +63,14 @@ def _parameters(name: str, kind: type, given: dict[str, Any]) -> Any:
         else:
             values[section] = value
     for field in own:
-        if field.name in parts and field.default_factory is not MISSING:
-            usual = field.default_factory()
+        if field.default_factory is MISSING:
+            continue
+        usual = field.default_factory()
+        if field.name in parts:
             values[field.name] = type(usual)(**asdict(usual) | _known(name, field.name, usual, parts.pop(field.name)))
+        elif not isinstance(values.get(field.name, usual), type(usual)):
+            first = fields(usual)[0].name
+            raise ConfigError(f"controller {name}: {field.name} has parts; expected such as {field.name}.{first}")
     if parts:
         raise ConfigError(f"controller {name}: {next(iter(parts))} has no parts; expected a value")
     _require_numbers(name, kind, values)
@@ -83,11 +89,21 @@ def _known(name: str, section: str, usual: Any, given: dict[str, Any]) -> dict[s
 
 
 def _require_numbers(name: str, kind: type, values: dict[str, Any], section: str = "") -> None:
-    """Raise ConfigError unless the values of those fields of a dataclass that are numbers are."""
+    """Raise ConfigError unless the values of those fields of a dataclass that are numbers are, within its LIMITS, and
+    those that are words."""
+    limits = getattr(kind, "LIMITS", {})
     for key, hint in get_type_hints(kind).items():
         allowed = get_args(hint) or (hint,)
-        if key not in values or not {int, float} & set(allowed):
+        if key not in values or not {int, float, str} & set(allowed):
             continue
         value = values[key]
-        if isinstance(value, bool) or not isinstance(value, (Real, *allowed)):
-            raise ConfigError(f"controller {name}: {section}{key} is {value!r}; expected a number")
+        wanted = "a word" if str in allowed else "a number" if float in allowed else "a whole number"
+        is_kind = isinstance(value, (Real, *allowed) if float in allowed else allowed) and not isinstance(value, bool)
+        if key in limits:
+            wanted = "{} from {:g} to {:g}".format(wanted, *limits[key])
+        if not is_kind or (isinstance(value, Real) and not _is_within(float(value), limits.get(key))):
+            raise ConfigError(f"controller {name}: {section}{key} is {value!r}; expected {wanted}")
+
+
+def _is_within(value: float, limits: tuple[float, float] | None) -> bool:
+    return math.isfinite(value) and (limits is None or limits[0] <= value <= limits[1])

@@ -1,6 +1,7 @@
 """A force that stays."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.senses import Senses
@@ -13,6 +14,8 @@ class Constant(Controller):
     @dataclass(frozen=True)
     class Parameters:
         """Parameters of Constant."""
+
+        LIMITS: ClassVar = {"force_n": (0, 1000)}
 
         force_n: float | None = None
         """Force; None: that of the start."""

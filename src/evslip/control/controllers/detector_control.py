@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from evslip.control.controllers.controller import NO_ANSWER, Controller, Setup, SlipAnswer
 from evslip.control.controllers.grip_force import GripForce, Relaxation
@@ -13,6 +14,23 @@ from evslip.events.stream import Events
 @dataclass(frozen=True)
 class DetectorParameters:
     """Parameters of a detector, and of a force that its alarms raise."""
+
+    LIMITS: ClassVar = {
+        "threshold": (0, 1),
+        "answers": (1, 1000),
+        "deg_mm": (0.01, 1000),
+        "sure": (0, 1),
+        "long_s": (0, 10),
+        "fast_mm_s": (0, 1e6),
+        "gain": (1, 100),
+        "least_step_n": (0, 100),
+        "again": (0, 1),
+        "wait_s": (0, 10),
+        "falling": (0, 1),
+        "proportional": (0, 100),
+        "integral": (0, 100),
+    }
+    """Of controllers that have more parameters, too."""
 
     model: str = MODEL
     """Folder of the detector, or the one of the package; "truth": the truth in place of it."""

@@ -1,6 +1,7 @@
 """Slip by the rate of events alone: more of them than the noise and the motion make."""
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,6 +21,15 @@ class EventRate(Controller):
     @dataclass(frozen=True)
     class Parameters:
         """Parameters of EventRate."""
+
+        LIMITS: ClassVar = {
+            "window_s": (0.001, 10),
+            "multiple": (1, 1000),
+            "least_hz": (0, 1e9),
+            "memory_s": (0.001, 1000),
+            "gain": (1, 100),
+            "wait_s": (0, 10),
+        }
 
         window_s: float = 0.02
         """Time over which events are counted."""

@@ -1,6 +1,7 @@
 """A force that alarms raise, that falls to what is known to hold while nothing slips, and follows the load."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,6 +18,14 @@ FALLEN = 1.1
 @dataclass(frozen=True)
 class Relaxation:
     """How far alarms may raise a force, and how it is given back."""
+
+    LIMITS: ClassVar = {
+        **dict.fromkeys(("quiet_s", "probe_s", "share_s", "follow"), (0, 10)),
+        "most": (1, 100),
+        "return_s": (0.001, 10),
+        "guard": (1, 10),
+        "keep": (0, 1),
+    }
 
     most: float = 4.0
     """Most multiple of the force before to which alarms raise it, those too that come before it has fallen again: false

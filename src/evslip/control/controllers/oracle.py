@@ -2,6 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass
+from typing import ClassVar
 
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.episode_truth import GripTruth
@@ -18,11 +19,12 @@ class Oracle(Controller):
     class Parameters:
         """Parameters of Oracle."""
 
+        LIMITS: ClassVar = {"stopping": (1, 100), "margin": (0, 100), "delay_s": (0, 10)}
+
         stopping: float = 2.0
         """Multiple of the least force while the object slides."""
         margin: float = 1.1
         """Multiple of the least force that it keeps once a slip has stopped."""
-
         delay_s: float = 0.0
         """Time after which it knows: a perfect eye that is slow."""
 
