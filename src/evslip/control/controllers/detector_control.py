@@ -22,15 +22,7 @@ class DetectorParameters:
         "sure": (0, 1),
         "long_s": (0, 10),
         "fast_mm_s": (0, 1e6),
-        "gain": (1, 100),
-        "least_step_n": (0, 100),
-        "again": (0, 1),
-        "wait_s": (0, 10),
-        "falling": (0, 1),
-        "proportional": (0, 100),
-        "integral": (0, 100),
     }
-    """Of controllers that have more parameters, too."""
 
     model: str = MODEL
     """Folder of the detector, or the one of the package; "truth": the truth in place of it."""

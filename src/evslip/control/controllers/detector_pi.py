@@ -1,6 +1,7 @@
 """A slip detector, and a PI controller on the speed of the slip that it estimates."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from evslip.control.controllers.controller import Setup, SlipAnswer
 from evslip.control.controllers.detector_control import DetectorControl, DetectorParameters
@@ -16,6 +17,8 @@ class DetectorPI(DetectorControl):
     @dataclass(frozen=True)
     class Parameters(DetectorParameters):
         """Parameters of DetectorPI."""
+
+        LIMITS: ClassVar = DetectorParameters.LIMITS | {"proportional": (0, 100), "integral": (0, 100)}
 
         proportional: float = 0.02
         """Share of the force that is added for each mm/s of slip."""

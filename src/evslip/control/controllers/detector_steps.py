@@ -1,6 +1,7 @@
 """A slip detector, and steps of force while it says slip."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from evslip.control.controllers.controller import Setup
 from evslip.control.controllers.detector_control import DetectorControl, DetectorParameters
@@ -13,6 +14,14 @@ class DetectorSteps(DetectorControl):
     @dataclass(frozen=True)
     class Parameters(DetectorParameters):
         """Parameters of DetectorSteps."""
+
+        LIMITS: ClassVar = DetectorParameters.LIMITS | {
+            "gain": (1, 100),
+            "least_step_n": (0, 100),
+            "again": (0, 1),
+            "wait_s": (0, 10),
+            "falling": (0, 1),
+        }
 
         gain: float = 2.5
         """Multiple of the force that an alarm asks for."""
