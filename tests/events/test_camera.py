@@ -388,7 +388,11 @@ def test_with_much_noise_fewer_frames_are_worked_on_at_once(monkeypatch):
     per_frame = EventCamera("noisy", size=(64, 48)).model.noise_hz(64 * 48) * 0.01
     monkeypatch.setattr("evslip.events.camera.MOST_NOISE", 2.5 * per_frame)
     taken, process = [], FrameProcessor.process
-    counted = lambda self, buffer: taken.append(buffer.count) or process(self, buffer)  # noqa: E731
+
+    def counted(self, buffer):
+        taken.append(buffer.count)
+        return process(self, buffer)
+
     monkeypatch.setattr(FrameProcessor, "process", counted)
     assert EventCamera("noisy", size=(64, 48)).run(noise_alone()) == whole
     assert sum(taken) == 20 and max(taken) == 2
