@@ -58,6 +58,8 @@ def require_place(path: Path) -> None:
         there = next(folder for folder in path.absolute().parents if folder.exists())
         if not there.is_dir():
             raise OSError(errno.ENOTDIR, "")
+        if os.statvfs(there).f_flag & os.ST_RDONLY:
+            raise OSError(errno.EROFS, "")
         if not os.access(there, os.W_OK | os.X_OK):
             raise OSError(errno.EACCES, "")
 
