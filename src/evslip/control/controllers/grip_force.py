@@ -34,11 +34,11 @@ class Relaxation:
     """Time without an alarm after which the force begins to fall."""
     return_s: float = 0.05
     """Time constant with which a raised force falls to the resting one."""
-    guard: float = 1.6
+    guard: float = 1.5
     """Multiple of the force at which the object slipped that holds it: the resting force then."""
     keep: float = 0.9
     """Share of the raised force that is the resting one where it is not known how much less would hold."""
-    probe_s: float = 0.8
+    probe_s: float = 0.3
     """Share of the resting force that is given back in a second in search of what holds: before the first slip, and
     where the last one told only that the raised force holds."""
     share_s: float = 0.08
