@@ -222,6 +222,13 @@ def test_the_force_grows_with_the_speed_that_a_detector_estimates():
     assert found[first] == pytest.approx(2 * (1 + speeds[first] * gain))
 
 
+def test_a_detector_without_speeds_is_used_in_steps_with_all_that_was_asked():
+    asked = {"model": "default-complex", "threshold": 0.3, "sure": 0.2, "relaxation.guard": 2.0}
+    controller = make_controller("detector-pi", **asked)
+    controller.reset(SETUP)
+    assert vars(controller)["_steps"].parameters == make_controller("detector", **asked).parameters
+
+
 def test_a_policy_of_ones_own_is_named_by_its_class():
     assert forces(make_controller("test_controllers:Mine"), [0]) == [3.0]
 

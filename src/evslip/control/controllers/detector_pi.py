@@ -1,6 +1,6 @@
 """A slip detector, and a PI controller on the speed of the slip that it estimates."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 from evslip.control.controllers.controller import Setup, SlipAnswer
@@ -36,10 +36,8 @@ class DetectorPI(DetectorControl):
         super().reset(setup)
         own, self._steps = self.parameters, None
         if not self._signal.has_speeds:
-            steps = own.steps or DetectorSteps.Parameters(
-                own.model, own.threshold, own.answers, own.deg_mm, relaxation=own.relaxation
-            )
-            self._steps = DetectorSteps(steps)
+            shared = {one.name: getattr(own, one.name) for one in fields(DetectorParameters)}
+            self._steps = DetectorSteps(own.steps or DetectorSteps.Parameters(**shared))
             self._steps.reset(setup)
         self._seconds, self._base_n, self._way_mm = setup.step_us / 1e6, setup.force_n, 0.0
 

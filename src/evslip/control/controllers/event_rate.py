@@ -65,9 +65,9 @@ class EventRate(Controller):
         was_alarm, self.alarm = self.alarm, rate > max(own.least_hz, own.multiple * usual)
         if self.alarm and not was_alarm:
             self._force.alarm_begins()
-        if was_alarm and not self.alarm:
-            self._force.slipped()
         if not self.alarm:
+            if was_alarm:
+                self._force.slipped()
             self._force.rest()
         elif self._raised_us is None or senses.t_us - self._raised_us >= own.wait_s * 1e6:
             self._force.raise_to(own.gain * self._force.value_n)

@@ -10,7 +10,6 @@ from evslip.control.senses import GRAVITY_M_S2, Senses
 
 LOADS = 0.8, 2.0
 """Least and most multiple of the load at rest that a force follows."""
-
 FALLEN = 1.1
 """Multiple of the resting force at which a raised one counts as fallen."""
 
@@ -20,11 +19,14 @@ class Relaxation:
     """How far alarms may raise a force, and how it is given back."""
 
     LIMITS: ClassVar = {
-        **dict.fromkeys(("quiet_s", "probe_s", "share_s", "follow"), (0, 10)),
         "most": (1, 100),
+        "quiet_s": (0, 10),
         "return_s": (0.001, 10),
         "guard": (1, 10),
         "keep": (0, 1),
+        "probe_s": (0, 10),
+        "share_s": (0, 10),
+        "follow": (0, 10),
     }
 
     most: float = 4.0
@@ -40,7 +42,7 @@ class Relaxation:
     """Share of the raised force that is the resting one where it is not known how much less would hold."""
     probe_s: float = 0.3
     """Share of the resting force that is given back in a second in search of what holds: before the first slip, and
-    where the last one told only that the raised force holds."""
+    after one of which only the raised force is known to hold."""
     share_s: float = 0.08
     """Share given back in a second where that is known: what made the object slip may be over."""
     follow: float = 1.0
