@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from evslip.events.camera import EventCamera
+from evslip.events.camera import EventCamera, require_whole
 from evslip.events.stream import Events
-from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.errors import DataError
 
 
 class EventCameras:
@@ -19,8 +19,7 @@ class EventCameras:
 
     def __init__(self, count: int, preset: str = "davis346", *, seed: int = 0, threads: int = 1, **arguments: Any):
         for name, value, low in (("count", count, 1), ("threads", threads, 1), ("seed", seed, 0)):
-            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < low:
-                raise ConfigError(f"camera {name}: {value!r} is wrong, expected a whole number from {low}")
+            require_whole(name, value, low)
         self.cameras = [EventCamera(preset, seed=camera_seed(seed, i), **arguments) for i in range(count)]
         self._threads = min(threads, count)
 

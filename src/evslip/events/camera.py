@@ -81,12 +81,12 @@ class EventCamera:
         _one_of("mode", mode, MODES)
         _one_of("intensity", intensity, INTENSITIES)
         _one_of("device", device, DEVICES)
-        _whole("seed", seed, 0, 2**64 - 1)
-        _whole("threads", threads, 1, 1024)
+        require_whole("seed", seed, 0, 2**64 - 1)
+        require_whole("threads", threads, 1, 1024)
         if not isinstance(size, tuple | list) or len(size) != 2:
             raise ConfigError(f"camera size: {size!r} is wrong, expected (width, height)")
         for name, length in zip(("width", "height"), size, strict=True):
-            _whole(name, length, 1, 65535)
+            require_whole(name, length, 1, 65535)
         width, height = size
         self.shape = (int(height), int(width))
         self.mode: Mode = mode
@@ -313,6 +313,8 @@ def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
         raise ConfigError(f"camera {name}: {value!r} is unknown; expected one of {', '.join(choices)}")
 
 
-def _whole(name: str, value: Any, low: int, high: int) -> None:
+def require_whole(name: str, value: Any, low: int, high: float = math.inf) -> None:
+    """Raise ConfigError unless an argument of a camera is a whole number within limits, both included."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
-        raise ConfigError(f"camera {name}: {value!r} is wrong, expected a whole number from {low} to {high}")
+        upto = "" if high == math.inf else f" to {high}"
+        raise ConfigError(f"camera {name}: {value!r} is wrong, expected a whole number from {low}{upto}")
