@@ -19,7 +19,7 @@ from evslip.config.loading import load_config
 from evslip.control.controllers.slip_signal import MODEL, TRUTH
 from evslip.control.evaluation.games import games_of, play_games
 from evslip.control.evaluation.summary import OPEN_LOOP, ORACLE, summarise
-from evslip.view.control.tables import figure_table
+from evslip.view.control.page import figure_table
 
 SIZES = ((86, 65), (173, 130), (346, 260))
 RATES_HZ = (20, 100, 1000)

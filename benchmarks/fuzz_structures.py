@@ -15,7 +15,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from evslip.codecs.facts import facts_of
+from evslip.codecs.facts import examine
 from evslip.data import record_file
 from evslip.data.footage import Footage
 from evslip.data.intervals import Interval
@@ -71,7 +71,7 @@ def _as_record(path: Path) -> None:
     record = record_file.read(path)
     with contextlib.suppress(EvslipError):
         windows_of([record], WindowSettings(0.005, 0.005, balance=False))
-    facts_of(path)
+    examine(path)
     convert_format(path, path.with_name("converted.csv"))
 
 

@@ -140,7 +140,7 @@ IMPORTED = (
     "evslip.cli.windows",
     "evslip.generation.generate",
     "evslip.learn.evaluation.comparison",
-    "evslip.view.evaluation.files",
+    "evslip.view.evaluation.page",
     "evslip.view.evaluation.sweep",
     "evslip.view.report.detector_files",
     "matplotlib.backends.backend_agg",

@@ -15,7 +15,7 @@ import pytest
 
 from evslip import cli
 from evslip.codecs import known_suffixes, open_events, read_events, write_events
-from evslip.codecs.facts import facts_of
+from evslip.codecs.facts import examine
 from evslip.codecs.formats import HDF5
 from evslip.config.loading import dump_config
 from evslip.data import building, record_file, requested
@@ -118,7 +118,7 @@ def test_a_pipe_is_refused_wherever_a_file_is_due(tmp_path: Path, suffix: str):
     pipe = tmp_path / f"pipe{suffix}"
     os.mkfifo(pipe)
     write_events(tmp_path / "whole.h5", random_events(np.random.default_rng(0), 20, labelled=False), (40, 30))
-    readers = [read_events, open_events, read_recording, facts_of]
+    readers = [read_events, open_events, read_recording, examine]
     readers += [lambda path: convert_format(path, tmp_path / "b.csv")]
     if suffix in HDF5.suffixes:
         readers += [open_windows, record_file.read]

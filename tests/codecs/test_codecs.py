@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from evslip import codecs
 from evslip.codecs import open_events, read_events, write_events
-from evslip.codecs.facts import facts_of
+from evslip.codecs.facts import examine
 from evslip.codecs.ros import bag
 from evslip.data import record_file
 from evslip.data.record_file import read_recording
@@ -299,7 +299,7 @@ def test_a_small_file_of_endless_events_is_refused_by_its_shapes(tmp_path: Path,
                 file.create_dataset(f"events/{name}", data=np.zeros(n, dtype), compression="gzip")
     assert path.stat().st_size < n / 8
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    for reader in (read_events, open_events, facts_of):
+    for reader in (read_events, open_events, examine):
         with pytest.raises(DataError, match=r"30,000,000 events or more in .* packed beyond all bounds"):
             reader(path)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kB

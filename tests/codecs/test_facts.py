@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip.codecs import source, write_events
-from evslip.codecs.facts import Facts, facts_of
+from evslip.codecs.facts import Facts, examine
 from evslip.data import record_file
 from evslip.data.record import about
 from evslip.events.frame import BODIES, NO_BODY
@@ -55,7 +55,7 @@ def test_facts_are_those_of_a_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     events = random_events(rng, count, labelled=False).replace(t_us=np.cumsum(steps))
     write_events(tmp_path / "a.dat", events, (40, 30))
     expected = by_brute_force(events, (40, 30), 1500)
-    facts = facts_of(tmp_path / "a.dat", 1500)
+    facts, _ = examine(tmp_path / "a.dat", 1500)
     assert {name: told(facts)[name] for name in expected} == expected
     assert (facts.size, facts.format) == ((40, 30), "dat")
 
@@ -63,19 +63,19 @@ def test_facts_are_those_of_a_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_errors_are_counted_not_refused(tmp_path: Path):
     rows = ["t_us,x,y,p", "5,1,1,1", "9,2,2,0", "7,60,1,1", "30000,3,3,1"]
     (tmp_path / "a.csv").write_text("\n".join(rows) + "\n")
-    facts = facts_of(tmp_path / "a.csv")
+    facts, _ = examine(tmp_path / "a.csv")
     assert (facts.disorder, facts.outside, facts.size, facts.extent) == (1, 0, None, (61, 4))
     assert (facts.start_us, facts.end_us, facts.gaps, facts.gap_us, facts.gap_start_us) == (5, 30000, 1, 29993, 7)
     assert any("1 events out of order" in line for line in facts.lines(10_000))
     header = b"% Version 2\n% Width 2\n% Height 2\n\x0c\x08"
     (tmp_path / "a.dat").write_bytes(header + np.array([1, 0, 2, 5], "<u4").tobytes())
-    assert facts_of(tmp_path / "a.dat").outside == 1
+    assert examine(tmp_path / "a.dat")[0].outside == 1
 
 
 def test_labels_and_what_a_record_knows_are_told(tmp_path: Path):
     sample = simulated()
     record_file.write(tmp_path / "a.h5", sample)
-    facts = facts_of(tmp_path / "a.h5")
+    facts, _ = examine(tmp_path / "a.h5")
     events = sample.events
     assert facts.causes == {name: int((events.cause == i).sum()) for i, name in enumerate(CAUSES)}
     expected = {name: int((events.body == i).sum()) for i, name in enumerate(BODIES)}
@@ -85,15 +85,15 @@ def test_labels_and_what_a_record_knows_are_told(tmp_path: Path):
 
 def test_no_events_and_huge_sensors_are_told(tmp_path: Path):
     write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 0), (40, 30))
-    assert facts_of(tmp_path / "a.npz").lines(10)[-1].endswith("0 events out of order, 0 beyond the sensor")
+    assert examine(tmp_path / "a.npz")[0].lines(10)[-1].endswith("0 events out of order, 0 beyond the sensor")
     corner = np.array([0, 65535], np.uint16)
     far = Events(np.array([1, 2]), corner, corner, np.ones(2, bool))
     write_events(tmp_path / "b.npz", far)
-    facts = facts_of(tmp_path / "b.npz")
+    facts, _ = examine(tmp_path / "b.npz")
     assert (facts.extent, facts.active_pixels, facts.busiest[2]) == ((65536, 65536), 0, 0)
 
 
 def test_damage_is_an_error(tmp_path: Path):
     (tmp_path / "a.dat").write_bytes(b"% Version 2\n\x0c\x08123")
     with pytest.raises(DataError, match="left over"):
-        facts_of(tmp_path / "a.dat")
+        examine(tmp_path / "a.dat")

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from evslip.codecs import read_events, source
+from evslip.codecs import read_events, read_whole
 from evslip.codecs.arrays import hdf5, hdf5_sink, npz
 from evslip.codecs.settings import read_settings
 from evslip.codecs.writers import writing
@@ -56,7 +56,7 @@ def test_a_grown_file_is_a_file_written_at_once_whatever_the_pieces(count, label
     hdf5.write(tmp_path / "whole.h5", events, SIZE)
     for pieces in (1, 333, 1000, 10_000) if count < 2000 else (333, 10_000):
         write(tmp_path / f"{pieces}.h5", events, pieces)
-        found, size = source.whole(hdf5.stream(tmp_path / f"{pieces}.h5"), pieces)
+        found, size = read_whole(tmp_path / f"{pieces}.h5")
         assert size == SIZE
         assert_equal(found, events)
         with h5py.File(tmp_path / f"{pieces}.h5") as grown, h5py.File(tmp_path / "whole.h5") as whole:

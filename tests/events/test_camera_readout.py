@@ -132,4 +132,4 @@ def test_a_readout_that_is_off_is_not_even_loaded():
         "print(' '.join(sorted(name.rpartition('.')[2] for name in found)))"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert said.split() == ["presets", "settings"]
+    assert said.split() == ["settings"]

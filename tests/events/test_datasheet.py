@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from evslip.codecs import read_events
-from evslip.events.datasheet import UNITS, datasheet, meanings, presets_table, readout_sheet
+from evslip.events.datasheet import UNITS, datasheet, meanings, presets_table
 from evslip.events.pixel_model import LIMITS, PARAMETERS
-from evslip.events.presets import PRESETS
-from evslip.events.readout.presets import READOUTS, named_readout
+from evslip.events.presets import PRESETS, READOUTS, named_readout
 from evslip.events.readout.settings import READOUT_PARAMETERS, Readout
 from evslip.utils.errors import ConfigError
 from shared_data import shared
@@ -29,7 +28,7 @@ def test_a_datasheet_names_every_parameter(preset):
 def test_a_readouts_sheet_names_every_parameter():
     assert tuple(meanings(Readout)) == READOUT_PARAMETERS
     for preset in PRESETS:
-        lines = readout_sheet(named_readout(preset)).splitlines()
+        lines = datasheet(named_readout(preset)).splitlines()
         assert [line.split()[0] for line in lines if not line.startswith(" ")] == ["parameter", *READOUT_PARAMETERS]
     assert set(READOUTS) <= set(PRESETS)
 

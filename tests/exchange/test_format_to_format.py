@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from evslip import codecs
 from evslip.codecs import read_events, write_events
-from evslip.codecs.facts import facts_of
+from evslip.codecs.facts import examine
 from evslip.data import record_file
 from evslip.data.record_file import read_recording
 from evslip.events.stream import FIELDS
@@ -109,7 +109,7 @@ def test_records_of_another_version_or_kind_are_refused_by_all_who_read_events(t
         read_events,
         codecs.open_events,
         read_recording,
-        facts_of,
+        examine,
         lambda path: convert_format(path, path.with_name("b.csv")),
         lambda path: import_recording(path, path.with_name("c.h5")),
     )

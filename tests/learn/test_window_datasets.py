@@ -9,7 +9,7 @@ from torch.utils.data import DataLoader, Dataset, IterableDataset
 
 import evslip
 from evslip.learn import Detector, TrainSettings, WindowDataset, WindowStream, train
-from evslip.learn.layers.grids import counts
+from evslip.learn.layers.grids import counts_in
 from evslip.windows.cutting import windows_of
 from evslip.windows.window_events import WindowEvents
 from slip_records import SIZE, slip_record, slip_records, slip_windows, turning
@@ -36,7 +36,7 @@ def test_the_items_are_counts_and_labels(path):
     assert isinstance(dataset, Dataset) and len(dataset) == len(windows)
     grid, label = dataset[3]
     assert label == windows.label[3] and grid.dtype == torch.float32
-    np.testing.assert_array_equal(grid.numpy(), counts(windows[3], (200, 250), 160_000, 5, 4))
+    np.testing.assert_array_equal(grid.numpy(), counts_in(windows[3], (200, 250), 160_000, range(5), 4))
 
 
 @pytest.mark.parametrize("start", ["fork", pytest.param("spawn", marks=pytest.mark.slow)])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from evslip.codecs import open_events, read_events
-from evslip.codecs.facts import facts_of
+from evslip.codecs.facts import examine
 from evslip.codecs.settings import read_settings
 from evslip.data import record_file
 from evslip.exchange.format_to_format import convert_format
@@ -48,7 +48,7 @@ READERS = (
     lambda path: list(open_events(path).parts),
     record_file.read,
     record_file.read_recording,
-    facts_of,
+    examine,
     read_settings,
     open_windows,
     lambda path: convert_format(path, path.with_name("out.csv")),

@@ -78,8 +78,8 @@ def test_rates_are_counts_over_time():
     rates = Rates(0.0)
     rates.push(events(list(range(0, 10_000, 100)), 1, 1, True))
     rates.push(events(list(range(10_000, 20_000, 50)), 1, 1, False))
-    rates.push(events([20_100], 1, 1, False, SHOT))
-    t_s, (on, off, noise) = rates.per_second(20_500.0)
+    rates.push(events([20_100], 1, 1, False, SHOT), 20_500.0)
+    t_s, (on, off, noise) = rates.per_second()
     assert len(t_s) == 21
     np.testing.assert_allclose(t_s[:2], [0.0005, 0.0015])
     np.testing.assert_allclose(on, [1e4] * 10 + [0] * 11)
@@ -91,10 +91,17 @@ def test_rates_are_counts_over_time():
 def test_rates_of_long_streams_stay_small_and_lose_no_event():
     rates = Rates(5.0)
     for start in range(0, 3_600_000_000, 60_000_000):
-        rates.push(events([start + 10, start + 30_000_000], 1, 1, True))
-    t_s, (on, _, _) = rates.per_second(3.6e9)
+        rates.push(events([start + 10, start + 30_000_000], 1, 1, True), start + 60_000_000)
+    t_s, (on, _, _) = rates.per_second()
     assert len(t_s) <= 2048
     assert (on * np.diff(np.append(t_s - rates.bin_us / 2e6, 3600))).sum() == pytest.approx(120, rel=1e-3)
+
+
+def test_a_stream_may_end_in_silence():
+    rates = Rates(0.0)
+    rates.push(events([1000, 2000], 1, 1, True), 1e7)
+    t_s, (on, _, _) = rates.per_second()
+    assert len(t_s) <= 2048 and t_s[-1] > 9.9 and (on > 0).sum() == 1
 
 
 def test_a_plot_is_a_png():

@@ -12,12 +12,11 @@ import os
 import sys
 from pathlib import Path
 
-from evslip.cli.endings import Terminated, interrupts
+from evslip.cli.endings import Terminated, interrupts, line_of
 from evslip.utils.errors import ConfigError, EvslipError
 from evslip.utils.progress import shown
 from evslip.utils.version import __version__
 
-DESCRIPTION = "Event-camera data for slip detection: generate, label, train, measure."
 VERBS = {
     "demo": "demo",
     "show": "show",
@@ -83,8 +82,6 @@ def main() -> None:
         about = f"{str(error.filename)[:200]}: " if error.filename else ""
         sys.exit(_fail(f"{about}{error.strerror or error}", 2))
     except Exception as error:
-        from evslip.cli.endings import line_of
-
         sys.exit(_fail(line_of(error, words), 1))
 
 
@@ -107,7 +104,6 @@ def run(words: list[str]) -> None:
 
 
 def function_of(verb: str) -> str:
-    """Name of a verb's function."""
     return "import_" if verb == "import" else verb.replace("-", "_")
 
 
@@ -119,9 +115,8 @@ def overview() -> str:
             if isinstance(node, ast.FunctionDef):
                 texts[node.name] = (ast.get_docstring(node) or "").partition("\n")[0]
     lines = [f"  {verb:<17}{texts[function_of(verb)]}" for verb in VERBS]
-    return "\n".join(
-        ["usage: evslip VERB ...", "", DESCRIPTION, "", *lines, "", "`evslip VERB --help` explains a verb."]
-    )
+    about = "Event-camera data for slip detection: generate, label, train, measure."
+    return "\n".join(["usage: evslip VERB ...", "", about, "", *lines, "", "`evslip VERB --help` explains a verb."])
 
 
 def _fail(message: str, code: int) -> int:

@@ -10,12 +10,9 @@ from evslip.cli.options import PRESET, Overrides, Split, given, options_of, over
 from evslip.exchange.publishing.publication import Publication
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, EvslipError
-from evslip.utils.progress import Step
 
 if TYPE_CHECKING:
     from evslip.generation.progress import Made
-
-PublicationOptions = options_of(Publication)
 
 
 def warm_up(
@@ -103,7 +100,7 @@ def publish(
     dataset: Positional[Path],
     out: Positional[Path],
     *,
-    settings: Annotated[Publication, arg(constructor=PublicationOptions)],
+    settings: Annotated[Publication, arg(constructor=options_of(Publication))],
 ) -> None:
     """Write a data set as others want it: a card, Croissant metadata, a table, the records. Needs no network.
 
@@ -114,8 +111,7 @@ def publish(
     from evslip.exchange.publishing.publish import publish as run
 
     publication = Publication(**given(settings))
-    with Step("publish") as advance:
-        count = run(dataset, out, publication, advance)
+    count = run(dataset, out, publication)
     console.print(f"{out}: {count} samples, README.md and {'meta/' if publication.lerobot else 'croissant.json'}")
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from evslip.cli.options import SHIPPED, DetectorFolder, Overrides, Split, overrides
+from evslip.cli.options import SHIPPED, DetectorFolder, Overrides, Split, overrides, require_paths
 from evslip.utils.atomic import require_place, storage_errors
 from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
@@ -57,12 +57,10 @@ def evaluate(
     from evslip.learn.evaluation.evaluation import evaluate_model
     from evslip.learn.evaluation.evaluation_data import open_evaluation_data
     from evslip.learn.networks import register
-    from evslip.view.evaluation.files import write_evaluation
+    from evslip.view.evaluation.page import write_evaluation
     from evslip.view.evaluation.tables import alarm_table, comparison_table, short_names
 
-    if len(models_and_data) < 2:
-        words = " ".join(map(str, models_and_data)) or "nothing"
-        raise ConfigError(f"evaluate: {words} given; expected one or more models, then the data")
+    require_paths("evaluate", models_and_data, len(models_and_data) >= 2, "one or more models, then the data")
     *models, data = models_and_data
     if network is not None:
         register(network)
@@ -118,11 +116,7 @@ def detect(
     from evslip.view.pictures.detection import write_detection
 
     given = [*([] if model is None else [model]), *model_and_recording]
-    if len(given) != 2:
-        words = " ".join(map(str, given)) or "nothing"
-        raise ConfigError(
-            f"detect: {words} given; expected a model and a recording, such as: detect --model default REC"
-        )
+    require_paths("detect", given, len(given) == 2, "a model and a recording, such as: detect --model default REC")
     if network is not None:
         register(network)
     which, recording = given
@@ -203,8 +197,7 @@ def control(
     from evslip.control.evaluation.games import earlier_outcomes, games_of, play_games, replay
     from evslip.control.evaluation.summary import OPEN_LOOP, ORACLE, summarise
     from evslip.generation.runners import require_workers
-    from evslip.view.control.page import label, worst, write_control
-    from evslip.view.control.tables import figure_table
+    from evslip.view.control.page import figure_table, label, worst, write_control
 
     for key, number, low, high in (("count", count, 1, MOST_EPISODES), ("videos", videos, 0, MOST_EPISODES)):
         if not low <= number <= high:

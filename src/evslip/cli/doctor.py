@@ -55,7 +55,23 @@ def doctor(*, count: int = 192) -> None:
     """
     if count < 1:
         raise ConfigError(f"count: {count} is out of range, expected 1 or more")
-    for line in examine(count):
+    from evslip.generation.estimate import installed_memory
+
+    memory, distributions = f"{installed_memory() / 2**30:.0f} GiB of memory", metadata.packages_distributions()
+    free, need = shutil.disk_usage(Path.cwd()).free, count * SAMPLE_BYTES
+    verdict = "enough" if free > 1.1 * need else "NOT ENOUGH"
+    lines = [
+        f"evslip {metadata.version('evslip')} on Python {platform.python_version()}, {platform.system()}",
+        f"{len(os.sched_getaffinity(0))} cores usable, {memory}, {_gpu()}",
+        *(_line(package, purpose, "pip install evslip") for package, purpose in REQUIRED.items()),
+        *(
+            _line(distributions.get(module, [module])[0], purpose, _EXTRA.format(extra))
+            for module, (purpose, extra) in OPTIONAL.items()
+        ),
+        _robot(),
+        f"disk: {count} samples need about {need / 1e9:.1f} GB, {free / 1e9:.1f} GB are free here: {verdict}",
+    ]
+    for line in lines:
         console.print(line)
 
 
@@ -65,25 +81,6 @@ def remedy(error: ModuleNotFoundError) -> EvslipError:
     if package not in OPTIONAL:
         raise error
     return MissingExtraError(f"{package} is not installed; {_EXTRA.format(OPTIONAL[package][1])}")
-
-
-def examine(count: int) -> list[str]:
-    """Lines for a person: the machine, the packages, the disk."""
-    from evslip.generation.estimate import installed_memory
-
-    lines = [f"evslip {metadata.version('evslip')} on Python {platform.python_version()}, {platform.system()}"]
-    memory = f"{installed_memory() / 2**30:.0f} GiB of memory"
-    lines.append(f"{len(os.sched_getaffinity(0))} cores usable, {memory}, {_gpu()}")
-    for package, purpose in REQUIRED.items():
-        lines.append(_line(package, purpose, "pip install evslip"))
-    distributions = metadata.packages_distributions()
-    for module, (purpose, extra) in OPTIONAL.items():
-        lines.append(_line(distributions.get(module, [module])[0], purpose, _EXTRA.format(extra)))
-    lines.append(_robot())
-    free, need = shutil.disk_usage(Path.cwd()).free, count * SAMPLE_BYTES
-    verdict = "enough" if free > 1.1 * need else "NOT ENOUGH"
-    lines.append(f"disk: {count} samples need about {need / 1e9:.1f} GB, {free / 1e9:.1f} GB are free here: {verdict}")
-    return lines
 
 
 def _line(distribution: str, purpose: str, remedy: str) -> str:

@@ -1,5 +1,6 @@
 """Verbs that turn frames into events, with options for every parameter of the event pixels; verbs of live streams."""
 
+import contextlib
 import sys
 import time
 from functools import partial
@@ -119,10 +120,8 @@ def _value(name: str, text: str) -> Any:
 
     if name == "noise_map":
         return load_noise_map(text)
-    try:
+    with contextlib.suppress(ValueError):
         return float(text)
-    except ValueError:
-        pass
     path = Path(text)
     if path.suffix.lower() != ".npy":
         raise ConfigError(f"camera parameter {name}: {text!r} is neither a number nor the name of an .npy file")
@@ -178,8 +177,9 @@ def live(
     from evslip.learn import Detector
     from evslip.learn.networks import register
     from evslip.learn.streaming.live import LiveDetector
-    from evslip.view.live.serve import check_page, serve_live
+    from evslip.view.live.serve import serve_live
     from evslip.view.live.terminal import Lines, follow, send_answers, show_json
+    from evslip.view.web.serving import require_server
 
     if duration_s is not None and not 0 < duration_s <= LONGEST_S:
         raise ConfigError(f"duration_s: {duration_s:g} is out of range, expected above 0 to {LONGEST_S:g}")
@@ -192,7 +192,7 @@ def live(
     feed = Feed(make_source(source), once=once, size=size)
     outlet = None if to is None else Outlet(to)
     if page is not None:
-        check_page(page)
+        require_server(page)
     end_s = float("inf") if duration_s is None else time.monotonic() + duration_s
     detector = LiveDetector(feed, lambda found: make(size=found), lambda: time.monotonic() >= end_s)
     # A thread that waits for the interpreter gets it sooner: datagrams wait in a buffer that is not large.

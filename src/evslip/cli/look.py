@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from evslip.cli.options import DETECTOR, given, options_of
+from evslip.cli.options import DETECTOR, Browser, Port, given, options_of
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import Step
@@ -14,24 +14,20 @@ from evslip.view.pictures.film_settings import FilmSettings
 Times = Annotated[UseAppendAction[tuple[float, ...]], arg(metavar="SECONDS")]
 LEAST, MOST = 16, 4096
 
-FilmOptions = options_of(FilmSettings)
-
 
 def view(
     dataset: Positional[Path],
     *,
     model: Annotated[Path | None, arg(help=f"{DETECTOR}, whose slip probability is drawn over time.")] = None,
     camera: str = "all",
-    port: int = 8899,
-    browser: bool = True,
+    port: Port = 8899,
+    browser: Browser = True,
 ) -> None:
     """Look at a data set or a recording in the browser: frames, events, curves, labels. Ctrl-C ends it.
 
     Args:
         dataset: Folder of a data set, or a file of events of any known format.
         camera: Of samples that two cameras saw: left, right, or all.
-        port: Port on this machine, which alone can reach it; 0 takes a free one.
-        browser: Open the page.
     """
     from evslip.view.explorer.serve import explore
     from evslip.view.explorer.shelf import open_shelf
@@ -44,8 +40,8 @@ def play(
     config: str = "play",
     controller: str = "detector",
     model: Annotated[str, arg(help=f"{DETECTOR}.")] = "default-hold",
-    port: int = 8898,
-    browser: bool = True,
+    port: Port = 8898,
+    browser: Browser = True,
 ) -> None:
     """Pull at an object in the hand, live in the browser: events, slip probability and grip force. Ctrl-C ends it.
 
@@ -53,8 +49,6 @@ def play(
         config: Preset or TOML file that the objects and motions are drawn from.
         controller: Controller of the grip force at the start: off, constant, strong, oracle, late-oracle, event-rate,
             detector or detector-pi.
-        port: Port on this machine, which alone can reach it; 0 takes a free one.
-        browser: Open the page.
     """
     from evslip.view.play.serve import play as serve_play
 
@@ -66,7 +60,7 @@ def video(
     *,
     out: Path,
     camera: str | None = None,
-    settings: Annotated[FilmSettings, arg(constructor=FilmOptions)],
+    settings: Annotated[FilmSettings, arg(constructor=options_of(FilmSettings))],
 ) -> None:
     """Write a slow-motion video of a sample or a recording, of several side by side: frames, events, angle.
 
@@ -138,8 +132,7 @@ def report(
         raise ConfigError(f"pictures: {pictures} is out of range, expected 0 or more")
     where = out or (folder.parent if folder.is_file() else folder) / "report.html"
     if is_model_or_evaluation(folder):
-        given = {"model": model, "windows": windows, "compare": compare, "camera": camera}
-        for name, value in given.items():
+        for name, value in {"model": model, "windows": windows, "compare": compare, "camera": camera}.items():
             if value:
                 raise ConfigError(f"{name}: {folder} is no data set, to which alone {name} belongs")
         console.print(f"report: {write_model_report(where, folder)}")

@@ -1,6 +1,6 @@
 """Options of several verbs, and options made from the settings of the library."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
@@ -9,9 +9,12 @@ from tyro.conf import Suppress, UseAppendAction, arg
 
 from evslip.config.presets import PRESETS
 from evslip.learn.shipped import NAMES
+from evslip.utils.errors import ConfigError
 
 Overrides = Annotated[UseAppendAction[tuple[str, ...]], arg(name="set", metavar="KEY=VALUE")]
 Split = Literal["train", "test"]
+Port = Annotated[int, arg(help="Port on this machine, which alone can reach it; 0 takes a free one.")]
+Browser = Annotated[bool, arg(help="Open the page.")]
 HIDDEN = Suppress[str | None]
 SILENT = arg(help_behavior_hint="")
 """Of options that are None by default: their explanations say what happens then."""
@@ -19,6 +22,12 @@ PRESET = f"Name of a preset ({', '.join(PRESETS)})"
 SHIPPED = f"{', '.join(f'`{name}`' for name in NAMES[:-1])} or `{NAMES[-1]}`, of the package"
 DETECTOR = f"Folder of a detector, or {SHIPPED}"
 DetectorFolder = Annotated[Path, arg(help=f"{DETECTOR}.")]
+
+
+def require_paths(verb: str, paths: Sequence[Path], are_right: bool, expected: str) -> None:
+    """Raise ConfigError where a verb is not given the paths that it expects."""
+    if not are_right:
+        raise ConfigError(f"{verb}: {' '.join(map(str, paths)) or 'nothing'} given; expected {expected}")
 
 
 def overrides(texts: tuple[str, ...]) -> dict[str, Any]:

@@ -1,11 +1,12 @@
 """Verbs about recordings of event cameras, and the labels that a person gives to them."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import SILENT, given, options_of
+from evslip.cli.options import SILENT, Browser, Port, given, options_of
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selection import ENDLESS_S, Flip, Rotation
 from evslip.utils.console import console
@@ -147,7 +148,7 @@ def info(
         write_pixels(hot, quality.pixels.hot)
     hurts, triggers = harms(quality), trigger_facts(file)
     if json:
-        beside = {"record": known, "triggers": None if triggers is None else triggers.as_json()}
+        beside = {"record": known, "triggers": None if triggers is None else asdict(triggers)}
         print(dumps(facts.as_json() | beside | {"quality": quality.as_json() | {"harms": hurts}}, indent=2))
         return
     entries = known if triggers is None else known | {"triggers": str(triggers)}
@@ -160,15 +161,13 @@ def info(
         console.print(f"{'hurts':>10}  nothing found that hurts a detector")
 
 
-def label(recording: Positional[Path], *, out: Path | None = None, port: int = 8899, browser: bool = True) -> None:
+def label(recording: Positional[Path], *, out: Path | None = None, port: Port = 8899, browser: Browser = True) -> None:
     """Mark slip and hold on a recording's time line in the browser. Every change is saved at once. Ctrl-C ends it.
 
     Args:
         recording: File of events of any known format.
         out: CSV file of the intervals (start_s, end_s, label), which is continued if it is there; default: beside the
             recording, with -labels.csv at its end.
-        port: Port on this machine, which alone can reach it; 0 takes a free one.
-        browser: Open the page.
     """
     from evslip.codecs.formats import stem_of
     from evslip.view.explorer.labels import Labels

@@ -2,20 +2,15 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import given, options_of
+from evslip.cli.options import given, options_of, require_paths
 from evslip.cli.recordings import describe
 from evslip.learn.realism.settings import RealismSettings
 from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
-
-if TYPE_CHECKING:
-    from evslip.events.calibration.calibration import Calibration
-
-RealismOptions = options_of(RealismSettings)
 
 
 def calibrate(
@@ -41,9 +36,8 @@ def calibrate(
         each_pixel: Thresholds of each pixel too, as maps in an .npz file beside OUT.toml; for a sensor of the same size
             alone, and long recordings: 100 events a pixel and more.
     """
-    if len(recordings_and_out) < 2:
-        words = " ".join(map(str, recordings_and_out)) or "nothing"
-        raise ConfigError(f"calibrate: {words} given; expected one or more recordings, then the file to write")
+    enough = len(recordings_and_out) >= 2
+    require_paths("calibrate", recordings_and_out, enough, "one or more recordings, then the file to write")
     *recordings, out = recordings_and_out
     if out.suffix.lower() == ".npz":
         _noise(recordings, out)
@@ -56,7 +50,12 @@ def calibrate(
     if not 0.0 <= start_s < end:
         raise ConfigError(f"start-s: {start_s:g} is out of range, expected 0 or more and less than --end-s")
     found = calibrate_recordings(recordings, out, Span(start_s, end), upsample, seed, each_pixel)
-    _show(found)
+    facts = [[one.name, f"{one.value:.4g}", f"{one.low:.3g} to {one.high:.3g}", one.note] for one in found.facts]
+    print_table([["parameter", "value", "95 % interval", ""], *facts])
+    if not math.isnan(found.misfit):
+        console.print(f"misfit: {found.misfit:.2f}; about 1 where the model explains the recording")
+    for line in found.unknown:
+        console.print(f"not known: {line}")
     console.print(f"{out}: a preset; look at it with: evslip show camera {out}")
 
 
@@ -64,7 +63,7 @@ def realism(
     recording_and_simulation: Annotated[Positional[tuple[Path, ...]], arg(metavar="REAL [SIMULATED]")],
     *,
     camera: Annotated[str | None, arg(aliases=("--preset",))] = None,
-    settings: Annotated[RealismSettings, arg(constructor=RealismOptions)],
+    settings: Annotated[RealismSettings, arg(constructor=options_of(RealismSettings))],
     json: Path | None = None,
     out: Path = Path("realism.html"),
 ) -> None:
@@ -111,22 +110,6 @@ def realism(
     if json is not None:
         atomic.write_text(json, dumps(found.as_json(), indent=1) + "\n")
     console.print(" and ".join(map(str, filter(None, (out, json)))))
-
-
-def _show(found: "Calibration") -> None:
-    print_table(
-        [
-            ["parameter", "value", "95 % interval", ""],
-            *(
-                [fact.name, f"{fact.value:.4g}", f"{fact.low:.3g} to {fact.high:.3g}", fact.note]
-                for fact in found.facts
-            ),
-        ]
-    )
-    if not math.isnan(found.misfit):
-        console.print(f"misfit: {found.misfit:.2f}; about 1 where the model explains the recording")
-    for line in found.unknown:
-        console.print(f"not known: {line}")
 
 
 def _noise(recordings: list[Path], out: Path) -> None:

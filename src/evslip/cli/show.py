@@ -14,7 +14,6 @@ from evslip.utils.errors import ConfigError, EvslipError
 if TYPE_CHECKING:
     from evslip.config.config import Config
 
-BiasingOptions = options_of(Biasing)
 _SHOWN = (
     f'{PRESET}, a TOML file, "parameters" for a table of all keys, "camera" for the event cameras, "textures" for a '
     'contact sheet, "robot" for a robot from four sides and its limits, or a file of `evslip events` (.h5, .npz) or of '
@@ -35,7 +34,7 @@ def show(
     masses: bool = False,
     count: int | None = None,
     test_count: int = 200,
-    biasing: Annotated[Biasing, arg(constructor=BiasingOptions)],
+    biasing: Annotated[Biasing, arg(constructor=options_of(Biasing))],
     out: Path | None = None,
 ) -> None:
     """Print a configuration in full, what it draws, a camera, or a file's settings; write a sheet of textures.
@@ -91,9 +90,8 @@ def _camera(name: str | None, biasing: Biasing, out: Path | None) -> None:
 
     from evslip.events import preset_file
     from evslip.events.biases import circuit, parse_biases, pixel_parameters
-    from evslip.events.datasheet import bias_sheet, bias_table, datasheet, presets_table, readout_sheet
-    from evslip.events.presets import named
-    from evslip.events.readout.presets import named_readout
+    from evslip.events.datasheet import bias_sheet, bias_table, datasheet, presets_table
+    from evslip.events.presets import named, named_readout
     from evslip.utils import atomic
 
     model, readout = named(name or "davis346"), named_readout(name or "davis346")
@@ -107,7 +105,7 @@ def _camera(name: str | None, biasing: Biasing, out: Path | None) -> None:
     elif name is None:
         print(presets_table(), end="")
         return
-    print(f"{datasheet(model)}\nreadout\n{readout_sheet(readout)}", end="")
+    print(f"{datasheet(model)}\nreadout\n{datasheet(readout)}", end="")
     if out is not None:
         if out.suffix.lower() != preset_file.SUFFIX or preset_file.maps_of(model):
             raise ConfigError(f"{out}: a preset without maps is written to a file such as OUT.toml")

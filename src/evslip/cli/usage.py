@@ -48,7 +48,7 @@ def understood(verb: Callable[..., None], name: str, words: Sequence[str]) -> Ca
     except _MistakeError as error:
         # An unknown option is taken for a word that is missing; alone on the line, every one of them is.
         unknown = [word for word in words if word.startswith("--") and word != "--help" and _is_unknown(parsed, word)]
-        reason = f"{' '.join(unknown)}: not known here" if unknown else _explained(error.mistake, words)
+        reason = f"{' '.join(unknown)}: not known here" if unknown else _explained(error.args[0], words)
         raise ConfigError(f"{reason}; `evslip {name} --help` explains") from None
 
 
@@ -81,17 +81,16 @@ def _with_sides_apart(words: Sequence[str]) -> list[str]:
 
 
 class _MistakeError(Exception):
-    def __init__(self, mistake: Any):
-        super().__init__(mistake)
-        self.mistake = mistake
+    """Raised with a mistake, as tyro tells it."""
 
 
 def _is_unknown(parsed: Callable[[Sequence[str]], Any], option: str) -> bool:
     try:
         parsed([option])
     except _MistakeError as error:
-        left_over = [*getattr(error.mistake, "tokens", ()), *getattr(error.mistake, "unrecognized_tokens", ())]
-        argument = getattr(error.mistake, "argument", None)
+        (mistake,) = error.args
+        left_over = [*getattr(mistake, "tokens", ()), *getattr(mistake, "unrecognized_tokens", ())]
+        argument = getattr(mistake, "argument", None)
         return bool(left_over) or (argument is not None and argument.is_positional())
     return False
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from evslip.cli.options import HIDDEN, Split, given, options_of
+from evslip.cli.options import HIDDEN, Split, given, options_of, require_paths
 from evslip.utils.atomic import require_place
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
@@ -46,9 +46,8 @@ def windows(
     from evslip.windows.mixture import Mixture
 
     settings = WindowSettings(**given(settings))
-    if len(datasets_and_out) < 2:
-        words = " ".join(map(str, datasets_and_out)) or "nothing"
-        raise ConfigError(f"windows: {words} given; expected one or more data sets, then the file to write")
+    enough = len(datasets_and_out) >= 2
+    require_paths("windows", datasets_and_out, enough, "one or more data sets, then the file to write")
     *datasets, out = datasets_and_out
     require_place(out)
     sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]

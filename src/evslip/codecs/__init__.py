@@ -6,15 +6,14 @@ can be written, `Sink(file, path, size)`, which takes a stream in pieces, or `wr
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from evslip.codecs.arrays.record_head import wrong_camera
 from evslip.codecs.formats import FORMATS, Format, format_of, known_suffixes, register
-from evslip.events.stream import Events
+from evslip.codecs.source import Source, checked, counted
+from evslip.codecs.writers import writing
+from evslip.events.checks import extent
+from evslip.events.stream import Events, concatenate
 from evslip.utils.errors import DataError
-
-if TYPE_CHECKING:
-    from evslip.codecs.source import Source
 
 __all__ = ["FORMATS", "Format", "format_of", "known_suffixes", "open_events", "read_events", "register", "write_events"]
 
@@ -24,22 +23,18 @@ def read_events(path: str | Path) -> Events:
     return read_whole(Path(path))[0]
 
 
-def open_events(path: str | Path, camera: str | None = None) -> "Source":
+def open_events(path: str | Path, camera: str | None = None) -> Source:
     """The events of a file part by part, checked, so that memory holds one part; its format chosen by suffix.
 
     camera: of a record or a bag of several cameras, the one whose events are wanted. Raises DataError, here or when a
     part is asked for.
     """
-    from evslip.codecs.source import checked
-
     source = raw_source(path, camera)
     return source._replace(parts=checked(source, path))
 
 
-def raw_source(path: str | Path, camera: str | None = None) -> "Source":
+def raw_source(path: str | Path, camera: str | None = None) -> Source:
     """The events of a file as they are, even out of order or beyond the sensor. Raises DataError as `open_events`."""
-    from evslip.codecs.source import counted
-
     form = format_of(path)
     if camera is not None and not form.keeps_cameras:
         raise DataError(f"{path}: {wrong_camera((), camera)}")
@@ -52,9 +47,6 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
 
     Raises DataError, StorageError.
     """
-    from evslip.codecs.writers import writing
-    from evslip.events.checks import extent
-
     codec = format_of(path, writing=True).codec
     if hasattr(codec, "write"):
         codec.write(Path(path), events, size or extent(events))
@@ -65,6 +57,7 @@ def write_events(path: str | Path, events: Events, size: tuple[int, int] | None 
 
 def read_whole(path: Path, camera: str | None = None) -> tuple[Events, tuple[int, int]]:
     """The events of a file and the sensor's (width, height). camera: as of `open_events`. Raises DataError."""
-    from evslip.codecs.source import whole
-
-    return whole(raw_source(path, camera), path)
+    source = open_events(path, camera)
+    parts = list(source.parts)
+    events = parts[0] if len(parts) == 1 else concatenate(parts)
+    return events, source.size or extent(events)

@@ -75,7 +75,6 @@ class Sink(sink.Sink):
         self.put(_HEADER.pack(_MAGIC, 2, 0, 0, 1, *size))
 
     def push(self, events: Events) -> None:
-        """The next events."""
         check_times(events, _LATEST_US, self._path)
         if events.count:
             overflows = int((np.diff(events.t_us, prepend=self._now) // _LONGEST_STEP).sum())

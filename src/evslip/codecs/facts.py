@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs import format_of, raw_source
-from evslip.codecs.source import extent_of
+from evslip.codecs.source import size_of
 from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.quality.quality import Quality, QualityMeter
 from evslip.events.stream import CAUSES, Events
@@ -90,26 +90,15 @@ class Facts:
         return [f"{name:>10}  {value}" for name, value in rows.items()]
 
 
-def facts_of(path: str | Path, gap_us: int = PEAK_US) -> Facts:
-    """Read a file of events of any known format. Disorder and pixels beyond the sensor are counted, not refused.
-
-    gap_us: from which length on a pause counts. Raises DataError.
-    """
-    source = raw_source(path)
-    counts = _Counts(source.size, gap_us)
-    for events in source.parts:
-        counts.add(events)
-    return counts.facts(format_of(path).name)
-
-
 def examine(path: str | Path, gap_us: int = PEAK_US, camera: str | None = None) -> tuple[Facts, Quality]:
-    """Facts of a file, and the quality of the recording. A file that does not state the sensor's size is read twice.
+    """Facts of a file of events of any known format, and the quality of the recording. Disorder and pixels beyond the
+    sensor are counted, not refused. A file that does not state the sensor's size is read twice.
 
     gap_us: from which length on a pause counts; camera: as of `open_events`. Raises DataError.
     """
     source = raw_source(path, camera)
     counts = _Counts(source.size, gap_us)
-    meter = QualityMeter(source.size or extent_of(raw_source(path).parts))
+    meter = QualityMeter(size_of(source if source.size else raw_source(path, camera)))
     for events in source.parts:
         counts.add(events)
         meter.add(events)
@@ -133,7 +122,6 @@ class _Counts:
         self._labels: dict[str, np.ndarray] = {}
 
     def add(self, events: Events) -> None:
-        """The next part."""
         if not events.count:
             return
         t = events.t_us
@@ -191,7 +179,6 @@ class _Counts:
             np.add.at(self._pixels.reshape(-1), which, 1)
 
     def facts(self, name: str) -> Facts:
-        """Facts of the parts so far."""
         counted = self._pixels.size > 0
         row, column = divmod(int(self._pixels.argmax()), self._pixels.shape[1]) if counted else (0, 0)
         body, cause = self._labels.get("body"), self._labels.get("cause")

@@ -109,7 +109,8 @@ def register(codec: Any, name: str = "") -> Format:
     title = codec if isinstance(codec, str) else getattr(codec, "__name__", type(codec).__name__)
     codec = plugins.load(codec) if isinstance(codec, str) else codec
     suffixes: Any = getattr(codec, "suffixes", None)
-    if not _are_suffixes(suffixes) or not callable(getattr(codec, "stream", None)):
+    are_listed = isinstance(suffixes, list | tuple) and all(isinstance(s, str) and s[:1] == "." != s for s in suffixes)
+    if not are_listed or not callable(getattr(codec, "stream", None)):
         raise ConfigError(f"{title}: not a codec of events; expected suffixes such as ('.abc',) and stream(path)")
     form = Format(
         name or title.replace(":", ".").rpartition(".")[2],
@@ -143,7 +144,3 @@ def _register_installed() -> list[str]:
             except ConfigError as error:
                 broken.append(f"entry point {name} of {GROUP}: {error}")
     return broken
-
-
-def _are_suffixes(suffixes: Any) -> bool:
-    return isinstance(suffixes, list | tuple) and all(isinstance(s, str) and s[:1] == "." != s for s in suffixes)

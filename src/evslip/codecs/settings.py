@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from evslip.codecs.formats import FORMATS, HDF5, format_of
-from evslip.utils import npz
+from evslip.utils import hdf5, npz
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
@@ -36,8 +36,6 @@ def read_settings(path: str | Path) -> dict[str, Any]:
 
 
 def _hdf5_text(path: Path) -> str | None:
-    from evslip.utils import hdf5
-
     with hdf5.opened(path) as file:
         for name in ("settings", "params"):
             if name in file.attrs:

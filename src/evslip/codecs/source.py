@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.events.checks import StreamChecker, extent
-from evslip.events.stream import Events, concatenate
+from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 from evslip.utils.progress import Step
 
@@ -15,12 +15,8 @@ BLOCK_BYTES = 1 << 21
 """Bytes of a file that are decoded at once."""
 BLOCK_EVENTS = 1 << 20
 """Events of an HDF5 file that are decoded at once: whole chunks of the files that evslip writes."""
-
-
 LIMITS = {"x": (0, 65535), "y": (0, 65535), "p": (-1, 1), "t": (-(2**62), 2**62)}
 """Least and largest numbers in the columns of a file."""
-
-
 MOST_ANYWAY, MOST_A_BYTE = 20_000_000, 8
 """Events that a file of any size may hold; and events for each of its bytes: the densest format has 6."""
 
@@ -69,13 +65,6 @@ def check_count(count: int, where: object) -> None:
         )
 
 
-def whole(source: Source, where: object) -> tuple[Events, tuple[int, int]]:
-    """All events of a source in one stream, and its size. Raises DataError."""
-    parts = list(checked(source, where))
-    events = parts[0] if len(parts) == 1 else concatenate(parts)
-    return events, source.size or extent(events)
-
-
 def events_of(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, *labels: np.ndarray | None) -> Events:
     """Columns of other types, within LIMITS, as events; p above 0 is ON."""
     return Events(t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p > 0, *labels)
@@ -117,10 +106,13 @@ def tables(blocks: Iterable[list[str]], path: Path, dtype: type, delimiter: str 
             raise DataError(f"{path}: not a table of events: {' '.join(str(error).split())[:160]}") from None
 
 
-def extent_of(parts: Iterable[Events]) -> tuple[int, int]:
-    """The smallest (width, height) that holds all events; (1, 1) for none."""
+def size_of(source: Source) -> tuple[int, int]:
+    """The sensor's (width, height); of a source that does not state it the smallest that holds all events, which are
+    read for it; (1, 1) for none."""
+    if source.size is not None:
+        return source.size
     width = height = 1
-    for part in parts:
+    for part in source.parts:
         reach = extent(part)
         width, height = max(width, reach[0]), max(height, reach[1])
     return width, height

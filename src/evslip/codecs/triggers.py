@@ -4,9 +4,9 @@ A codec that can read them has `triggers(path) -> Iterator[Triggers]`.
 """
 
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,10 +51,6 @@ class TriggerFacts:
     """Number of triggers of each kind that there is."""
     channels: dict[int, int]
     """Number of triggers of each input."""
-
-    def as_json(self) -> dict[str, Any]:
-        """Everything, for a machine."""
-        return asdict(self)
 
     def __str__(self) -> str:
         if not self.count:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Strict, model_validator
+from pydantic import Strict
 
 from evslip.config.distributions import Names, Number, choices
 from evslip.config.nuisances.share import ShareSpec
@@ -27,8 +27,13 @@ class Config(SampleSpec[Number, Names]):
     slip_fraction: Annotated[float | None, Strict(), Within(0.0, 1.0)] = None
     """If given, this share of the samples slips: each gets a mass above 1.25 or below 0.85 of its onset mass."""
 
-    @model_validator(mode="after")
-    def _check_groups(self) -> "Config":
+    def _check(self) -> None:
+        super()._check()
+        self._check_groups()
+        if self.slip_fraction is not None:
+            self._check_fraction(self.slip_fraction)
+
+    def _check_groups(self) -> None:
         given, seen = leaves(self), set()
         for group in self.together:
             lengths = {}
@@ -43,17 +48,12 @@ class Config(SampleSpec[Number, Names]):
             if len(set(lengths.values())) > 1:
                 counts = ", ".join(f"{key} has {length} entries" for key, length in lengths.items())
                 raise wrong("together", f"{counts}, expected lists of equal length")
-        return self
 
-    @model_validator(mode="after")
-    def _check_fraction(self) -> "Config":
-        if self.slip_fraction is None:
-            return self
+    def _check_fraction(self, share: float) -> None:
         kinds = choices(self.slip.kind)
-        holds = NO_SLIP in kinds or self.slip_fraction == 1
-        slips = any(kind != NO_SLIP for kind in kinds) or self.slip_fraction == 0
+        holds = NO_SLIP in kinds or share == 1
+        slips = any(kind != NO_SLIP for kind in kinds) or share == 0
         if NATURAL not in kinds and not (holds and slips):
             raise wrong("slip_fraction", "needs a slip.kind that is natural, or a list of hold and another kind")
         if self.object.density_kg_m3 is not None:
             raise wrong("slip_fraction", "chooses object.mass_kg, so object.density_kg_m3 cannot be given")
-        return self

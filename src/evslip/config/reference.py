@@ -4,13 +4,13 @@ import ast
 import inspect
 from collections.abc import Mapping
 from itertools import pairwise
+from operator import attrgetter
 from typing import Any
 
 from evslip.config.config import Config
 from evslip.config.distributions import Distribution, Uniform
 from evslip.config.loading import load_config
 from evslip.config.presets import PRESETS
-from evslip.config.sample import SampleSpec
 from evslip.config.section import Section, Within
 from evslip.config.sections.motion import Waypoints
 
@@ -23,19 +23,14 @@ def parameters_table() -> str:
     Markdown."""
     presets = {name: load_config(name) for name in PRESETS}
     lines = [f"| key | limits | meaning | `{USUAL}` | other presets |", "|---|---|---|---|---|"]
-    meanings = _meanings(Config)
-    for name, field in Config.model_fields.items():
-        if name not in {"share", *SampleSpec.model_fields}:
-            values = {preset: getattr(config, name) for preset, config in presets.items()}
-            lines.append(_row(name, field.metadata, meanings.get(name, ""), values))
-    for section, field in Config.model_fields.items():
-        model = field.annotation
-        if not (isinstance(model, type) and issubclass(model, Section)):
-            continue
+    models = {f"{name}.": field.annotation for name, field in Config.model_fields.items()}
+    sections = {name: model for name, model in models.items() if isinstance(model, type) and issubclass(model, Section)}
+    for section, model in {"": Config, **sections}.items():
         meanings = _meanings(model)
         for name, leaf in model.model_fields.items():
-            values = {preset: getattr(getattr(config, section), name) for preset, config in presets.items()}
-            lines.append(_row(f"{section}.{name}", leaf.metadata, meanings.get(name, ""), values))
+            if (key := section + name) + "." not in sections:
+                values = {preset: attrgetter(key)(config) for preset, config in presets.items()}
+                lines.append(_row(key, leaf.metadata, meanings.get(name, ""), values))
     return "\n".join(lines) + "\n"
 
 

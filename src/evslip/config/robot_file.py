@@ -6,7 +6,7 @@ tool, the fingers close along y, and they are closed, so that the pads touch at 
 
 from typing import Annotated, Literal
 
-from pydantic import AllowInfNan, Field, Strict, ValidationError, model_validator
+from pydantic import AllowInfNan, Field, Strict, ValidationError
 
 from evslip.config.explanation import explain
 from evslip.config.section import Section, Within, wrong
@@ -89,12 +89,11 @@ class GripperFile(Section):
     force_n: Annotated[tuple[Number, Number] | None, Within(0.1, 70.0)] = None
     """Least and largest grip force."""
 
-    @model_validator(mode="after")
-    def _check_kind(self) -> "GripperFile":
+    def _check(self) -> None:
         if self.name is not None:
             if self.model_fields_set != {"name"}:
                 raise wrong("name", "a gripper that is built in has no other keys; leave them out, or the name")
-            return self
+            return
         kind, needed, foreign = (
             ("of parts", OF_PARTS, FROM_FILE) if self.file is None else ("from a file", FROM_FILE, PARTS)
         )
@@ -104,7 +103,6 @@ class GripperFile(Section):
         for key in foreign:
             if key not in needed and key in self.model_fields_set:
                 raise wrong(key, f"a gripper {kind} has no such key; expected {', '.join(needed)}")
-        return self
 
 
 class ArmFile(Section):
@@ -128,8 +126,7 @@ class ArmFile(Section):
     acceleration_deg_s2: Annotated[tuple[Number, ...] | None, Within(1.0, 1e6)] = None
     """Largest accelerations; default: 860, an assumption."""
 
-    @model_validator(mode="after")
-    def _check_kind(self) -> "ArmFile":
+    def _check(self) -> None:
         if (self.name is None) == (self.file is None):
             raise wrong("name", "an arm has either a name, of one that is built in, or a file, URDF or MJCF")
         if self.name is not None and self.model_fields_set != {"name"}:
@@ -137,7 +134,6 @@ class ArmFile(Section):
         for key in ("flange", "rest_deg") if self.file is not None else ():
             if getattr(self, key) is None:
                 raise wrong(key, "this key is missing; an arm from a file has file, flange, rest_deg")
-        return self
 
 
 class CameraFile(Section):

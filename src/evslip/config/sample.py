@@ -5,7 +5,7 @@ The same fields serve twice: in a `Config` a field may hold a distribution, in `
 
 from typing import Annotated, Any, Generic
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from evslip.config.distributions import choices
 from evslip.config.nuisances.clutter import ClutterSpec
@@ -50,27 +50,17 @@ class SampleSpec(Section, Generic[N, S]):
     render: RenderSpec[N, S]
     slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
 
-    @model_validator(mode="after")
-    def _check_tremor(self) -> "SampleSpec[N, S]":
+    def _check(self) -> None:
         if self.vibration.tremor_hz is not None and self.robot.kind == "cartesian":
             raise wrong("vibration.tremor_hz", "needs an arm whose joints tremble; a cartesian hand has none")
-        return self
-
-    @model_validator(mode="after")
-    def _check_gripper(self) -> "SampleSpec[N, S]":
         if self.robot.gripper == "panda" and self.robot.kind not in ("panda", "cartesian"):
             raise wrong(
                 "robot.gripper", "'panda' fits robot.kind = 'panda' or 'cartesian' alone; expected small or large"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _check_mount(self) -> "SampleSpec[N, S]":
         cameras: Any = (self.camera, self.camera.left, self.camera.right)
         mounts = [mount for camera in cameras if camera is not None for mount in choices(camera.mount)]
         if "robot" in mounts and not self.robot.is_file:
             raise wrong("camera.mount", "'robot' is where a robot's file puts it, and robot.kind names none")
-        return self
 
 
 VIEWS = tuple(("camera", name) for name in CAMERAS)

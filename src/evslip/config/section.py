@@ -77,7 +77,11 @@ class Section(BaseModel):
     @model_validator(mode="after")
     def _check_limits(self) -> "Section":
         check_limits(self, type(self).model_fields)
+        self._check()
         return self
+
+    def _check(self) -> None:
+        """Raise an error (see `wrong`) where fields, each within its limits, do not fit together; to be overridden."""
 
     @model_serializer(mode="wrap")
     def _without_unused(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:

@@ -43,16 +43,12 @@ class Dataset(Samples):
     def config_toml(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
         return read_text(self.root / CONFIG, MOST_BYTES)
 
-    @property
+    @functools.cached_property
     def config(self) -> Config:
         """The configuration that the samples are drawn from. Raises ConfigError, DataError."""
         return config_from_text(self.config_toml, str(self.root / CONFIG))
 
     def cameras(self, one: Listing) -> tuple[str, ...]:
-        return self._camera_names
-
-    @functools.cached_property
-    def _camera_names(self) -> tuple[str, ...]:
         return camera_names(self.config)
 
     def labels(self) -> list[str]:

@@ -26,8 +26,6 @@ OPTIONAL = {**PADS, **VIBRATION, "target_force_n": ()}
 """All arrays of the trajectory that a record may lack."""
 TRUTH = {"theta_deg": (), "rotation": (4,), "position_m": (3,), "held": ()}
 """Trailing shapes of the arrays, one row a time; numbers are float32 or float64, kept as they come, `held` is bool."""
-
-
 QUATERNIONS = ("gripper_pose", "object_pose", "rotation", *VIBRATION)
 """Arrays whose rows end with a quaternion."""
 LARGEST = 1e9

@@ -11,16 +11,9 @@ import numpy as np
 from evslip.codecs import open_events, read_whole
 from evslip.codecs.arrays import record_head
 from evslip.codecs.arrays.dsec import check_index, get_events, put_events
-from evslip.codecs.arrays.record_head import (
-    CAMERAS,
-    FORMAT,
-    VERSION,
-    VERSION_OF_SEVERAL,
-    cameras_of,
-    stream_of,
-)
+from evslip.codecs.arrays.record_head import cameras_of, stream_of
 from evslip.codecs.formats import HDF5, format_of, stem_of
-from evslip.codecs.source import extent_of
+from evslip.codecs.source import size_of
 from evslip.config.params import Params
 from evslip.data.footage import Footage
 from evslip.data.intervals import LABELS, LATEST_US, Interval
@@ -102,7 +95,7 @@ def open_recording(path: str | Path, camera: str | None = None) -> tuple[Record,
         parts = open_events(path, camera).parts
         return read(path, events=False, camera=camera), parts
     source = open_events(path, camera)
-    size = source.size or extent_of(source.parts)
+    size = size_of(source)
     record = Record(kind="recording", name=stem_of(path), size=size, events=empty_events(), provenance=provenance())
     return record, source.parts if source.size else open_events(path, camera).parts
 
@@ -117,8 +110,8 @@ def is_record(path: str | Path) -> bool:
 
 
 def _fill(file: h5py.File, record: Record) -> None:
-    version = VERSION_OF_SEVERAL if record.streams else VERSION
-    file.attrs.update({"format": FORMAT, "version": version, "kind": record.kind, "name": record.name})
+    version = record_head.VERSION_OF_SEVERAL if record.streams else record_head.VERSION
+    file.attrs.update({"format": record_head.FORMAT, "version": version, "kind": record.kind, "name": record.name})
     file.attrs["width"], file.attrs["height"] = record.size
     rejection_kind, rejection = record.rejection or (None, None)
     attributes = {
@@ -132,7 +125,7 @@ def _fill(file: h5py.File, record: Record) -> None:
     }
     file.attrs.update({name: value for name, value in attributes.items() if value is not None})
     for name, stream in record.streams.items():
-        _fill_stream(file.create_group(f"{CAMERAS}/{name}"), stream)
+        _fill_stream(file.create_group(f"{record_head.CAMERAS}/{name}"), stream)
     if not record.streams:
         put_events(file, record.events)
     if record.notes:
@@ -185,7 +178,8 @@ def _episode_rows(episodes: tuple[Episode, ...]) -> np.ndarray:
 
 def _record(file: h5py.File, events: bool, camera: str | None) -> Record:
     if not record_head.is_record(file):
-        raise DataError(f"{file.filename}: an HDF5 file, but not a record of evslip (no attribute format = {FORMAT!r})")
+        missing = f"no attribute format = {record_head.FORMAT!r}"
+        raise DataError(f"{file.filename}: an HDF5 file, but not a record of evslip ({missing})")
     params = Params.from_json(hdf5.attribute(file, "params", str)) if "params" in file.attrs else None
     rejection = None
     if "rejection_kind" in file.attrs:

@@ -22,9 +22,8 @@ def find_problems(root: Path, splits: tuple[str, ...], progress: Callable[[int, 
     present = sorted(path for folder in folders for path in folder.rglob("*") if not path.is_dir())
     problems += [f"{path}: missing" for path in sorted(expected.keys() - set(present))]
     kept = [path for path in sorted((root / JOURNAL).rglob("*")) if not path.is_dir()]
-    for path in [*sorted(root.glob(".*.tmp")), *kept]:
-        if is_temporary(path):
-            problems.append(f"{path}: a temporary file left behind")
+    left = filter(is_temporary, [*sorted(root.glob(".*.tmp")), *kept])
+    problems += [f"{path}: a temporary file left behind" for path in left]
     problems += [f"{p}: surplus, not a journal" for p in kept if p.suffix != ".jsonl" and not is_temporary(p)]
     for done, path in enumerate(over("files", present), 1):
         if is_temporary(path):

@@ -1,6 +1,7 @@
 """One draw as a page of text: every parameter with its unit, what it was drawn from, and when the grasp should slip."""
 
 from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 from evslip.config.config import Config
@@ -20,13 +21,9 @@ def draw_sheet(config: Config, index: int, split: str = "train") -> str:
     params = draw(config, index, split)
     rows = list(_rows(config, params))
     keys, values = (max(len(row[column]) for row in rows) for column in (0, 1))
-    lines = [f"sample {split}/{index}, seed {config.seed}", ""]
-    section = rows[0][0].partition(".")[0]
-    for key, value, source in rows:
-        if key.partition(".")[0] != section:
-            section = key.partition(".")[0]
-            lines.append("")
-        lines.append(f"{key:{keys}}  {value:>{values}}  {source}".rstrip())
+    lines = [f"sample {split}/{index}, seed {config.seed}"]
+    for _, section in groupby(rows, lambda row: row[0].partition(".")[0]):
+        lines += ["", *(f"{key:{keys}}  {value:>{values}}  {source}".rstrip() for key, value, source in section)]
     return "\n".join([*lines, "", *_forecast(params)]) + "\n"
 
 

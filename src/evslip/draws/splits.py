@@ -24,10 +24,10 @@ class Dimension(NamedTuple):
     is_pool: bool
     """The rows came from a pattern: a pool to draw from, never a dimension of a grid."""
 
-    def tokens(self, row: int) -> set[Token]:
-        """Constants of a row that one split alone may have; not ranges: both splits draw from them, never the same."""
-        pairs = zip(self.keys, self.rows[row], strict=True)
-        return {(domain(key), atom) for key, atom in pairs if not isinstance(atom, Uniform) and is_divided(key, atom)}
+    def tokens(self) -> list[set[Token]]:
+        """Constants of each row that one split alone may have. No ranges: of these both draw, but never the same."""
+        rows = [zip(self.keys, row, strict=True) for row in self.rows]
+        return [{(domain(k), a) for k, a in row if not isinstance(a, Uniform) and is_divided(k, a)} for row in rows]
 
 
 def is_divided(key: str, value: object) -> bool:
@@ -47,15 +47,14 @@ def divide(dimensions: Sequence[Dimension], seed: int, test_share: float) -> dic
     link, at least one and about `test_share` of the linked groups are held out. Raises ConfigError where a split would
     be left without a choice.
     """
-    everything = tuple(tuple(range(len(dimension.rows))) for dimension in dimensions)
     if test_share == 0:
-        return {"train": everything, "test": tuple(() for _ in dimensions)}
-    held_out = _held_out(dimensions, seed, test_share)
+        return {"train": tuple(tuple(range(len(d.rows))) for d in dimensions), "test": tuple(() for _ in dimensions)}
+    constants = [dimension.tokens() for dimension in dimensions]
+    held_out = _held_out(constants, seed, test_share)
     train, test = [], []
-    for dimension, rows in zip(dimensions, everything, strict=True):
-        tokens = [dimension.tokens(row) for row in rows]
-        train.append(tuple(row for row in rows if not tokens[row] & held_out))
-        test.append(tuple(row for row in rows if not tokens[row] or tokens[row] & held_out))
+    for dimension, rows in zip(dimensions, constants, strict=True):
+        train.append(tuple(row for row, tokens in enumerate(rows) if not tokens & held_out))
+        test.append(tuple(row for row, tokens in enumerate(rows) if not tokens or tokens & held_out))
         if not train[-1] or not test[-1]:
             raise ConfigError(
                 f"{', '.join(dimension.keys)}: too few values to split between train and test; "
@@ -64,9 +63,8 @@ def divide(dimensions: Sequence[Dimension], seed: int, test_share: float) -> dic
     return {"train": tuple(train), "test": tuple(test)}
 
 
-def _held_out(dimensions: Sequence[Dimension], seed: int, test_share: float) -> set[Token]:
-    rows = [tokens for d in dimensions for row in range(len(d.rows)) if (tokens := d.tokens(row))]
-    groups = sorted(sorted(group) for group in _linked(rows))
+def _held_out(constants: Sequence[Sequence[set[Token]]], seed: int, test_share: float) -> set[Token]:
+    groups = sorted(sorted(group) for group in _linked([tokens for rows in constants for tokens in rows if tokens]))
     ranked: list[int] = []
     held: set[int] = set()
     for domains in sorted(sorted(names) for names in _linked([{name for name, _ in group} for group in groups])):
@@ -78,19 +76,15 @@ def _held_out(dimensions: Sequence[Dimension], seed: int, test_share: float) -> 
         held.update(shuffled[int((k + 0.5) * len(mine) / number)] for k in range(number))
         ranked += [mine[i] for i in order]
     home = {token: i for i, group in enumerate(groups) for token in group}
-    _mend(held, ranked, [_homes(dimension, home) for dimension in dimensions])
+    # A row without constants leaves both splits a choice.
+    _mend(held, ranked, [{home[token] for token in set().union(*rows)} for rows in constants if all(rows)])
     return {token for i in held for token in groups[i]}
 
 
-def _homes(dimension: Dimension, home: dict[Token, int]) -> set[int]:
-    """The groups that a dimension chooses from; none where a row without constants leaves both splits a choice."""
-    rows = [dimension.tokens(row) for row in range(len(dimension.rows))]
-    return {home[token] for tokens in rows for token in tokens} if all(rows) else set()
-
-
 def _mend(held: set[int], ranked: Sequence[int], choices: Sequence[set[int]]) -> None:
-    """Where a dimension is left without a choice in one of the splits, move a group, if no other dimension suffers."""
-    choices = sorted(filter(None, choices), key=len)
+    """Where a dimension is left without a choice in one of the splits, move a group, if no other dimension suffers.
+    `choices`: the groups that each dimension chooses from."""
+    choices = sorted(choices, key=len)
 
     def lacking(held_out: set[int]) -> int:
         return sum((not own & held_out) + (not own - held_out) for own in choices)

@@ -147,9 +147,9 @@ def parse_biases(texts: tuple[str, ...]) -> dict[str, Bias]:
     found: dict[str, Bias] = {}
     for text in texts:
         name, _, value = text.partition("=")
-        parts = value.split("/")
+        coarse, is_code, fine = value.partition("/")
         try:
-            found[name] = float(value) if len(parts) == 1 else (int(parts[0]), int("/".join(parts[1:])))
+            found[name] = (int(coarse), int(fine)) if is_code else float(value)
         except ValueError:
             raise ConfigError(f"biases: {text!r} is wrong, expected NAME=COARSE/FINE or NAME=AMPERES") from None
     return found

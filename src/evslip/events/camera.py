@@ -11,8 +11,7 @@ from evslip.events.biases import WHITE_LUX, Bias, circuit, pixel_parameters
 from evslip.events.frame import NO_BODY, Frame
 from evslip.events.pixel_model import FOREIGN, own_parameters
 from evslip.events.pixels.accurate import AccuratePixels
-from evslip.events.presets import named, resolve
-from evslip.events.readout.presets import named_readout
+from evslip.events.presets import named, named_readout, resolve
 from evslip.events.readout.settings import Readout, with_changes
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.frame_checks import checked_image, checked_mask, checked_time

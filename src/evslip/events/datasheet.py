@@ -5,15 +5,18 @@ import inspect
 import math
 import textwrap
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from evslip.events.biases import BIAS_SETS, Bias, circuit, currents, pixel_parameters
-from evslip.events.pixel_model import LIMITS, PARAMETERS, UNITS, PixelModel
-from evslip.events.presets import PRESETS, named
-from evslip.events.readout.presets import READOUTS
-from evslip.events.readout.settings import OFF, READOUT_LIMITS, READOUT_PARAMETERS, READOUT_UNITS, Readout
+from evslip.events.pixel_model import PARAMETERS, UNITS, PixelModel
+from evslip.events.presets import PRESETS, READOUTS, named
+from evslip.events.readout.settings import OFF, READOUT_PARAMETERS, READOUT_UNITS, Readout
+
+WIDTH = 110
+"""Columns of a datasheet."""
 
 
 def meanings(parameters: type = PixelModel) -> dict[str, str]:
@@ -29,25 +32,17 @@ def meanings(parameters: type = PixelModel) -> dict[str, str]:
     return texts
 
 
-def datasheet(preset: str | PixelModel, width: int = 110) -> str:
-    """A preset in full, a parameter a line, meanings folded at `width` columns. Raises ConfigError."""
-    return _sheet(named(preset) if isinstance(preset, str) else preset, LIMITS, UNITS, width)
-
-
-def readout_sheet(readout: Readout, width: int = 110) -> str:
-    """A readout in full, likewise."""
-    return _sheet(readout, READOUT_LIMITS, READOUT_UNITS, width)
-
-
-def _sheet(
-    values: PixelModel | Readout, limits: Mapping[str, tuple[float, float]], units: Mapping[str, str], width: int
-) -> str:
+def datasheet(preset: str | PixelModel | Readout) -> str:
+    """The pixels of a preset, or a readout, in full, a parameter a line, meanings folded at WIDTH. Raises
+    ConfigError."""
+    values = named(preset) if isinstance(preset, str) else preset
     head = f"{'parameter':<20}{'value':>8} {'unit':<8}{'limits':<17}"
-    lines = [head + "meaning"]
-    for name, text in meanings(type(values)).items():
-        low, high = limits[name]
-        start = f"{name:<20}{_shown(getattr(values, name)):>8} {units[name]:<8}{f'{low:g} to {high:.3g}':<17}"
-        folded = textwrap.wrap(text, max(width - len(head), 30))
+    lines, texts = [head + "meaning"], meanings(type(values))
+    for one in fields(values):
+        low, high = one.metadata["limits"]
+        value, limits = _shown(getattr(values, one.name)), f"{low:g} to {high:.3g}"
+        start = f"{one.name:<20}{value:>8} {one.metadata['unit']:<8}{limits:<17}"
+        folded = textwrap.wrap(texts[one.name], WIDTH - len(head))
         lines += [left + right for left, right in zip([start] + [" " * len(head)] * len(folded), folded, strict=False)]
     return "\n".join(lines) + "\n"
 

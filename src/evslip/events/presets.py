@@ -1,4 +1,4 @@
-"""Named sets of values of the event pixels, those of files too, and what replaces them."""
+"""Named sets of values of the event pixels and of readouts, those of files too, and what replaces them."""
 
 from dataclasses import replace
 from typing import Any
@@ -7,6 +7,7 @@ import numpy as np
 
 from evslip.events import preset_file
 from evslip.events.pixel_model import LIMITS, MAPS, OPTIONAL, PARAMETERS, PixelModel
+from evslip.events.readout.settings import OFF, Readout
 from evslip.utils.errors import ConfigError
 
 PRESETS: dict[str, PixelModel] = {
@@ -57,11 +58,14 @@ is lit by 4 lux: thresholds of davis346-bright, bandwidth and refractory period 
 another sensor (docs/explanation/realism.md has both); clean and noisy are v2e's own (Hu, Liu, Delbruck, v2e: from video
 frames to realistic DVS events, CVPR workshops 2021). dvxplorer (Samsung VGA) and prophesee-like (Gen4, IMX636) follow
 what is public about these sensors; dvxplorer-lite has dvxplorer's pixels behind the event frames of a recording, in
-place of a refractory period that stands for them (`readout.presets`); docs/reference/cameras.md gives the source of
+place of a refractory period that stands for them (`READOUTS`); docs/reference/cameras.md gives the source of
 each value. Biases change all of them: `evslip calibrate` fits a camera at hand."""
 
 FITTED = ("davis346-bright",)
 """Presets fitted to frames whose codes were taken as light, as those of files are."""
+READOUTS: dict[str, Readout] = {"dvxplorer-lite": Readout(frame_us=197.28, scan_us=-192.0)}
+"""Readouts of the presets that have one. dvxplorer-lite: measured in a recording of a DVXplorer Lite (320 x 240 pixels)
+by `benchmarks/readout.py recording`; other settings of its clock give other frames."""
 
 
 def named(preset: str) -> PixelModel:
@@ -71,6 +75,11 @@ def named(preset: str) -> PixelModel:
     if preset.endswith(preset_file.SUFFIX):
         return preset_file.read(preset)
     raise ConfigError(f"camera preset {preset!r} is unknown; expected one of {', '.join(PRESETS)}, or a .toml file")
+
+
+def named_readout(preset: str) -> Readout:
+    """The readout of a preset, off if it has none. Raises ConfigError."""
+    return preset_file.read_readout(preset) if preset.endswith(preset_file.SUFFIX) else READOUTS.get(preset, OFF)
 
 
 def resolve(preset: str, parameters: dict[str, Any], shape: tuple[int, int]) -> PixelModel:

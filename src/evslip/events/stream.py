@@ -15,8 +15,6 @@ SIGNAL, LEAK, SHOT, HOT, BURST = range(5)
 
 
 class Event(NamedTuple):
-    """One event."""
-
     t_us: int
     x: int
     y: int

@@ -69,7 +69,6 @@ def calibrate_recordings(
 
 
 class _Seen(NamedTuple):
-    path: Path
     events: Events
     size: tuple[int, int]
     footage: Footage | None
@@ -90,12 +89,10 @@ def _seen(path: Path, span: Span) -> _Seen:
         raise DataError(f"{path}: no events between {span.start_s:g} and {span.end_s:g} s after the first one")
     if part.t_us[0] == part.t_us[-1]:
         raise DataError(f"{path}: all of its {len(part)} events are at one time; expected some that span a time")
-    if footage is None:
-        return _Seen(path, part, size, None)
-    chosen = (footage.t_us >= start_us) & (footage.t_us <= end_us)
-    if chosen.sum() < LEAST_FRAMES:
-        return _Seen(path, part, size, None)
-    return _Seen(path, part, size, Footage(footage.t_us[chosen], footage.images[chosen]))
+    if footage is not None:
+        chosen = (footage.t_us >= start_us) & (footage.t_us <= end_us)
+        footage = Footage(footage.t_us[chosen], footage.images[chosen]) if chosen.sum() >= LEAST_FRAMES else None
+    return _Seen(part, size, footage)
 
 
 def _scene(seen: _Seen, upsample: int) -> Scene:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.codecs import format_of, open_events
-from evslip.codecs.source import extent_of
+from evslip.codecs.source import size_of
 from evslip.codecs.triggers import left_out
 from evslip.codecs.writers import writing
 from evslip.data.record_file import camera_names_in, is_record, read
@@ -42,7 +42,6 @@ class Counts:
         self.labelled = False
 
     def counted(self, parts: Iterable[Events]) -> Iterator[Events]:
-        """These parts, counted."""
         for events in parts:
             yield events
             if events.count:
@@ -75,9 +74,7 @@ def convert_format(
         raise DataError(f"{out}: is the file that is read; give the new one another name")
     is_whole = is_bag(out) and selection == EVERYTHING and is_record(source)
     cameras = (camera_names_in(source) if is_whole and camera is None else ()) or (camera,)
-    stated = open_events(source, cameras[0])
-    size = stated.size or extent_of(stated.parts)
-    selector = Selector(selection, size)
+    selector = Selector(selection, size_of(open_events(source, cameras[0])))
     counts, intervals = Counts(), ()
     if is_whole:
         records = [replace(read(source, camera=name), events=empty_events()) for name in cameras]

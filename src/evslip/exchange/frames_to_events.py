@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs.clips.sources import Clip, TimedImage, held, open_clip
+from evslip.codecs.clips.times import read_times
+from evslip.codecs.writers import writing
 from evslip.events.camera import CHUNK_BYTES, CHUNK_FRAMES, EventCamera
 from evslip.events.readout.counts import ReadoutCounts
 from evslip.events.stream import Events
@@ -55,8 +57,6 @@ class ConvertedFrames:
 
 def open_frames(conversion: FrameConversion) -> Clip:
     """The clip of a conversion, ready to be read. Raises DataError, ConfigError."""
-    from evslip.codecs.clips.times import read_times
-
     if conversion.times_unit is not None and conversion.times is None:
         raise ConfigError("times-unit: says what unit the file of times has, but no times were given")
     times_us = None if conversion.times is None else read_times(conversion.times, conversion.times_unit)
@@ -80,8 +80,6 @@ def convert_frames(
     keep all events until the end). The file appears when all is done, or not at all. Raises DataError, ConfigError,
     MissingExtraError, StorageError.
     """
-    from evslip.codecs.writers import writing
-
     require_other(out, clip)
     how: Any = {"mode": conversion.mode, "threads": threads, "device": device, **conversion.parameters}
     how["readout"] = conversion.readout

@@ -16,6 +16,7 @@ from evslip.codecs.ros.topics import HELD, IMAGES
 from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.exchange.sample_geometry import geometry
+from evslip.physics.truth import Truth
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError
 
@@ -88,11 +89,7 @@ def _truth(composer: Composer, record: Record) -> Iterator[Message]:
     truth = record.truth
     if truth is None:
         return
-    slipping = np.zeros(len(truth.t_us), bool)
-    for episode in truth.episodes:
-        slipping |= (truth.t_us >= episode.start_us) & (truth.t_us < episode.end_us)
-    spin_deg = truth.spin_deg
-    slide_mm = np.linalg.norm(truth.slide_m, axis=1) * 1e3
+    slipping, spin_deg, slide_mm = slipping_of(truth), truth.spin_deg, truth.slide_mm
     force = None if record.trajectory is None else record.trajectory.pad_force_n.mean(1)
     for k, t_us in enumerate(truth.t_us.tolist()):
         yield HELD, FLAG, t_us, composer.value(FLAG, bool(truth.held[k]))
@@ -102,6 +99,14 @@ def _truth(composer: Composer, record: Record) -> Iterator[Message]:
             yield SLIDE, NUMBER, t_us, composer.value(NUMBER, float(slide_mm[k]))
         if force is not None:
             yield GRIP_FORCE, NUMBER, t_us, composer.value(NUMBER, float(force[k]))
+
+
+def slipping_of(truth: Truth) -> np.ndarray:
+    """Whether the object slips at each time of the truth; bool of shape (n,)."""
+    slipping = np.zeros(len(truth.t_us), bool)
+    for episode in truth.episodes:
+        slipping |= (truth.t_us >= episode.start_us) & (truth.t_us < episode.end_us)
+    return slipping
 
 
 def _images(cdr: bool, view: View, frames_hz: float) -> Iterator[Message]:

@@ -32,10 +32,13 @@ def geometry(cdr: bool, views: Mapping[str | None, Record]) -> Iterator[Message]
     t_us = known.t_us[shown]
     frames = [("world", "gripper", known.gripper_pose[shown]), ("world", "object", known.object_pose[shown])]
     if record.trajectory is not None and len(t_us):
+        from evslip.rendering.camera import hand_camera
+
         first = int(t_us[0])
         yield TOOL, POSE, first, composer.pose(first, np.array([*TCP_M, 1.0, 0.0, 0.0, 0.0]), "gripper")
         for name, view in views.items():
-            camera = _camera(view)
+            assert view.params is not None  # a simulated record has them
+            camera = hand_camera(view.params)
             frames.append(("gripper", camera_frame(name), _mounts(view, camera, t_us)))
             info = Composer(cdr, name).camera_info(first, view.size, camera.focal_px, camera.distortion)
             yield of_camera(INFO, name), CAMERA_INFO, first, info
@@ -44,13 +47,6 @@ def geometry(cdr: bool, views: Mapping[str | None, Record]) -> Iterator[Message]
         yield GRIPPER, POSE, time, composer.pose(time, now[0][2])
         yield OBJECT, POSE, time, composer.pose(time, now[1][2])
         yield TF, TRANSFORMS, time, composer.transforms(time, now)
-
-
-def _camera(record: Record) -> Any:
-    from evslip.rendering.camera import hand_camera
-
-    assert record.params is not None  # a simulated record has them
-    return hand_camera(record.params)
 
 
 def _mounts(record: Record, camera: Any, t_us: np.ndarray) -> np.ndarray:

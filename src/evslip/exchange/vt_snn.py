@@ -3,13 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from evslip.codecs import open_events, write_events
-from evslip.codecs.source import extent_of
+from evslip.codecs.source import events_of, size_of
 from evslip.data import record_file
 from evslip.data.intervals import Interval, LabelName
-from evslip.events.stream import Events
 from evslip.exchange.importing.event_files import read_event_file
 from evslip.exchange.importing.settings import Importing
 from evslip.utils.errors import DataError
@@ -34,9 +31,7 @@ def export_windows(windows: Windows, out: str | Path) -> int:
     for i in over("files of VT-SNN", range(len(windows))):
         name = "rotate" if windows.label[i] == Label.SLIP else "stable"
         counts[name] += 1
-        t_us, x, y, p = windows[i].columns
-        events = Events(t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p)
-        write_events(home / f"{name}_{counts[name]:0{digits}d}_td.mat", events, size)
+        write_events(home / f"{name}_{counts[name]:0{digits}d}_td.mat", events_of(*windows[i].columns), size)
     return len(windows)
 
 
@@ -56,7 +51,7 @@ def import_vt_snn(
         raise DataError(f"{home}: holds no .mat files, expected such as rotate_01_td.mat and stable_01_td.mat")
     common = size
     if common is None:
-        width, height = zip(*(_extent(file) for file in files), strict=True)
+        width, height = zip(*(size_of(open_events(file)) for file in files), strict=True)
         common = max(width), max(height)
     written = []
     for file in over("files", files):
@@ -74,8 +69,3 @@ def import_vt_snn(
 def is_vt_snn(folder: Path) -> bool:
     """Whether a folder has VT-SNN's layout."""
     return (folder / VT_SNN).is_dir() or (folder.name == VT_SNN and folder.is_dir())
-
-
-def _extent(file: Path) -> tuple[int, int]:
-    source = open_events(file)
-    return source.size or extent_of(source.parts)

@@ -117,14 +117,25 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
 
 def _filmed(trajectory: Trajectory, span_us: tuple[int, int], watch: Stopwatch) -> tuple[Events, dict[str, int]]:
     """Events that the one camera of a trajectory's parameters sees, and counts of how they were made."""
+    count, before_s = 0, watch.seconds["frames"]
+
+    def frames() -> Iterator[Frame]:
+        nonlocal count
+        source = render_span(trajectory, span_us)
+        while True:
+            with watch.stage("frames"):
+                frame = next(source, None)
+            if frame is None:
+                return
+            count += 1
+            yield frame
+
     with watch.stage("events"):
-        frames = _Frames(render_span(trajectory, span_us))
         camera = camera_for(trajectory.params)
-        events = camera.run(frames)
-    watch.seconds["frames"] += frames.seconds
-    watch.seconds["events"] -= frames.seconds
+        events = camera.run(frames())
+    watch.seconds["events"] -= watch.seconds["frames"] - before_s
     counts = {} if camera.readout_counts is None else camera.readout_counts.totals()
-    return events, {"frames": frames.count} | counts
+    return events, {"frames": count} | counts
 
 
 def _estimate(config: Config, count: int, split: str) -> Estimate | None:
@@ -267,24 +278,3 @@ def _check_version(path: Path) -> None:
             f"{path}: was made by evslip {made_by}, whose frames are not those of {__version__}; "
             f"expected a new folder, or evslip {made_by} to go on"
         )
-
-
-class _Frames:
-    """Counts and times frames on their way from the renderer to the pixels."""
-
-    def __init__(self, frames: Iterator[Frame]):
-        self._frames = frames
-        self.count = 0
-        self.seconds = 0.0
-
-    def __iter__(self) -> Iterator[Frame]:
-        return self
-
-    def __next__(self) -> Frame:
-        start = time.process_time()
-        try:
-            frame = next(self._frames)
-        finally:
-            self.seconds += time.process_time() - start
-        self.count += 1
-        return frame

@@ -4,8 +4,7 @@ from typing import Any
 
 from evslip.config.params import Params
 from evslip.events import EventCamera, PixelModel, Readout
-from evslip.events.presets import resolve
-from evslip.events.readout.presets import named_readout
+from evslip.events.presets import named_readout, resolve
 from evslip.events.readout.settings import with_changes
 from evslip.utils import seeds
 

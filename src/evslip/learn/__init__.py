@@ -22,25 +22,17 @@ if TYPE_CHECKING:
     from evslip.learn.training.train import TrainResult, train
     from evslip.learn.window_datasets import WindowDataset, WindowStream
 
-_HOME = {
-    "NETWORKS": "networks",
-    "Detection": "streaming.stream",
-    "Detector": "streaming.stream",
-    "Metrics": "scores.metrics",
-    "Range": "search.spaces",
-    "Space": "search.spaces",
-    "Sweep": "search.sweep",
-    "SweepSettings": "search.sweep",
-    "TrainResult": "training.train",
-    "TrainSettings": "training.settings",
-    "WindowDataset": "window_datasets",
-    "WindowStream": "window_datasets",
-    "build_model": "networks",
-    "detect": "streaming.stream",
-    "evaluate": "evaluation.evaluation",
-    "load_model": "checkpoint",
-    "sweep": "search.sweep",
-    "train": "training.train",
+_LAZY = {
+    "checkpoint": ("load_model",),
+    "evaluation.evaluation": ("evaluate",),
+    "networks": ("NETWORKS", "build_model"),
+    "scores.metrics": ("Metrics",),
+    "search.spaces": ("Range", "Space"),
+    "search.sweep": ("Sweep", "SweepSettings", "sweep"),
+    "streaming.stream": ("Detection", "Detector", "detect"),
+    "training.settings": ("TrainSettings",),
+    "training.train": ("TrainResult", "train"),
+    "window_datasets": ("WindowDataset", "WindowStream"),
 }
 __all__ = [
     "NETWORKS",
@@ -66,11 +58,12 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     # Looked up on first use: the command line explains the settings of training without PyTorch.
-    if name not in _HOME:
+    home = next((module for module, names in _LAZY.items() if name in names), None)
+    if home is None:
         raise AttributeError(f"module 'evslip.learn' has no attribute {name!r}")
     if not all(map(find_spec, ("torch", "safetensors", "tensorboard"))):
         return MissingName(name, "detectors need PyTorch; pip install 'evslip[learn]'")
-    return getattr(importlib.import_module(f"evslip.learn.{_HOME[name]}"), name)
+    return getattr(importlib.import_module(f"evslip.learn.{home}"), name)
 
 
 def __dir__() -> list[str]:

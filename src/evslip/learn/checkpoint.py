@@ -24,8 +24,6 @@ from evslip.windows.settings import WindowSettings, stored_settings
 WEIGHTS, DESCRIPTION = "model.safetensors", "model.json"
 FORMAT = Format("evslip model", 1, "the description of a model that `evslip train` wrote")
 
-_ENTRIES: dict[str, type] = {"model": str, "windows": dict, "training": dict}
-
 
 @dataclass(frozen=True)
 class Description:
@@ -74,7 +72,8 @@ def read_description(folder: Path) -> Description:
     """Description of the detector in a folder. Raises DataError."""
     path = folder / DESCRIPTION
     plain = read_document(path, FORMAT)
-    model, windows, training = (entry(plain, name, kind, path) for name, kind in _ENTRIES.items())
+    kinds = {"model": str, "windows": dict, "training": dict}
+    model, windows, training = (entry(plain, name, kind, path) for name, kind in kinds.items())
     threshold = entry(plain, "threshold", float, path)
     if not 0 <= threshold <= 1:
         raise DataError(f"{path}: threshold: {str(threshold)[:60]} is wrong; expected 0 to 1")

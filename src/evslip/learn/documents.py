@@ -1,9 +1,13 @@
 """Documents in JSON beside weights and figures: a format's name, its version, then the content."""
 
 import json
+import math
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from evslip.utils.errors import DataError
 from evslip.utils.files import read_text
@@ -40,6 +44,21 @@ def read_document(path: Path, known: Format) -> dict[str, Any]:
         version = str(content.get("version"))[:60]
         raise DataError(f"{path}: version {version} of the format; this evslip reads version {known.version}")
     return content
+
+
+def plain(value: Any) -> Any:
+    """Dataclasses, arrays and tuples as what JSON knows; numbers that are not finite become None. The properties that a
+    class names in DERIVED are written with its fields."""
+    if is_dataclass(value) and not isinstance(value, type):
+        names = (*(field.name for field in fields(value)), *getattr(value, "DERIVED", ()))
+        return {name: plain(getattr(value, name)) for name in names}
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def entry(content: Mapping[str, Any], name: str, kind: type, where: object) -> Any:

@@ -21,17 +21,19 @@ NAMES = "validation_trajectories"
 
 def require_facts(facts: Mapping[str, Any], where: object) -> None:
     """Raise DataError naming the key for an entry that is none of its kind."""
-    if "settings" in facts:
-        _require_settings(entry(facts, "settings", dict, where), f"{where}: settings")
-    for name in COUNTS:
-        if name in facts:
-            _require_counts(entry(facts, name, dict, where), f"{where}: {name}")
-    for name in SHARES:
-        if name in facts and not 0 <= entry(facts, name, float, where) <= 1:
-            raise DataError(f"{where}: {name}: {str(facts[name])[:60]} is wrong; expected 0 to 1")
-    for name, kind in {NAMES: list, "best_epoch": int, "torch": str, "data": str}.items():
+    kinds = {"settings": dict, **dict.fromkeys(COUNTS, dict), **dict.fromkeys(SHARES, float), NAMES: list}
+    for name, kind in (kinds | {"best_epoch": int, "torch": str, "data": str}).items():
         if name in facts:
             entry(facts, name, kind, where)
+    _require_settings(facts.get("settings", {}), f"{where}: settings")
+    for name in COUNTS:
+        for side in SIDES if name in facts else ():
+            if not 0 <= entry(facts[name], side, int, f"{where}: {name}") < 2**63:
+                given = str(facts[name][side])[:60]
+                raise DataError(f"{where}: {name}: {side}: {given} is wrong; expected a number of windows")
+    for name in SHARES:
+        if not 0 <= facts.get(name, 0) <= 1:
+            raise DataError(f"{where}: {name}: {str(facts[name])[:60]} is wrong; expected 0 to 1")
     for name in facts.get(NAMES, ()):
         if not isinstance(name, str):
             raise DataError(f"{where}: {NAMES}: {str(name)[:60]!r} is wrong; expected names of trajectories")
@@ -47,12 +49,6 @@ def _require_settings(settings: dict[str, Any], where: str) -> None:
             kinds, wanted = (float | int, "a number, true or false") if numbers[name] else (str, "a word")
         if not isinstance(value, kinds):
             raise DataError(f"{where}: {name[:60]!r}: {str(value)[:60]!r} is wrong; expected {wanted}")
-
-
-def _require_counts(counts: dict[str, Any], where: str) -> None:
-    for side in SIDES:
-        if not 0 <= entry(counts, side, int, where) < 2**63:
-            raise DataError(f"{where}: {side}: {str(counts[side])[:60]} is wrong; expected a number of windows")
 
 
 def slip_share(facts: Mapping[str, Any], windows: WindowSettings) -> float:

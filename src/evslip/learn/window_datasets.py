@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch.utils.data import Dataset, IterableDataset, get_worker_info
 
-from evslip.learn.layers.grids import counts
+from evslip.learn.layers.grids import counts_in
 from evslip.learn.networks.network import Geometry
 from evslip.windows.window_set import WindowEvents, Windows
 
@@ -28,7 +28,7 @@ class Counts:
 
     def __call__(self, events: WindowEvents) -> torch.Tensor:
         g = self.geometry
-        return torch.from_numpy(counts(events, g.size, g.length_us, self.bins, self.pool))
+        return torch.from_numpy(counts_in(events, g.size, g.length_us, range(self.bins), self.pool))
 
 
 class WindowDataset(Dataset[tuple[Any, int]]):

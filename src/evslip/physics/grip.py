@@ -37,7 +37,6 @@ class Grasp(NamedTuple):
 
 
 def pad_of(params: Params) -> Pad:
-    """A pad of the gripper."""
     gripper = robot_of(params.robot).gripper
     return Pad(gripper.pad_half_m, gripper.pad_stiffness_pa_m)
 

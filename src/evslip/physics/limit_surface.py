@@ -11,6 +11,8 @@ from functools import cache
 
 import numpy as np
 
+from evslip.scene.shapes.surface import spiral
+
 TWISTS = 2000
 ROWS = 32
 """Wrenches looked at together: few enough for a product that BLAS does not split among threads."""
@@ -53,8 +55,5 @@ class LimitSurface:
 
 @cache
 def _half_sphere(count: int) -> np.ndarray:
-    """Directions spread evenly over the half sphere z > 0 (a Fibonacci lattice), of shape (count, 3)."""
-    k = np.arange(count) + 0.5
-    z, angle = k / count, np.pi * (1 + 5**0.5) * k
-    ring = np.sqrt(1 - z**2)
-    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
+    """Directions spread evenly over the half sphere z > 0, of shape (count, 3)."""
+    return spiral((np.arange(count) + 0.5) / count)

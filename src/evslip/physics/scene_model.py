@@ -4,7 +4,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
 from evslip.physics.contact import Patch
@@ -13,7 +12,7 @@ from evslip.physics.inertia import inertia_kg_m2
 from evslip.physics.robots.catalogue import robot_of
 from evslip.physics.robots.description import FINGER_Z_M, TCP_M
 from evslip.physics.robots.model import spec_of
-from evslip.physics.trajectory import rounded
+from evslip.physics.trajectory import rotation_of, rounded
 from evslip.scene.shapes import shape_of
 from evslip.scene.shapes.shape import Shape
 from evslip.utils.errors import ConfigError
@@ -198,7 +197,7 @@ def split_sensors(data: np.ndarray, points: int) -> tuple[np.ndarray, ...]:
 
 def _in_hand_plane(gripper: np.ndarray, place: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Wrenches (n, 2, 3) in the plane of the pads of forces at places (n, 2, points, 3) in the world."""
-    hand = Rotation.from_quat(gripper[:, 3:], scalar_first=True).as_matrix().astype(np.float32)
+    hand = rotation_of(gripper).as_matrix().astype(np.float32)
     place = (place - gripper[:, None, None, :3]) @ hand[:, None] - TCP_M.astype(np.float32)
     force = force @ hand[:, None]
     x, up, along, upward = place[..., 0], -place[..., 2], force[..., 0], -force[..., 2]

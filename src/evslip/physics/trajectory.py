@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
 
@@ -45,6 +46,11 @@ class Trajectory(NamedTuple):
     about the camera in these axes; as object_displacement."""
     target_force_n: np.ndarray | None = None
     """Grip force that was commanded, in newtons; of shape (n,). None where nobody commanded it."""
+
+
+def rotation_of(poses: np.ndarray) -> Rotation:
+    """Rotations of poses (n, 7), or of one (7,)."""
+    return Rotation.from_quat(poses[..., 3:], scalar_first=True)
 
 
 def rounded(values: np.ndarray, bits: int) -> np.ndarray:

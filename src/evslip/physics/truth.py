@@ -10,7 +10,7 @@ from evslip.physics.episodes import SLIP_DEG, SLIP_M, Episode, slips_of
 from evslip.physics.held import held_span, recorded
 from evslip.physics.motion.phases import PHASE_NAMES, phase_times
 from evslip.physics.robots.description import TCP_M
-from evslip.physics.trajectory import Trajectory, rounded
+from evslip.physics.trajectory import Trajectory, rotation_of, rounded
 from evslip.physics.vibration.displacement import without_vibration
 
 THETA_BITS, ROTATION_BITS, POSITION_BITS = 16, 22, 23
@@ -115,7 +115,7 @@ def measure(trajectory: Trajectory) -> Truth:
     trajectory = without_vibration(trajectory)
     closed, opening = recorded(trajectory)
     relative = _relative_rotation(trajectory)
-    hand = _rotation(trajectory.gripper_pose)
+    hand = rotation_of(trajectory.gripper_pose)
     centre = hand.inv().apply(trajectory.object_pose[:, :3] - trajectory.gripper_pose[:, :3])
     position = centre + (relative * relative[closed].inv()).apply(TCP_M - centre[closed])
     first, last, lost = held_span(trajectory, closed, opening)
@@ -171,9 +171,5 @@ def find_episodes(
     return tuple(found)
 
 
-def _rotation(pose: np.ndarray) -> Rotation:
-    return Rotation.from_quat(pose[:, 3:], scalar_first=True)
-
-
 def _relative_rotation(trajectory: Trajectory) -> Rotation:
-    return _rotation(trajectory.gripper_pose).inv() * _rotation(trajectory.object_pose)
+    return rotation_of(trajectory.gripper_pose).inv() * rotation_of(trajectory.object_pose)

@@ -4,11 +4,10 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from evslip.config.params import Params
 from evslip.events.frame import Frame
-from evslip.physics.trajectory import Trajectory
+from evslip.physics.trajectory import Trajectory, rotation_of
 from evslip.rendering import exposure_scale, make_renderer
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.distractors.distractor import distractors_of
@@ -105,8 +104,8 @@ def _carried(nominal: Trajectory, from_us: int) -> Trajectory:
     held = nominal.t_us >= from_us
     first = int(held.argmax())
     hand, body = nominal.gripper_pose.astype(np.float64), nominal.object_pose.astype(np.float64)
-    turns = Rotation.from_quat(hand[:, 3:], scalar_first=True)
-    lies = turns[first].inv() * Rotation.from_quat(body[first, 3:], scalar_first=True)
+    turns = rotation_of(hand)
+    lies = turns[first].inv() * rotation_of(body[first])
     place = turns[first].inv().apply(body[first, :3] - hand[first, :3])
     pose = np.hstack([hand[:, :3] + turns.apply(place), (turns * lies).as_quat(scalar_first=True)])
     return nominal._replace(object_pose=np.where(held[:, None], pose, body), object_displacement=None)

@@ -12,6 +12,7 @@ from evslip.rendering.geometry.links import MOST_LINKS, hulls, posed
 from evslip.rendering.geometry.supersampling import NEAR_M
 from evslip.rendering.poses import ScenePoses
 from evslip.scene.shapes import surface_of
+from evslip.scene.shapes.surface import Surface
 from evslip.utils.errors import ConfigError
 from evslip.utils.jit import compiled
 
@@ -75,20 +76,20 @@ class PixelRays:
         """Depth, normal and part of what each ray meets at one of the poses."""
         depth, normal, part = (array.copy() for array in self._gripper(poses, index))
         origin, turn = poses.camera_position[index], poses.camera_rotation[index]
-        body, axes = self._object, turn.T @ poses.object_rotation[index]
-        corners = (body.vertices @ axes.T + turn.T @ (poses.object_position[index] - origin))[body.faces]
-        self._meet(corners, body.normals @ axes.T, np.full(len(corners), OBJECT), depth, normal, part)
+
+        def meet_body(surface: Surface, turned: np.ndarray, place: np.ndarray, number: int) -> None:
+            axes = turn.T @ turned
+            corners = (surface.vertices @ axes.T + turn.T @ (place - origin))[surface.faces]
+            self._meet(corners, surface.normals @ axes.T, np.full(len(corners), number), depth, normal, part)
+
+        meet_body(self._object, poses.object_rotation[index], poses.object_position[index], OBJECT)
         links = poses.links
         if links is not None:
             parts, arm = hulls(links.arm), posed(links, index)
             corners = ((arm.vertices - origin) @ turn)[arm.faces]
             self._meet(corners, arm.normals @ turn, parts.link_of_face + FIRST_LINK, depth, normal, part)
-        for number, one in enumerate(poses.distractors):
-            body, axes = one.shape.surface(), turn.T @ one.axes
-            place = turn.T @ (one.places(poses.at_us[index]) - origin)
-            corners, kind = (body.vertices @ axes.T + place)[body.faces], FIRST_DISTRACTOR + number
-            self._meet(corners, body.normals @ axes.T, np.full(len(corners), kind), depth, normal, part)
-
+        for number, one in enumerate(poses.distractors, FIRST_DISTRACTOR):
+            meet_body(one.shape.surface(), one.axes, one.places(poses.at_us[index]), number)
         rays = self._rays @ turn.T
         with np.errstate(divide="ignore"):
             table = np.where(rays[..., 2] < 0, -origin[2] / rays[..., 2], np.inf)
@@ -106,14 +107,10 @@ class PixelRays:
     def carried(self, depth: np.ndarray, part: np.ndarray, poses: ScenePoses, index: int, k: int) -> np.ndarray:
         """Places at pose k of the points that `cast` met at pose `index`, in the camera's axes there; of shape (height,
         width, 3)."""
-        return carry(self._rays, depth, part, *self._motions(poses, index, k))
-
-    def _motions(self, poses: ScenePoses, index: int, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Turn (n, 3, 3) and shift (n, 3) of every part from pose `index` to pose k, in the camera's axes."""
         (before, start), (after, end) = (self._frames(poses, i) for i in (index, k))
         turns = after @ np.swapaxes(before, 1, 2)
         turns[np.all(before == after, (1, 2))] = np.eye(3)  # exact: what stands still has no motion
-        return turns, end - np.einsum("nij,nj->ni", turns, start)
+        return carry(self._rays, depth, part, turns, end - np.einsum("nij,nj->ni", turns, start))
 
     def _frames(self, poses: ScenePoses, index: int) -> tuple[np.ndarray, np.ndarray]:
         """Axes as columns (n, 3, 3) and origin (n, 3) of every part in the camera's axes."""

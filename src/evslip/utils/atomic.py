@@ -5,13 +5,14 @@ import errno
 import fcntl
 import os
 import re
+import shutil
 import uuid
 from collections.abc import Iterator
 from io import FileIO
 from pathlib import Path
 from typing import BinaryIO
 
-from evslip.utils.errors import StorageError
+from evslip.utils.errors import DataError, StorageError
 
 
 @contextlib.contextmanager
@@ -47,6 +48,26 @@ def staged(path: Path) -> Iterator[BinaryIO]:
         for folder in missing:
             with contextlib.suppress(OSError):
                 folder.rmdir()
+        raise
+
+
+@contextlib.contextmanager
+def staged_folder(path: Path) -> Iterator[Path]:
+    """A folder with a temporary name, which takes that of `path` when the block ends without an error; nothing is left
+    behind when it raises. Raises DataError unless `path` is new or an empty folder, StorageError."""
+    if path.exists() and (not path.is_dir() or any(path.iterdir())):
+        raise DataError(f"{path}: is there already; expected a new folder")
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+    try:
+        with storage_errors(path):
+            temporary.mkdir(parents=True)
+            yield temporary
+            if path.exists():
+                path.rmdir()
+            temporary.rename(path)
+            sync_folder(path.parent)
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
         raise
 
 

@@ -39,19 +39,20 @@ def write(path: Path, fill: Callable[[h5py.File], None]) -> None:
     """Write the file that `fill` builds, whole or not at all: like the `image` of it, but never in memory as a whole.
     Equal content gives equal bytes. Raises StorageError."""
     with atomic.staged(path) as staged:
-        target = _Target(staged, path)
+        target = Target(staged, path)
         with h5py.File(target, "w", libver=("v110", "v110"), track_times=False) as file:
             fill(file)
         if target.refused is not None:
             raise target.refused
 
 
-class _Target:
+class Target:
     """A file for h5py to write into, to which no write seems to fail: HDF5 does not survive one that does."""
 
     def __init__(self, file: BinaryIO, path: Path):
         self._file, self._path = file, path
         self.refused: StorageError | None = None
+        """The first error of the disk, after which nothing is written any more."""
         self.seek, self.tell, self.read, self.readinto = file.seek, file.tell, file.read, file.readinto  # pyright: ignore[reportAttributeAccessIssue]
 
     def write(self, data: memoryview) -> int:

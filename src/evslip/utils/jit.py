@@ -111,8 +111,10 @@ class _Cache(caching.FunctionCache):
                     self.flush()
                     super()._save_overload(sig, data)
         except OSError as error:
-            if self.is_kept:
-                _say_unkept(f"{self._cache_path}: {error.strerror}")
+            if self.is_kept and not UNKEPT:
+                UNKEPT.append(unkept(f"{self._cache_path}: {error.strerror}"))
+                if multiprocessing.parent_process() is None:
+                    print(f"evslip: note: {UNKEPT[0]}", file=sys.stderr)
 
 
 @contextlib.contextmanager
@@ -134,13 +136,6 @@ def unkept(why: str) -> str:
         f"compiled code cannot be kept, {why}; every process compiles for a minute or more; "
         "expected NUMBA_CACHE_DIR to name a folder that can be written, with room"
     )
-
-
-def _say_unkept(why: str) -> None:
-    if not UNKEPT:
-        UNKEPT.append(unkept(why))
-        if multiprocessing.parent_process() is None:
-            print(f"evslip: note: {UNKEPT[0]}", file=sys.stderr)
 
 
 def is_kept() -> bool:
@@ -217,16 +212,12 @@ def _sources(path: Path) -> set[Path]:
 @cache
 def _imported(path: Path) -> tuple[Path, ...]:
     """Files of the package that a file imports at its top; what a function imports when it runs is not compiled."""
-    return tuple(_files(_text(path)))
-
-
-def _files(text: str) -> Iterator[Path]:
-    for match in _IMPORT.finditer(text):
+    files = []
+    for match in _IMPORT.finditer(_text(path)):
         module, names = _PACKAGE.joinpath(*match[1].split(".")), re.findall(r"\w+", match[2])
         for place in (module, *(module / name for name in names)):
-            for file in (place.with_suffix(".py"), place / "__init__.py"):
-                if file.is_file():
-                    yield file
+            files += filter(Path.is_file, (place.with_suffix(".py"), place / "__init__.py"))
+    return tuple(files)
 
 
 @cache

@@ -3,7 +3,7 @@
 import contextlib
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +13,14 @@ from scipy.spatial.transform import Rotation
 from evslip.data.record import Record
 from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.physics.robots.catalogue import robot_of
+from evslip.physics.trajectory import Trajectory
+from evslip.physics.truth import Truth
 from evslip.rendering.camera import Camera, hand_camera
 from evslip.rendering.geometry.links import link_poses
 from evslip.rendering.poses import ScenePoses
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
+from evslip.view.pictures.figures import thinned
 from evslip.view.pictures.frame_source import FrameSource
 
 STEP_US = 20_000
@@ -35,9 +38,7 @@ def check_rerun(path: Path) -> None:
         raise ConfigError(f"out: {path}: the name of a file for Rerun must end in {SUFFIX}")
 
 
-def write_rerun(
-    path: Path, records: Iterator[Record] | list[Record], progress: Callable[[], None] = lambda: None
-) -> None:
+def write_rerun(path: Path, records: Iterable[Record], progress: Callable[[], None] = lambda: None) -> None:
     """Write a file that `rerun FILE` opens. Each sample is a branch of its name; `progress` is called after each.
 
     Raises ConfigError, DataError, MissingExtraError, StorageError.
@@ -66,13 +67,13 @@ def write_rerun(
 
 def log_record(stream: Any, record: Record) -> None:
     """Log a sample or a recording into a stream of Rerun. Raises DataError where there is nothing to log."""
-    if record.trajectory is None and not record.events.count:
+    trajectory, truth, world = record.trajectory, record.truth, f"{record.name}/world"
+    if trajectory is None and not record.events.count:
         raise DataError(f"{record.name}: has neither poses nor events")
-    if record.trajectory is not None and record.truth is not None:
-        _log_curves(stream, record)
-        span, origin = record.truth.span_us, 0
-        view = f"{record.name}/world/hand/camera"
-        _log_still(stream, record)
+    if trajectory is not None and truth is not None:
+        _log_curves(stream, record.name, truth)
+        span, origin, view = truth.span_us, 0, f"{world}/hand/camera"
+        _log_still(stream, world, trajectory)
     else:
         origin = int(record.events.t_us[0])
         span, view = (origin, int(record.events.t_us[-1]) + 1), f"{record.name}/camera"
@@ -80,8 +81,8 @@ def log_record(stream: Any, record: Record) -> None:
     times = range(span[0], span[1], STEP_US)
     for t_us in times:
         stream.set_time("time", duration=(t_us - origin) / 1e6)
-        if record.trajectory is not None:
-            _log_poses(stream, record, t_us)
+        if trajectory is not None:
+            _log_poses(stream, world, trajectory, t_us)
         if sight.is_there:
             stream.log(f"{view}/frame", _rerun().Image(sight.at(t_us)).compress(jpeg_quality=85))
         _log_events(stream, view, record, t_us - STEP_US, t_us)
@@ -106,11 +107,9 @@ def _page(record: Record) -> Any:
     )
 
 
-def _log_still(stream: Any, record: Record) -> None:
+def _log_still(stream: Any, root: str, trajectory: Trajectory) -> None:
     rr = _rerun()
-    assert record.params is not None  # a simulated record has them
-    camera, root = hand_camera(record.params), f"{record.name}/world"
-    shape = record.params.object
+    camera, shape = hand_camera(trajectory.params), trajectory.params.object
     half = [shape.width_m / 2, shape.depth_m / 2, shape.height_m / 2]
     stream.log(f"{root}/object", rr.Boxes3D(half_sizes=[half], fill_mode="solid", colors=[(224, 123, 0)]), static=True)
     stream.log(f"{root}/table", rr.Boxes3D(centers=[[0.5, 0, -0.005]], half_sizes=[[0.4, 0.5, 0.005]]), static=True)
@@ -119,19 +118,17 @@ def _log_still(stream: Any, record: Record) -> None:
         camera_xyz=rr.ViewCoordinates.RUB, image_plane_distance=0.1,
     )  # fmt: skip
     stream.log(f"{root}/hand/camera", lens, static=True)
-    if not _trembles(record):
+    if trajectory.camera_displacement is None:
         stream.log(f"{root}/hand/camera", _place_of(camera), static=True)
 
 
-def _log_poses(stream: Any, record: Record, t_us: int) -> None:
+def _log_poses(stream: Any, root: str, trajectory: Trajectory, t_us: int) -> None:
     rr = _rerun()
-    trajectory, root = record.trajectory, f"{record.name}/world"
-    assert trajectory is not None  # asked before
     row = int(np.searchsorted(trajectory.t_us, t_us))
     for name, pose in (("object", trajectory.object_pose[row]), ("hand", trajectory.gripper_pose[row])):
         turn = Rotation.from_quat(pose[3:], scalar_first=True).as_quat()
         stream.log(f"{root}/{name}", rr.Transform3D(translation=pose[:3], quaternion=turn))
-    if _trembles(record):
+    if trajectory.camera_displacement is not None:  # vibration moves the camera on the hand
         camera = hand_camera(trajectory.params)
         camera = ScenePoses(trajectory, camera, np.array([t_us])).mounted(camera, 0)
         stream.log(f"{root}/hand/camera", _place_of(camera))
@@ -145,28 +142,19 @@ def _log_poses(stream: Any, record: Record, t_us: int) -> None:
     stream.log(f"{root}/hand/fingers", rr.Boxes3D(centers=fingers, half_sizes=[[0.01, 0.005, 0.02]] * 2))
 
 
-def _trembles(record: Record) -> bool:
-    """Whether vibration moves the camera on the hand."""
-    return record.trajectory is not None and record.trajectory.camera_displacement is not None
-
-
 def _place_of(camera: Camera) -> Any:
     return _rerun().Transform3D(translation=camera.position, mat3x3=camera.rotation)
 
 
 def _log_events(stream: Any, view: str, record: Record, since_us: int, until_us: int) -> None:
-    events = record.events.between(since_us, until_us)
-    if events.count > MOST_EVENTS:
-        events = events.select(np.linspace(0, events.count - 1, MOST_EVENTS).astype(np.int64))
+    events = thinned(record.events.between(since_us, until_us), MOST_EVENTS)
     places = np.stack([events.x, events.y], -1) + np.float32(0.5)
     colors = np.where(events.p[:, None], ON_COLOR, OFF_COLOR).astype(np.uint8)
     stream.log(f"{view}/events", _rerun().Points2D(places, colors=colors, radii=0.5))
 
 
-def _log_curves(stream: Any, record: Record) -> None:
+def _log_curves(stream: Any, root: str, truth: Truth) -> None:
     rr = _rerun()
-    truth = record.truth
-    assert truth is not None  # asked before
     first, last = np.searchsorted(truth.t_us, truth.span_us)
     keep = slice(int(first), int(last), CURVE_STEP)
     curves = {"turned_deg": truth.theta_deg, "slid_mm": truth.slide_mm}
@@ -175,7 +163,7 @@ def _log_curves(stream: Any, record: Record) -> None:
             curves |= {f"{name}/left": pads[:, 0], f"{name}/right": pads[:, 1]}
     times = rr.TimeColumn("time", duration=truth.t_us[keep] / 1e6)
     for name, values in curves.items():
-        stream.send_columns(f"{record.name}/{name}", [times], rr.Scalars.columns(scalars=values[keep].astype(float)))
+        stream.send_columns(f"{root}/{name}", [times], rr.Scalars.columns(scalars=values[keep].astype(float)))
 
 
 def _rerun() -> Any:

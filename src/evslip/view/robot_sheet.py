@@ -4,7 +4,7 @@ import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -26,29 +26,19 @@ GREY, PALM, LEFT, RIGHT, PAD, SIGHT = "#b8bcc4", "#7f8794", "#d98c3f", "#4f86c6"
 SIGHT_M = 0.08
 """Length of the lines that tell what the camera sees."""
 AXIS_M = 0.03
-
-
-class View(NamedTuple):
-    """A direction in which a robot is looked at."""
-
-    name: str
-    right: tuple[float, float, float]
-    up: tuple[float, float, float]
-
-
-WORLD = (
-    View("from the side, -y", (1, 0, 0), (0, 0, 1)),
-    View("from the front, +x", (0, 1, 0), (0, 0, 1)),
-    View("from above", (1, 0, 0), (0, 1, 0)),
-    View("from in front, above", (0.6, 0.8, 0), (-0.4, 0.3, 0.866)),
-)
-HAND = (
-    View("along the closing axis, from +y", (1, 0, 0), (0, 0, -1)),
-    View("across it, from +x", (0, -1, 0), (0, 0, -1)),
-    View("from the palm", (1, 0, 0), (0, -1, 0)),
-    View("from in front, below", (0.6, 0.8, 0), (-0.4, 0.3, -0.866)),
-)
-"""In the frame of the hand, which points down."""
+WORLD = {
+    "from the side, -y": ((1, 0, 0), (0, 0, 1)),
+    "from the front, +x": ((0, 1, 0), (0, 0, 1)),
+    "from above": ((1, 0, 0), (0, 1, 0)),
+    "from in front, above": ((0.6, 0.8, 0), (-0.4, 0.3, 0.866)),
+}
+HAND = {
+    "along the closing axis, from +y": ((1, 0, 0), (0, 0, -1)),
+    "across it, from +x": ((0, -1, 0), (0, 0, -1)),
+    "from the palm": ((1, 0, 0), (0, -1, 0)),
+    "from in front, below": ((0.6, 0.8, 0), (-0.4, 0.3, -0.866)),
+}
+"""Directions in which a robot is looked at, by name: what is right and up; of HAND in its frame, which points down."""
 
 
 def write_robot_sheet(path: Path, kind: str) -> str:
@@ -111,26 +101,25 @@ def _figure(robot: Robot, camera: Camera, kind: str, mount: str) -> Any:
     rows = 1 if robot.arm is None else 2
     figure = Figure(figsize=(16, 4.6 * rows + 0.4), layout="constrained")
     grid = figure.subplots(rows, 4, squeeze=False)
-    hand, colours = _hand(robot.gripper)
+    mesh, parts = assemble(robot.gripper.stroke_m, gripper=robot.gripper)
+    hand, colours = mesh.corners, [(PALM, LEFT, RIGHT)[part] for part in parts]
     if robot.arm is not None:
         links, place, turn = _arm(robot.arm, robot.gripper)
         bodies = np.concatenate([links, hand @ turn.T + place])
         both = [GREY] * len(links) + colours
-        for axes, view in zip(grid[0], WORLD, strict=True):
+        for axes, (name, sides) in zip(grid[0], WORLD.items(), strict=True):
+            view = _axes_of(*sides)
+            axes.set_title(name, fontsize=10)
             _draw(axes, view, bodies, both)
             _mark(axes, view, robot.gripper, camera, place, turn, 4 * AXIS_M)
-    for axes, view in zip(grid[-1], HAND, strict=True):
+    for axes, (name, sides) in zip(grid[-1], HAND.items(), strict=True):
+        view = _axes_of(*sides)
+        axes.set_title(name, fontsize=10)
         _draw(axes, view, hand, colours)
         _mark(axes, view, robot.gripper, camera, np.zeros(3), np.eye(3), AXIS_M)
     words = "red: pads, x; green: y, what the camera sees; blue: z; orange: left finger; fingers open; metres"
     figure.suptitle(f"{kind}: camera mount {mount}; {words}", fontsize=11)
     return figure
-
-
-def _hand(gripper: Gripper) -> tuple[np.ndarray, list[str]]:
-    """Triangles (n, 3, 3) of the open gripper in the frame of the hand, and their colours."""
-    mesh, parts = assemble(gripper.stroke_m, gripper=gripper)
-    return mesh.corners, [(PALM, LEFT, RIGHT)[part] for part in parts]
 
 
 def _arm(arm: Arm, gripper: Gripper) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -145,12 +134,12 @@ def _arm(arm: Arm, gripper: Gripper) -> tuple[np.ndarray, np.ndarray, np.ndarray
     )
 
 
-def _draw(axes: Any, view: View, corners: np.ndarray, colours: Sequence[str]) -> None:
+def _draw(axes: Any, view: np.ndarray, corners: np.ndarray, colours: Sequence[str]) -> None:
     """Triangles, the farthest first, the brighter the more they face the viewer."""
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
 
-    right, up, toward = _axes_of(view)
+    right, up, toward = view
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1)
     facing = np.abs(normals @ toward) / np.maximum(length, 1e-12)
@@ -160,14 +149,13 @@ def _draw(axes: Any, view: View, corners: np.ndarray, colours: Sequence[str]) ->
     axes.add_collection(PolyCollection(list(flat), facecolors=shades, edgecolors=shades, linewidths=0.3))
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
-    axes.set_title(view.name, fontsize=10)
 
 
 def _mark(
-    axes: Any, view: View, gripper: Gripper, camera: Camera, place: np.ndarray, turn: np.ndarray, axis_m: float
+    axes: Any, view: np.ndarray, gripper: Gripper, camera: Camera, place: np.ndarray, turn: np.ndarray, axis_m: float
 ) -> None:
     """Pads, axes of the tool and what the camera sees, of a hand at a place with these axes."""
-    right, up, _ = _axes_of(view)
+    right, up, _ = view
 
     def line(points: Any, colour: str, width: float = 1.5) -> None:
         world = np.asarray(points, float) @ turn.T + place
@@ -188,7 +176,7 @@ def _mark(
         line([camera.position, end], SIGHT, 1.0)
 
 
-def _axes_of(view: View) -> np.ndarray:
-    """Right, up and towards the viewer, as rows."""
-    right, up = (np.array(axis, float) / np.linalg.norm(axis) for axis in (view.right, view.up))
+def _axes_of(*sides: Sequence[float]) -> np.ndarray:
+    """Right, up and towards the viewer, as rows, from directions to the right and up."""
+    right, up = (np.array(axis, float) / np.linalg.norm(axis) for axis in sides)
     return np.stack([right, up, np.cross(right, up)])

@@ -3,14 +3,15 @@
 import math
 import zlib
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple, Protocol, runtime_checkable
+from collections.abc import Iterable
+from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from evslip.data.intervals import Interval
 from evslip.data.record import Record
+from evslip.data.samples import Samples
 from evslip.events.frame import BODIES, NO_BODY, OBJECT
 from evslip.events.stream import Events
 from evslip.physics.truth import Truth
@@ -19,9 +20,10 @@ from evslip.utils.progress import over
 from evslip.windows.alignment import laid_on
 from evslip.windows.distinct import Distinct
 from evslip.windows.label import Label
-from evslip.windows.object_events import ObjectEvents, extent_of, view_of
+from evslip.windows.mixture import Mixture
+from evslip.windows.object_events import ObjectEvents, cell_of, extent_of, view_of
 from evslip.windows.window_events import WindowEvents, pack, pixel_dtype
-from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, balanced_choice, map_shape
+from evslip.windows.window_set import MAP_PX, Windows, WindowSettings, balanced_choice
 
 SPEED_S = 0.02
 """Time before a window's end over which its speeds are means. At 5 deg/s the object turns by the limit of a hold in it,
@@ -59,14 +61,9 @@ def windows_of(
         cut = labelled(record, settings)
         if cut:
             seen.add(record)
-        chosen = []
-        for movement, label in cut:
-            if label == Label.UNCERTAIN:
-                dropped += 1
-                continue
-            if kept is None or kept[found]:
-                chosen.append((movement, label))
-            found += 1
+        certain = [(movement, label) for movement, label in cut if label != Label.UNCERTAIN]
+        chosen = certain if kept is None else list(compress(certain, kept[found:]))
+        dropped, found = dropped + len(cut) - len(certain), found + len(certain)
         if chosen:
             _append(columns, record, settings, chosen)
     if not columns:
@@ -98,7 +95,7 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
 def _kept(records: Iterable[Record], settings: WindowSettings) -> np.ndarray | None:
     """Which windows that hold or slip stay in the balance, bool (n,), where that is known before any events are read:
     most of them are thinned out, and would be cut, and kept in memory, for nothing. None where it is not."""
-    if not settings.balance or not isinstance(records, Rereadable):
+    if not settings.balance or not isinstance(records, Samples | Mixture):
         return None
     found: list[Label] = []
     for record in over("labels", records.without_events()):
@@ -122,23 +119,14 @@ def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, 
     without either."""
     if record.intervals:
         last_us = record.last_us
+        length_us, hop_us = (round(seconds * 1e6) for seconds in (settings.length_s, settings.hop_s))
         return [
             (Movement(start_us, *[math.nan] * 5), Label[interval.label.upper()])
             for interval in record.intervals
-            for start_us in starts_within(interval, settings)
-            if start_us <= last_us
+            for start_us in range(interval.start_us, min(interval.end_us - length_us, last_us) + 1, hop_us)
         ]
     moved = [] if record.truth is None else movements(record.truth, settings)
     return [(movement, label_of(movement, settings)) for movement in moved]
-
-
-@runtime_checkable
-class Rereadable(Protocol):
-    """Records that can be read more than once, and quickly without their events."""
-
-    def without_events(self) -> Iterator[Record]:
-        """All of them, their streams empty."""
-        ...
 
 
 class Movement(NamedTuple):
@@ -191,12 +179,6 @@ def _moved(truth: Truth, orientation: Rotation, since: int, last: int) -> tuple[
     return turned, 1e3 * np.linalg.norm(truth.position_m[part] - truth.position_m[since], axis=1)
 
 
-def starts_within(interval: Interval, settings: WindowSettings) -> range:
-    """Starts of the windows that lie wholly in an interval, in microseconds."""
-    length_us, hop_us = (round(seconds * 1e6) for seconds in (settings.length_s, settings.hop_s))
-    return range(interval.start_us, interval.end_us - length_us + 1, hop_us)
-
-
 def label_of(movement: Movement, settings: WindowSettings) -> Label:
     """Label of a window by what the object does in it."""
     angle = movement.theta_rise_deg if settings.labels == "paper" else movement.rotation_deg
@@ -218,7 +200,6 @@ def crop(events: Events, settings: WindowSettings) -> Events:
 def _append(
     columns: dict[str, list[np.ndarray]], record: Record, settings: WindowSettings, chosen: list[tuple[Movement, Label]]
 ) -> None:
-    """Add a record's windows to the columns."""
     whole = crop(record.events, settings)
     extent, view = extent_of(whole, settings), view_of(record)
     for movement, label in chosen:
@@ -249,12 +230,11 @@ def _append(
 
 
 def _object_map(inside: Events, settings: WindowSettings) -> np.ndarray:
-    rows, columns = map_shape(settings)
+    shape = settings.cells(MAP_PX)
     if inside.body is None:
-        return np.zeros((rows, columns), np.uint16)
-    its = inside.body == OBJECT
-    cell = inside.y[its].astype(np.int64) // MAP_PX * columns + inside.x[its] // MAP_PX
-    number = np.bincount(cell, minlength=rows * columns).reshape(rows, columns)
+        return np.zeros(shape, np.uint16)
+    cell = cell_of(inside, MAP_PX, settings.width)[inside.body == OBJECT]
+    number = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
     return np.minimum(number, np.iinfo(np.uint16).max).astype(np.uint16)
 
 

@@ -48,14 +48,11 @@ class ObjectEvents:
 
     def covers(self, index: int, events: Events, width: int) -> np.ndarray:
         """Which events, in a crop of some width, lie where a window's object is; bool of shape (n,)."""
-        columns = -(-width // CELL_PX)
-        cell = events.y.astype(np.int64) // CELL_PX * columns + events.x // CELL_PX
-        return np.unpackbits(self.extent[index])[cell].astype(bool)
+        return np.unpackbits(self.extent[index])[cell_of(events, CELL_PX, width)].astype(bool)
 
     def fill(self, file: h5py.File, counts: np.ndarray) -> None:
         """Store them, those of windows with `counts` events one after the other."""
-        spans = zip(self.first, flag_bytes(counts), strict=True)
-        parts = [self.flags[first : first + size] for first, size in spans]
+        parts = [self.flags[i : i + size] for i, size in zip(self.first, flag_bytes(counts), strict=True)]
         hdf5.put(file, FLAGS, np.concatenate([np.zeros(0, np.uint8), *parts]))
         hdf5.put(file, EXTENT, self.extent)
         hdf5.put(file, VIEW, np.char.encode(self.view, "utf-8"))
@@ -85,13 +82,12 @@ def flag_bytes(counts: np.ndarray | int) -> np.ndarray:
 
 
 def extent_bytes(settings: WindowSettings) -> int:
-    """Bytes of an extent."""
-    return int(flag_bytes(math.prod(extent_shape(settings))))
+    return int(flag_bytes(math.prod(settings.cells(CELL_PX))))
 
 
-def extent_shape(settings: WindowSettings) -> tuple[int, int]:
-    """Rows and columns of an extent's cells."""
-    return -(-settings.height // CELL_PX), -(-settings.width // CELL_PX)
+def cell_of(events: Events, side_px: int, width: int) -> np.ndarray:
+    """Square of some side that each event of a crop of some width lies in, row after row; int64 of shape (n,)."""
+    return events.y.astype(np.int64) // side_px * -(-width // side_px) + events.x // side_px
 
 
 def view_of(record: Record) -> str:
@@ -103,9 +99,8 @@ def view_of(record: Record) -> str:
 
 def extent_of(inside: Events, settings: WindowSettings) -> np.ndarray:
     """Where a sample's object is, by all of its events in the crop: the bits of ObjectEvents.extent, uint8 (bytes,)."""
-    rows, columns = extent_shape(settings)
     if inside.body is None:
         return np.zeros(extent_bytes(settings), np.uint8)
-    cell = inside.y.astype(np.int64) // CELL_PX * columns + inside.x // CELL_PX
-    its, every = (np.bincount(cell[part], minlength=rows * columns) for part in (inside.body == OBJECT, slice(None)))
+    cell, number = cell_of(inside, CELL_PX, settings.width), math.prod(settings.cells(CELL_PX))
+    its, every = (np.bincount(cell[part], minlength=number) for part in (inside.body == OBJECT, slice(None)))
     return np.packbits((its >= LEAST_EVENTS) & (2 * its > every))

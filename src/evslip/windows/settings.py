@@ -102,6 +102,10 @@ class WindowSettings:
         width, height = self.sensor
         return replace(self, left=0, top=0, width=width, height=height)
 
+    def cells(self, side_px: int) -> tuple[int, int]:
+        """Rows and columns of squares of some side that cover the crop."""
+        return -(-self.height // side_px), -(-self.width // side_px)
+
     @property
     def sees_the_sensor(self) -> bool:
         """Whether the crop lies on the sensor, along a side that is shorter than the crop's around it."""

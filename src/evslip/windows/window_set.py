@@ -170,7 +170,6 @@ class Windows:
             raise DataError(f"all {len(self)} windows are of the label {only}; training needs {missing} windows, too")
 
     def summary(self) -> str:
-        """One line for a person."""
         slips = int((self.label == Label.SLIP).sum())
         return (
             f"{len(self)} windows ({slips} slip, {len(self) - slips} hold, {self.dropped} between were dropped) "
@@ -253,7 +252,7 @@ def _checked(windows: Windows, path: str | Path) -> Windows:
         and (windows.events >= 0).all()
         and (windows.events <= windows.last - windows.first).all()
         and (windows.label <= Label.SLIP).all()
-        and windows.object_map.shape[1:] == map_shape(windows.settings)
+        and windows.object_map.shape[1:] == windows.settings.cells(MAP_PX)
         and windows.packed.dtype == pixel_dtype(windows.settings.width, windows.settings.height)
     )
     if not right:
@@ -276,11 +275,6 @@ def _check_movement(windows: Windows, path: str | Path) -> None:
                 )
     if (windows.by_body < 0).any() or (np.abs(windows.start_us) > 2**62).any():
         raise DataError(f"{path}: by_body or start_us: out of range; make the windows again")
-
-
-def map_shape(settings: WindowSettings) -> tuple[int, int]:
-    """Rows and columns of an object map."""
-    return -(-settings.height // MAP_PX), -(-settings.width // MAP_PX)
 
 
 def balanced_choice(label: np.ndarray, seed: int, ratio: float) -> np.ndarray:

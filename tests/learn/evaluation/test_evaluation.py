@@ -18,8 +18,7 @@ from evslip.learn.evaluation.evaluation_data import EvaluationData, open_evaluat
 from evslip.learn.evaluation.predictions import on_records
 from evslip.learn.evaluation.stored import plain, read_evaluation, save_evaluation
 from evslip.utils.errors import ConfigError, DataError
-from evslip.view.evaluation.files import write_evaluation
-from evslip.view.evaluation.sections import evaluation_parts
+from evslip.view.evaluation.page import evaluation_parts, write_evaluation
 from evslip.view.evaluation.tables import comparison_table
 from evslip.windows.cutting import windows_of
 from evslip.windows.label import Label

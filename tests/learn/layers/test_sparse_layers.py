@@ -11,7 +11,7 @@ from torch.nn import functional
 
 from evslip.learn import build_model
 from evslip.learn.layers import patterns, srm
-from evslip.learn.layers.grids import counts, voxel_grid
+from evslip.learn.layers.grids import counts_in, voxel_grid
 from evslip.learn.layers.input_neurons import POOL_WEIGHT, InputNeurons
 from evslip.learn.layers.occupancy import Occupancy
 from evslip.learn.layers.occupancy import dense as dense_grid
@@ -177,7 +177,7 @@ def test_counts_and_voxels_by_hand() -> None:
         np.array([1, 1, 5], np.uint8),
         np.array([True, False, True]),
     )
-    grid = counts(events, (6, 6), 100, 2, 4)
+    grid = counts_in(events, (6, 6), 100, range(2), 4)
     assert grid.shape == (2, 2, 2, 2)
     assert {tuple(place) for place in np.argwhere(grid)} == {(0, 0, 0, 0), (0, 1, 0, 0), (1, 0, 1, 1)}
     voxels = voxel_grid(events, (6, 6), 100, 3, 2)

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from evslip.events.stream import Events
-from evslip.learn.layers.grids import counts
+from evslip.learn.layers.grids import counts_in
 from evslip.learn.layers.rolling_counts import RollingConvolution, RollingCounts
 from evslip.learn.streaming.stream import Detector
 from evslip.windows.window_events import WindowEvents
@@ -33,7 +33,7 @@ def test_counts_that_roll_are_those_of_every_window(hop_us):
         x, y = window.x.astype(int) - 73, window.y.astype(int) - 10
         inside = (x >= 0) & (x < 198) & (y >= 0) & (y < 250)
         own = WindowEvents(window.t_us[inside] - (end_us - LENGTH_US), x[inside], y[inside], window.p[inside])
-        expected = counts(own, (198, 250), LENGTH_US, 5, 4).reshape(rolling.counts.shape)
+        expected = counts_in(own, (198, 250), LENGTH_US, range(5), 4).reshape(rolling.counts.shape)
         assert rolling.events == inside.sum()
         assert np.array_equal(rolling.counts, expected)
 

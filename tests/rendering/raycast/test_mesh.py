@@ -225,7 +225,7 @@ def test_a_box_looks_the_same_as_cuboid_and_as_mesh(place, monkeypatch):
     camera = hand_camera(params)
     poses = ScenePoses(place(params), camera, np.array([700_000]))
     cuboid, bodies = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, 0)
-    monkeypatch.setitem(body.BODIES, "cuboid", body.ANY_SHAPE)
+    monkeypatch.setitem(body.BODIES, "cuboid", body.Mesh)
     mesh, mesh_bodies = Raycaster(params, camera, float(poses.travel_m[0])).draw(poses, 0)
     difference = np.abs(np.log(mesh / cuboid))
     assert np.mean(bodies == mesh_bodies) > 0.998

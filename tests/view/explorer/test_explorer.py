@@ -13,13 +13,14 @@ from evslip.data.intervals import Interval
 from evslip.data.record import Record
 from evslip.events.stream import Events, empty_events
 from evslip.utils.errors import ConfigError, DataError
-from evslip.view.explorer.app import MOST_EVENTS, STATIC, Explorer, make_app
+from evslip.view.explorer.app import MOST_EVENTS, Explorer, make_app
 from evslip.view.explorer.labels import Labels
 from evslip.view.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
 from evslip.view.explorer.serve import explore
 from evslip.view.explorer.shelf import open_recording, open_shelf
 from evslip.view.report.facts import facts_of
 from evslip.view.web.guard import MOST_BYTES
+from evslip.view.web.pages import KINDS, files
 from sample_records import CONFIG, random_events, simulated
 
 HOST = "127.0.0.1:8899"
@@ -230,11 +231,12 @@ def test_pages_load_only_what_is_given_out(client: TestClient):
     names = set()
     for page in ("/", "/sample/0"):
         names |= set(re.findall(r'(?:src|href)="/static/([^"]+)"', client.get(page).text))
-    for name in STATIC:
+    static = files(*KINDS)
+    for name in static:
         names |= set(re.findall(r'from "\./([^"]+)"', client.get(f"/static/{name}").text))
-    assert names <= set(STATIC)
-    for name in STATIC:
-        assert client.get(f"/static/{name}").headers["content-type"].startswith(STATIC[name])
+    assert names <= set(static)
+    for name in static:
+        assert client.get(f"/static/{name}").headers["content-type"].startswith(KINDS[name.rpartition(".")[2]])
 
 
 def test_labels_are_on_disk_when_the_answer_comes(labeller: TestClient, tmp_path: Path):

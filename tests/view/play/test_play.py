@@ -13,8 +13,8 @@ from starlette.websockets import WebSocketDisconnect
 
 from evslip.utils.errors import ConfigError
 from evslip.view.play.app import make_app
-from evslip.view.play.commands import checked
 from evslip.view.play.messages import CURVES
+from evslip.view.play.settings import checked
 from evslip.view.play.world import STEP_US, World
 
 HOST = "127.0.0.1:8898"

@@ -167,7 +167,7 @@ def test_the_worst_windows_are_those_farthest_from_the_truth():
     scores = measured(labels, names, np.arange(4), np.zeros(4, bool), p_slip, 0.5, 0)
     found = worst(scores, 3)
     assert [failure.name for failure in found] == ["b", "c", "a"]
-    assert [round(failure.error, 6) for failure in found] == [0.8, 0.7, 0.15]
+    assert [round(abs(failure.p_slip - failure.slips), 6) for failure in found] == [0.8, 0.7, 0.15]
     page = failures.failures([("m", 0.5, found)], lambda failure: None)
     assert page.index("missed") < page.index("false alarm") < page.index("right")
     assert worst(dataclasses.replace(scores, names=[])) == []

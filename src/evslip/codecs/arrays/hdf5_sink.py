@@ -1,6 +1,5 @@
 """Events into an HDF5 file block by block, in the layout of `dsec`, so that memory holds one block."""
 
-import io
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -11,7 +10,7 @@ from evslip.codecs import sink
 from evslip.codecs.arrays.dsec import put_events
 from evslip.events.stream import Events, concatenate
 from evslip.utils import hdf5
-from evslip.utils.atomic import storage_errors
+from evslip.utils.errors import StorageError
 
 BLOCK = 1 << 18
 """Events in a block: a chunk of each dataset."""
@@ -28,9 +27,9 @@ class Sink(sink.Sink):
 
     def __init__(self, file: BinaryIO, path: Path, size: tuple[int, int], settings: str | None = None):
         super().__init__(file, path)
-        self._disk = _Disk(file)
+        self._target = hdf5.Target(file, path)
         self._labels: list[str] = []
-        self._hdf5: Any = h5py.File(self._disk, "w", libver=("v110", "v110"), track_times=False)
+        self._hdf5: Any = h5py.File(self._target, "w", libver=("v110", "v110"), track_times=False)
         self._hdf5.attrs["width"], self._hdf5.attrs["height"] = size
         if settings is not None:
             self._hdf5.attrs["settings"] = settings
@@ -69,8 +68,7 @@ class Sink(sink.Sink):
         self._check_disk()
 
     def abandon(self) -> None:
-        """Let go of a file that will not be completed."""
-        self._disk.refuse()
+        self._target.refused = StorageError(f"cannot write {self._path}: given up")
         self._hdf5.close()
 
     def _store(self, events: Events) -> None:
@@ -114,9 +112,8 @@ class Sink(sink.Sink):
         group.move("wide", "t")
 
     def _check_disk(self) -> None:
-        if self._disk.error is not None:
-            with storage_errors(self._path):
-                raise self._disk.error
+        if self._target.refused is not None:
+            raise self._target.refused
 
 
 def _growing(group: h5py.Group, name: str, dtype: str) -> Any:
@@ -127,49 +124,3 @@ def _append(dataset: Any, values: np.ndarray) -> None:
     stored = len(dataset)
     dataset.resize((stored + len(values),))
     dataset[stored:] = values.astype(dataset.dtype)
-
-
-class _Disk(io.RawIOBase):
-    """A file for h5py that never fails to write: HDF5 cannot stand that. The first error is kept for who asks."""
-
-    def __init__(self, file: BinaryIO):
-        self._file = file
-        self._refusing = False
-        self.error: OSError | None = None
-
-    def refuse(self) -> None:
-        """Write nothing any more."""
-        self._refusing = True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        return self._file.tell()
-
-    def readinto(self, buffer: memoryview) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
-        data = self._file.read(len(buffer))
-        buffer[: len(data)] = data
-        return len(data)
-
-    def write(self, data: memoryview) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]
-        rest = memoryview(data)
-        try:
-            while rest and not self._refusing:
-                rest = rest[self._file.write(rest) :]
-        except OSError as error:
-            self.error = self.error or error
-            self._refusing = True
-        self._file.seek(len(rest), io.SEEK_CUR)  # as if it had been written
-        return len(data)
-
-    def truncate(self, size: int | None = None) -> int:
-        if not self._refusing:
-            try:
-                self._file.truncate(size)
-            except OSError as error:
-                self.error = self.error or error
-        return size or 0

@@ -7,6 +7,7 @@ bodies                (n, height, width) uint8, optional: index into evslip.even
 
 import zipfile
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple
 
@@ -60,14 +61,10 @@ def open_arrays(path: Path) -> Arrays:
 def read_arrays(arrays: Arrays) -> Iterator[tuple[np.ndarray, np.ndarray | None]]:
     """(picture, bodies) of every frame, as stored; bodies is None where there are none. Raises DataError."""
     path, shape = arrays.path, arrays.shape
-    with npz.archive(path) as archive, npz.member(archive, arrays.frames, path) as pictures:
-        if not arrays.labelled:
-            for _ in range(shape[0]):
-                yield pictures.next(shape[1:]), None
-            return
-        with npz.member(archive, "bodies", path) as masks:
-            for _ in range(shape[0]):
-                yield pictures.next(shape[1:]), masks.next(shape[1:3])
+    with npz.archive(path) as archive, npz.member(archive, arrays.frames, path) as pictures, ExitStack() as more:
+        masks = more.enter_context(npz.member(archive, "bodies", path)) if arrays.labelled else None
+        for _ in range(shape[0]):
+            yield pictures.next(shape[1:]), None if masks is None else masks.next(shape[1:3])
 
 
 def _times(archive: zipfile.ZipFile, names: set[str], count: int, path: Path) -> np.ndarray | None:

@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evslip.codecs.clips.grey import encode_srgb
-from evslip.codecs.clips.sources import TimedImage
-from evslip.codecs.clips.upsampling import upsampled
+from evslip.codecs.clips.sources import TimedImage, upsampled
 from evslip.events.sensor.optics import KNEE, WHITE, Intensity, decode_srgb, linear_to_log
 from evslip.utils.errors import ConfigError, MissingExtraError
 

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from evslip.codecs.clips.grey import encode_srgb
-from evslip.codecs.clips.sources import TimedImage
-from evslip.codecs.clips.upsampling import upsampled
+from evslip.codecs.clips.sources import TimedImage, upsampled
 from evslip.events.sensor.optics import WHITE, Intensity, decode_srgb
 from evslip.utils.errors import ConfigError, MissingExtraError
 

@@ -11,11 +11,17 @@ from typing import Any, cast
 
 import numpy as np
 
+from evslip.codecs.clips.arrays import FRAMES, open_arrays, read_arrays
+from evslip.codecs.clips.folder import image_files, read_image, read_images
+from evslip.codecs.clips.grey import to_grey
 from evslip.codecs.clips.times import check_count, check_fps
+from evslip.codecs.clips.video import frame_count, read_video
 from evslip.events.sensor.optics import INTENSITIES, Intensity
 from evslip.utils.errors import ConfigError, DataError
 
 TimedImage = tuple[float, np.ndarray, np.ndarray | None]
+Invent = Callable[[np.ndarray, np.ndarray], Iterable[np.ndarray]]
+"""Two frames in, those between them out, in the order of time and in the scale of the given ones."""
 STEP_US = 1.0
 """Time that the change from one frame to the next takes."""
 
@@ -95,9 +101,22 @@ def held(frames: Iterable[TimedImage]) -> Iterator[TimedImage]:
         before = frame
 
 
-def _folder(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity | None) -> Clip:
-    from evslip.codecs.clips.folder import image_files, read_image, read_images
+def upsampled(frames: Iterable[TimedImage], upsample: int, invent: Invent) -> Iterator[TimedImage]:
+    """Every interval cut into `upsample` equal ones, at whose ends the frames of `invent` stand.
 
+    Frames in between have the bodies of the nearer frame; all are float32. Two equal frames are left as they are.
+    """
+    before: TimedImage | None = None
+    for frame in frames:
+        if before is not None and not np.array_equal(before[1], frame[1]):
+            for number, image in enumerate(invent(before[1], frame[1]), 1):
+                time_us = before[0] + (frame[0] - before[0]) * number / upsample
+                yield time_us, image, (before if 2 * number <= upsample else frame)[2]
+        yield frame[0], frame[1].astype(np.float32), frame[2]
+        before = frame
+
+
+def _folder(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity | None) -> Clip:
     files = image_files(path)
     if fps is None and times_us is None:
         raise ConfigError(f"fps: {path} is a folder of images, which have no times; give the frames a second")
@@ -114,8 +133,6 @@ def _folder(path: Path, fps: float | None, times_us: np.ndarray | None, intensit
 
 
 def _video(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity) -> Clip:
-    from evslip.codecs.clips.video import frame_count, read_video
-
     timed = fps is None and times_us is None
 
     def read() -> Iterator[TimedImage]:
@@ -132,9 +149,6 @@ def _video(path: Path, fps: float | None, times_us: np.ndarray | None, intensity
 
 
 def _arrays(path: Path, fps: float | None, times_us: np.ndarray | None, intensity: Intensity | None) -> Clip:
-    from evslip.codecs.clips.arrays import FRAMES, open_arrays, read_arrays
-    from evslip.codecs.clips.grey import to_grey
-
     arrays = open_arrays(path)
     count, height, width = arrays.shape[:3]
     if times_us is not None:

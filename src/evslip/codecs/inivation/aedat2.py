@@ -32,9 +32,7 @@ _UNNAMED = (346, 260)
 def stream(path: Path) -> Source:
     """The events and the sensor's (width, height). Raises DataError."""
     chip, start = _header(path)
-    size = _SENSORS.get(chip)
-    if size is None:
-        size = _guess(path, start)
+    size = _SENSORS.get(chip) or _guess(path, start)
     return Source(size, _parts(path, start, size, is_davis=chip != "DVS128"))
 
 

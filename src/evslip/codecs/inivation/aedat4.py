@@ -8,9 +8,9 @@ while `dv-processing` 2.0 and `faery` 0.7 hang on some.
 
 import struct
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple, TypeVar
 
 import lz4.frame
 import numpy as np
@@ -27,6 +27,7 @@ from evslip.utils.files import require_file
 
 __all__ = ["Sink", "frames", "stream", "triggers"]
 
+Content = TypeVar("Content")
 _MOST_EXPANDED = 256
 """A file that claims to hold more than this times its size is not a recording."""
 _LARGEST_PACKET = 1 << 28
@@ -51,52 +52,52 @@ class _Header(NamedTuple):
 def stream(path: Path) -> Source:
     """The events of the file's first event stream, and its sensor's (width, height). Raises DataError."""
     header = _header(path)
-    number, node = _first(header, "EVTS", path)
+    node = next((node for kind, node in header.streams.values() if kind == "EVTS"), None)
+    if node is None:
+        kinds = ", ".join(kind for kind, _ in header.streams.values())
+        raise DataError(f"{path}: holds no events; its streams are {kinds or 'none'}")
     width, height = (node.findtext(f"node[@name='info']/attr[@key='{key}']", "") for key in ("sizeX", "sizeY"))
     try:
         size = check_size(int(width), int(height), path)
     except ValueError as error:
         raise DataError(f"{path}: damaged AEDAT4 file: the sensor's size: {error}") from None
-    return Source(size, _parts(path, header, number))
+    return Source(size, _decoded(path, header, "EVTS", _events))
 
 
 def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
     """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first stream of frames. None if
     there is none. Raises DataError."""
-    header = _header(path)
-    if all(kind != "FRME" for kind, _ in header.streams.values()):
-        return
-    for packet in _packets(path, header, _first(header, "FRME", path)[0]):
-        try:
-            frame = _frame(Table.root(packet[4:], b"FRME"))
-        except _DAMAGE as error:
-            raise _damaged(path, error) from None
-        yield frame
+    return _decoded(path, _header(path), "FRME", _frame)
 
 
 def triggers(path: Path) -> Iterator[Triggers]:
     """The triggers of the first stream of triggers, part by part; none if there is none. Raises DataError."""
-    header = _header(path)
-    if all(kind != "TRIG" for kind, _ in header.streams.values()):
+    return _decoded(path, _header(path), "TRIG", _triggers)
+
+
+def _decoded(path: Path, header: _Header, kind: str, decode: Callable[[Table], Content]) -> Iterator[Content]:
+    """What `decode` makes of each packet of the first stream of a kind; nothing if there is none."""
+    number = next((number for number, (own, _) in header.streams.items() if own == kind), None)
+    if number is None:
         return
-    for packet in _packets(path, header, _first(header, "TRIG", path)[0]):
-        try:
-            tables = Table.root(packet[4:], b"TRIG").tables(0)
-            rows = [(one.number(0, "<q", 0), one.number(1, "<B", 0)) for one in tables]
-        except _DAMAGE as error:
-            raise _damaged(path, error) from None
-        t_us, kind = np.array(rows, np.int64).reshape(-1, 2).T
-        yield Triggers(t_us, kind, np.zeros(len(kind), np.int64))
-
-
-def _parts(path: Path, header: _Header, number: int) -> Iterator[Events]:
     for packet in _packets(path, header, number):
         try:
             # After the length of the flatbuffer, which the packet's own length makes redundant.
-            rows = np.frombuffer(Table.root(packet[4:], b"EVTS").vector(0, EVENT.itemsize), EVENT)
+            content = decode(Table.root(packet[4:], kind.encode()))
         except _DAMAGE as error:
             raise _damaged(path, error) from None
-        yield events_of(rows["t"], rows["x"], rows["y"], rows["on"])
+        yield content
+
+
+def _events(table: Table) -> Events:
+    rows = np.frombuffer(table.vector(0, EVENT.itemsize), EVENT)
+    return events_of(rows["t"], rows["x"], rows["y"], rows["on"])
+
+
+def _triggers(table: Table) -> Triggers:
+    rows = [(one.number(0, "<q", 0), one.number(1, "<B", 0)) for one in table.tables(0)]
+    t_us, kind = np.array(rows, np.int64).reshape(-1, 2).T
+    return Triggers(t_us, kind, np.zeros(len(kind), np.int64))
 
 
 def _frame(table: Table) -> tuple[int, np.ndarray]:
@@ -137,14 +138,6 @@ def _streams(text: bytes) -> dict[int, tuple[str, Any]]:
         raise ValueError("the header's XML declares entities")
     nodes = ElementTree.fromstring(text.rstrip(b"\x00")).findall("node[@name='outInfo']/node")
     return {int(node.get("name", "")): (node.findtext("attr[@key='typeIdentifier']", ""), node) for node in nodes}
-
-
-def _first(header: _Header, wanted: str, path: Path) -> tuple[int, Any]:
-    for number, (kind, node) in header.streams.items():
-        if kind == wanted:
-            return number, node
-    kinds = ", ".join(kind for kind, _ in header.streams.values())
-    raise DataError(f"{path}: holds no events; its streams are {kinds or 'none'}")
 
 
 def _packets(path: Path, header: _Header, number: int) -> Iterator[memoryview]:

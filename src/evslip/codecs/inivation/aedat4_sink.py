@@ -51,7 +51,6 @@ class Sink(sink.Sink):
         self.put(MAGIC + self._header(-1))
 
     def push(self, events: Events) -> None:
-        """The next events."""
         events = concatenate([self._waiting, Events(*events.columns)])
         full = events.count - events.count % _PACKET
         for start in range(0, full, _PACKET):
@@ -59,7 +58,6 @@ class Sink(sink.Sink):
         self._waiting = events.select(np.arange(full, events.count))
 
     def close(self) -> None:
-        """Complete the file."""
         if self._waiting.count:
             self._packet(self._waiting)
         self.put(lz4.frame.compress(self._table()))

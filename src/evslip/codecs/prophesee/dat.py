@@ -67,7 +67,6 @@ class Sink(sink.Sink):
         self.put(header.encode() + bytes([0x0C, _EVENT.itemsize]))
 
     def push(self, events: Events) -> None:
-        """The next events."""
         check_times(events, _LATEST_US, self._path)
         rows = np.empty(events.count, _EVENT)
         rows["t"] = events.t_us

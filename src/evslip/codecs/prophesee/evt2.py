@@ -42,7 +42,6 @@ class Decoder(Clock):
     """The events of uint32 words that come in blocks."""
 
     def decode(self, words: np.ndarray) -> Events:
-        """The next ones."""
         which, t_us = self.timed(words)
         return Events(t_us, *place(words[which]))
 
@@ -54,7 +53,6 @@ class Encoder:
         self._high = -1
 
     def encode(self, events: Events) -> np.ndarray:
-        """The words of the next events."""
         if not events.count:
             return np.empty(0, np.uint32)
         high = events.t_us >> 6

@@ -24,7 +24,6 @@ class Decoder:
         self._state = np.array([-1, 0, -1, -1, 0])
 
     def decode(self, words: np.ndarray) -> Events:
-        """The next ones."""
         nothing = np.empty(0, np.int64), np.empty(0, np.uint16), np.empty(0, np.uint16), np.empty(0, np.bool_)
         count = _decode(words, self._state.copy(), False, *nothing)
         columns = (np.empty(count, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_))
@@ -46,7 +45,6 @@ class Encoder:
         self._state = np.array([-1, -1, -1])
 
     def encode(self, events: Events) -> np.ndarray:
-        """The words of the next events."""
         if not events.count:
             return np.empty(0, np.uint16)
         steps = (int(events.t_us[-1]) >> 22) - (max(int(self._state[0]), 0) >> 10) + 2

@@ -23,7 +23,7 @@ from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
 _ENCODINGS = {"EVT2": "2.0", "EVT21": "2.1", "EVT3": "3.0"}
-_WORDS = {"EVT2": np.dtype("<u4"), "EVT21": np.dtype("<u8"), "EVT3": np.dtype("<u2")}
+_WORDS = {"EVT2": np.dtype("<u4"), "EVT21": np.dtype(("<u4", 2)), "EVT3": np.dtype("<u2")}
 _MOST_COLUMNS = 1 << 11
 _SENSORS = {"gen31": (640, 480), "gen3": (640, 480), "gen4": (1280, 720), "imx636": (1280, 720), "genx320": (320, 320)}
 """Sizes by the name of the driver, for headers that state none."""
@@ -45,9 +45,7 @@ def triggers(path: Path) -> Iterator[Triggers]:
     _, options, encoding, start = _header(path)
     decode = (Evt3Decoder() if encoding == "EVT3" else Evt2Decoder()).decode
     for words in blocks(path, start, _WORDS[encoding]):
-        if encoding == "EVT21":
-            words = words.view("<u4").reshape(-1, 2)[:, 0 if options["endianness"] == "legacy" else 1]
-        yield decode(words)
+        yield decode(words[:, 0 if options["endianness"] == "legacy" else 1] if encoding == "EVT21" else words)
 
 
 def _header(path: Path) -> tuple[dict[str, str], dict[str, str], str, int]:
@@ -62,7 +60,7 @@ def _header(path: Path) -> tuple[dict[str, str], dict[str, str], str, int]:
 
 def _parts(path: Path, start: int, encoding: str, decode: Callable[[np.ndarray], Events]) -> Iterator[Events]:
     for words in blocks(path, start, _WORDS[encoding]):
-        events = decode(words.view("<u4").reshape(-1, 2) if encoding == "EVT21" else words)
+        events = decode(words)
         if events.count and events.x.max() >= _MOST_COLUMNS:
             raise DataError(f"{path}: damaged: a vector of events runs beyond column {_MOST_COLUMNS - 1}")
         yield events
@@ -84,7 +82,6 @@ class Sink(sink.Sink):
         self.put(header.encode())
 
     def push(self, events: Events) -> None:
-        """The next events."""
         check_times(events, self._latest_us, self._path)
         words = self._encoder.encode(events)
         self.put(words.astype(words.dtype.newbyteorder("<")).tobytes())

@@ -13,7 +13,6 @@ class Evt2Decoder(evt2.Clock):
     """The triggers of words of EVT 2.0, or of upper halves of those of EVT 2.1, that come in blocks."""
 
     def decode(self, words: np.ndarray) -> Triggers:
-        """The next ones."""
         which, t_us = self.timed(words, _TRIGGER, _TRIGGER)
         return Triggers(t_us, _edge(words[which]), words[which] >> 8 & 0x1F)
 
@@ -25,7 +24,6 @@ class Evt3Decoder:
         self._high, self._low = -1, 0
 
     def decode(self, words: np.ndarray) -> Triggers:
-        """The next ones."""
         kind, value = words >> 12, (words & 0xFFF).astype(np.int64)
         upper, lower, which = (np.flatnonzero(kind == one) for one in (evt3.TIME_HIGH, evt3.TIME_LOW, _TRIGGER))
         high = np.concatenate([[self._high], unwrapped(value[upper], 12, max(self._high, 0))])

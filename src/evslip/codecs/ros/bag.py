@@ -2,52 +2,21 @@
 
 import bz2
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import lz4.frame
 
 from evslip.codecs.ros.library import choose, reading
-from evslip.codecs.ros.packing import of_camera
 from evslip.codecs.ros.sink import Sink
-from evslip.codecs.ros.topics import IMAGES, events_source, flags_of, frames_of, poses_of
-from evslip.codecs.source import Source
-from evslip.utils.files import require_file
+from evslip.codecs.ros.topics import Topics
 
 __all__ = ["Sink", "flags", "frames", "poses", "stream"]
 LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk; ROS makes them of 768 kB, or of one message."""
 
 
-def stream(path: Path, camera: str | None = None) -> Source:
-    """The events of the file's first topic of events, and the sensor's (width, height). camera: as of `choose`. Raises
-    DataError, MissingExtraError."""
-    return events_source(partial(_messages, require_file(path), camera=camera), path, cdr=False)
-
-
-def frames(path: Path, camera: str | None = None) -> Iterator[tuple[int, np.ndarray]]:
-    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images, or of that of
-    a camera of several."""
-    return frames_of(
-        partial(_messages, path), path, cdr=False, topic="" if camera is None else of_camera(IMAGES, camera)
-    )
-
-
-def poses(path: Path, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
-    """Times in microseconds and poses, position in metres and quaternion wxyz, of a topic; none where it is not
-    there."""
-    return poses_of(partial(_messages, path), path, cdr=False, topic=topic)
-
-
-def flags(path: Path, topic: str) -> Iterator[bool]:
-    """Flags of a topic; none where it is not there."""
-    return flags_of(partial(_messages, path), path, cdr=False, topic=topic)
-
-
-def _messages(
-    path: Path, kinds: tuple[str, ...], topic: str = "", camera: str | None = None
-) -> Iterator[tuple[str, bytes]]:
+def _messages(path: Path, kinds: tuple[str, ...], topic: str, camera: str | None) -> Iterator[tuple[str, bytes]]:
     with reading(path):
         from rosbags.rosbag1 import Reader
 
@@ -59,10 +28,12 @@ def _messages(
                 yield connection.msgtype, data
 
 
+_TOPICS = Topics(_messages, cdr=False)
+stream, frames, poses, flags = _TOPICS.stream, _TOPICS.frames, _TOPICS.poses, _TOPICS.flags
+
+
 def bounded(unpack: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
     """The library's function that unpacks a chunk, for what unpacks to LARGEST_CHUNK at most; it raises ValueError."""
-    import lz4.frame
-
     makers = {bz2.decompress: bz2.BZ2Decompressor, lz4.frame.decompress: lz4.frame.LZ4FrameDecompressor}
     if unpack not in makers:
         return unpack

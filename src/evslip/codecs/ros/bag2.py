@@ -5,56 +5,23 @@ or .mcap.
 """
 
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import lz4.frame
+import zstandard
 
-from evslip.codecs.formats import is_bag_folder
 from evslip.codecs.ros.library import choose, reading
-from evslip.codecs.ros.packing import of_camera
 from evslip.codecs.ros.sink import Sink
-from evslip.codecs.ros.topics import IMAGES, events_source, flags_of, frames_of, poses_of
-from evslip.codecs.source import Source
+from evslip.codecs.ros.topics import Topics
 from evslip.utils.errors import DataError
-from evslip.utils.files import require_file
 
 __all__ = ["Sink", "flags", "frames", "poses", "stream"]
 LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk of an .mcap file; ROS makes them of 768 kB, or of one message."""
 
 
-def stream(path: Path, camera: str | None = None) -> Source:
-    """The events of the bag's first topic of events, and the sensor's (width, height). camera: as of `choose`. Raises
-    DataError, MissingExtraError."""
-    if not is_bag_folder(path):
-        require_file(path)
-    return events_source(partial(_messages, path, camera=camera), path, cdr=True)
-
-
-def frames(path: Path, camera: str | None = None) -> Iterator[tuple[int, np.ndarray]]:
-    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images, or of that of
-    a camera of several."""
-    return frames_of(
-        partial(_messages, path), path, cdr=True, topic="" if camera is None else of_camera(IMAGES, camera)
-    )
-
-
-def poses(path: Path, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
-    """Times in microseconds and poses, position in metres and quaternion wxyz, of a topic; none where it is not
-    there."""
-    return poses_of(partial(_messages, path), path, cdr=True, topic=topic)
-
-
-def flags(path: Path, topic: str) -> Iterator[bool]:
-    """Flags of a topic; none where it is not there."""
-    return flags_of(partial(_messages, path), path, cdr=True, topic=topic)
-
-
-def _messages(
-    path: Path, kinds: tuple[str, ...], topic: str = "", camera: str | None = None
-) -> Iterator[tuple[str, bytes]]:
+def _messages(path: Path, kinds: tuple[str, ...], topic: str, camera: str | None) -> Iterator[tuple[str, bytes]]:
     if path.is_dir() and any(path.glob("*.zstd")):
         raise _packed(path)
     _check_length(path)
@@ -68,6 +35,10 @@ def _messages(
             wanted = choose(reader.connections, kinds, path, topic, camera)
             for connection, _, data in reader.messages(wanted) if wanted else ():
                 yield connection.msgtype, data
+
+
+_TOPICS = Topics(_messages, cdr=True)
+stream, frames, poses, flags = _TOPICS.stream, _TOPICS.frames, _TOPICS.poses, _TOPICS.flags
 
 
 def _check_length(path: Path) -> None:
@@ -99,15 +70,11 @@ def _bound_chunks() -> None:
 
 
 def _unpack_lz4(packed: bytes, size: int) -> bytes:
-    import lz4.frame
-
     decoder: Any = lz4.frame.LZ4FrameDecompressor()
     return _whole(decoder.decompress(packed, _limit(size) + 1), size)
 
 
 def _unpack_zstd(packed: bytes, size: int) -> bytes:
-    import zstandard
-
     with zstandard.ZstdDecompressor(max_window_size=2**27).stream_reader(packed) as content:
         return _whole(content.read(_limit(size) + 1), size)
 

@@ -81,6 +81,12 @@ class _Fields:
         self.text()
         return seconds * 1_000_000 + nanoseconds // 1000
 
+    def size(self) -> Size:
+        """Skip a header; the sensor's (width, height) after it."""
+        self.header()
+        height, width = self.number("I"), self.number("I")
+        return width, height
+
     def events(self) -> np.ndarray:
         """The rows of an array of events."""
         count = self.number("I")
@@ -96,18 +102,13 @@ class _Fields:
 
 def size_of(data: bytes, cdr: bool) -> Size:
     """The sensor's (width, height) in a message of events of any kind."""
-    fields = _Fields(data, cdr)
-    fields.header()
-    height, width = fields.number("I"), fields.number("I")
-    return width, height
+    return _Fields(data, cdr).size()
 
 
 def array_events(data: bytes, cdr: bool) -> Events:
     """Events of an EventArray."""
     fields = _Fields(data, cdr)
-    fields.header()
-    for _ in ("height", "width"):
-        fields.number("I")
+    fields.size()
     rows = fields.events()
     return events_of(rows["s"].astype(np.int64) * 1_000_000 + rows["ns"] // 1000, rows["x"], rows["y"], rows["p"])
 
@@ -115,12 +116,11 @@ def array_events(data: bytes, cdr: bool) -> Events:
 def packet(data: bytes, cdr: bool) -> Packet:
     """An EventPacket, its events still encoded."""
     fields = _Fields(data, cdr)
-    fields.header()
-    height, width = fields.number("I"), fields.number("I")
+    size = fields.size()
     seq, time_base, encoding = fields.number("Q"), fields.number("Q"), fields.text()
     if fields.number("B"):
         raise ValueError("its events are big endian, expected little endian")
-    return Packet((width, height), seq, time_base, encoding, fields.raw(fields.number("I")))
+    return Packet(size, seq, time_base, encoding, fields.raw(fields.number("I")))
 
 
 def image(data: bytes, cdr: bool) -> tuple[int, np.ndarray]:

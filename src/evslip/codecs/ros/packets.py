@@ -26,7 +26,6 @@ class PacketDecoder:
         self._next_seq: int | None = None
 
     def decode(self, packet: Packet) -> Events:
-        """The next ones."""
         kind = packet.encoding
         if kind not in ENCODINGS:
             raise ValueError(f"events in the encoding {kind[:20]!r}; known are {', '.join(ENCODINGS)}")

@@ -60,7 +60,7 @@ class EventPacker:
             self._start_us = int(events.t_us[0])
         last = (int(events.t_us[-1]) - self._start_us) // PACKET_US
         cut = int(np.searchsorted(events.t_us, self._start_us + last * PACKET_US))
-        if cut or (self._waiting and self._number(self._waiting[0]) < last):
+        if cut or (self._waiting and (int(self._waiting[0].t_us[0]) - self._start_us) // PACKET_US < last):
             whole = concatenate([*self._waiting, events.select(slice(cut))])
             self._waiting = []
             yield from self._messages(whole)
@@ -72,10 +72,6 @@ class EventPacker:
         yield from self._messages(concatenate(waiting))
         if not self._seq:  # so that the bag of no events still tells the sensor's size
             yield self._message(empty_events())
-
-    def _number(self, events: Events) -> int:
-        assert self._start_us is not None
-        return (int(events.t_us[0]) - self._start_us) // PACKET_US
 
     def _messages(self, events: Events) -> Iterator[Message]:
         if not events.count:
@@ -93,13 +89,11 @@ class EventPacker:
         if self._encoding == "dvs":
             kind, data = ARRAYS[0], self._composer.array(events, self._size, seq)
         else:
-            content = (self._evt3 if self._encoding == "evt3" else self._mono)(events)
+            is_evt3 = self._encoding == "evt3"
+            content = self._words.encode(events).astype("<u2").tobytes() if is_evt3 else self._mono(events)
             kind = PACKET
             data = self._composer.packet(first_us, self._size, seq, first_us * 1000, self._encoding, content)
         return self._topic, kind, last_us, data
-
-    def _evt3(self, events: Events) -> bytes:
-        return self._words.encode(events).astype("<u2").tobytes()
 
     def _mono(self, events: Events) -> bytes:
         t_us, x, y, p = (column.astype(np.uint64) for column in events.columns)

@@ -22,16 +22,13 @@ class Sink(sink.Sink):
             raise
 
     def push(self, events: Events) -> None:
-        """The next events."""
         for message in self._packer.push(events):
             self._bag.put(*message)
 
     def close(self) -> None:
-        """Complete the file."""
         for message in self._packer.rest():
             self._bag.put(*message)
         self._bag.finish(self._file)
 
     def abandon(self) -> None:
-        """Leave nothing behind."""
         self._bag.abandon()

@@ -1,35 +1,30 @@
-"""Events and images of the messages of a bag, whatever kind of bag it is."""
+"""Events, images, poses and flags of the messages of a bag, whatever kind of bag it is."""
 
 import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from evslip.codecs.ros.messages import (
-    ARRAYS,
-    FLAG,
-    IMAGE,
-    PACKET,
-    POSE,
-    array_events,
-    flag,
-    image,
-    packet,
-    pose,
-    size_of,
-)
+from evslip.codecs.formats import is_bag_folder
+from evslip.codecs.ros import messages
 from evslip.codecs.ros.packets import PacketDecoder
+from evslip.codecs.ros.packing import of_camera
 from evslip.codecs.source import Source
 from evslip.events.checks import check_size
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from evslip.utils.files import require_file
 
-KINDS = (*ARRAYS, PACKET)
+KINDS = (*messages.ARRAYS, messages.PACKET)
 """Types of messages of events."""
 _DAMAGE = (struct.error, ValueError, LookupError)
 Messages = Callable[..., Iterator[tuple[str, bytes]]]
-"""Types and bytes of the messages of the first topic of some types, or of a named one, in the order of their time."""
+"""Types and bytes of the messages of the first topic of some types, of a named one or of a camera's, in the order of
+their time."""
+Content = TypeVar("Content")
+Decode = Callable[[bytes, bool], Content]
 IMAGES = "/event_camera/image_raw"
 GRIPPER, OBJECT, HELD = "/gripper/pose", "/object/pose", "/object/held"
 """Topics of the poses of a sample, and of whether the object hangs in the grip."""
@@ -37,55 +32,48 @@ TOOL = "/gripper/tool"
 """Topic of the pose of the point between the fingers in the gripper's frame."""
 
 
-def events_source(messages: Messages, path: Path, cdr: bool) -> Source:
-    """The events of the first topic of events, and the sensor's (width, height). Raises DataError."""
-    first = next(messages(KINDS), None)
-    if first is None:
-        return Source(None, iter(()))
-    try:
-        width, height = size_of(first[1], cdr)
-    except _DAMAGE as error:
-        raise _damaged(path, error) from None
-    return Source(check_size(width, height, path), _parts(messages, path, cdr))
+class Topics:
+    """Content of the topics of one kind of bag; cdr: of ROS 2. Raises DataError, MissingExtraError."""
 
+    def __init__(self, read: Messages, cdr: bool):
+        self._read, self._cdr = read, cdr
 
-def frames_of(messages: Messages, path: Path, cdr: bool, topic: str = "") -> Iterator[tuple[int, np.ndarray]]:
-    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of a topic, or of the first one."""
-    for _, data in messages((IMAGE,), topic):
-        try:
-            yield image(data, cdr)
-        except _DAMAGE as error:
-            raise DataError(f"{path}: damaged or unknown image: {error}") from None
+    def stream(self, path: Path, camera: str | None = None) -> Source:
+        """The events of the bag's first topic of events, and the sensor's (width, height). camera: as of `choose`."""
+        if not is_bag_folder(path):
+            require_file(path)
+        sizes = self._decoded(path, dict.fromkeys(KINDS, messages.size_of), "message of events", camera=camera)
+        size = next(sizes, None)
+        if size is None:
+            return Source(None, iter(()))
+        decoder = PacketDecoder()
+        decoders: dict[str, Decode[Events]] = dict.fromkeys(messages.ARRAYS, messages.array_events)
+        decoders[messages.PACKET] = lambda data, cdr: decoder.decode(messages.packet(data, cdr))
+        parts = self._decoded(path, decoders, "message of events", camera=camera)
+        return Source(check_size(*size, path), parts)
 
+    def frames(self, path: Path, camera: str | None = None) -> Iterator[tuple[int, np.ndarray]]:
+        """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first topic of images, or of
+        that of a camera of several."""
+        topic = "" if camera is None else of_camera(IMAGES, camera)
+        return self._decoded(path, {messages.IMAGE: messages.image}, "or unknown image", topic)
 
-def poses_of(messages: Messages, path: Path, cdr: bool, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
-    """Times in microseconds and poses, position in metres and quaternion wxyz, of a topic; none where it is not
-    there."""
-    for _, data in messages((POSE,), topic):
-        try:
-            yield pose(data, cdr)
-        except _DAMAGE as error:
-            raise DataError(f"{path}: damaged pose: {error}") from None
+    def poses(self, path: Path, topic: str) -> Iterator[tuple[int, tuple[float, ...]]]:
+        """Times in microseconds and poses, position in metres and quaternion wxyz, of a topic; none where it is not
+        there."""
+        return self._decoded(path, {messages.POSE: messages.pose}, "pose", topic)
 
+    def flags(self, path: Path, topic: str) -> Iterator[bool]:
+        """Flags of a topic; none where it is not there."""
+        return self._decoded(path, {messages.FLAG: messages.flag}, "flag", topic)
 
-def flags_of(messages: Messages, path: Path, cdr: bool, topic: str) -> Iterator[bool]:
-    """Flags of a topic; none where it is not there."""
-    for _, data in messages((FLAG,), topic):
-        try:
-            yield flag(data, cdr)
-        except _DAMAGE as error:
-            raise DataError(f"{path}: damaged flag: {error}") from None
-
-
-def _parts(messages: Messages, path: Path, cdr: bool) -> Iterator[Events]:
-    decoder = PacketDecoder()
-    for kind, data in messages(KINDS):
-        try:
-            events = decoder.decode(packet(data, cdr)) if kind == PACKET else array_events(data, cdr)
-        except _DAMAGE as error:
-            raise _damaged(path, error) from None
-        yield events
-
-
-def _damaged(path: Path, error: Exception) -> DataError:
-    return DataError(f"{path}: damaged message of events: {' '.join(str(error).split())[:160]}")
+    def _decoded(
+        self, path: Path, decoders: dict[str, Decode[Content]], what: str, topic: str = "", camera: str | None = None
+    ) -> Iterator[Content]:
+        """What the decoder of its type makes of each message."""
+        for kind, data in self._read(path, tuple(decoders), topic, camera):
+            try:
+                content = decoders[kind](data, self._cdr)
+            except _DAMAGE as error:
+                raise DataError(f"{path}: damaged {what}: {' '.join(str(error).split())[:160]}") from None
+            yield content

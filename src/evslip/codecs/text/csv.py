@@ -60,7 +60,6 @@ class Sink(sink.Sink):
         self.put(f"{HEADER}\n".encode())
 
     def push(self, events: Events) -> None:
-        """The next events."""
         columns = (events.t_us.tolist(), events.x.tolist(), events.y.tolist(), events.p.astype(int).tolist())
         text = "".join(f"{t},{x},{y},{p}\n" for t, x, y, p in zip(*columns, strict=True))
         self.put(text.encode())

@@ -59,7 +59,6 @@ class Sink(sink.Sink):
         self.put(b"# t[s] x y p\n")
 
     def push(self, events: Events) -> None:
-        """The next events."""
         check_times(events, _LATEST_US, self._path)
         columns = (events.t_us.tolist(), events.x.tolist(), events.y.tolist(), events.p.astype(int).tolist())
         text = "".join(f"{t // 10**6}.{t % 10**6:06d} {x} {y} {p}\n" for t, x, y, p in zip(*columns, strict=True))

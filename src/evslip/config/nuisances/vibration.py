@@ -2,8 +2,6 @@
 
 from typing import Annotated, Generic
 
-from pydantic import model_validator
-
 from evslip.config.section import N, S, Section, Within, usual, wrong
 
 HIGHEST_HZ = 200.0
@@ -38,10 +36,8 @@ class VibrationSpec(Section, Generic[N, S]):
     tremor_deg: Annotated[N, Within(0.0, 0.5)] = usual(0.0)
     """Rms amplitude of each joint's command, which the physics follows: it shakes all that the hand carries."""
 
-    @model_validator(mode="after")
-    def _check_frequencies(self) -> "VibrationSpec[N, S]":
+    def _check(self) -> None:
         for name, value in self:
             part, _, _ = name.partition("_")
             if value != type(self).model_fields[name].default and getattr(self, f"{part}_hz") is None:
                 raise wrong(name, f"needs vibration.{part}_hz, the frequency")
-        return self

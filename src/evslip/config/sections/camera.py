@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Generic
 
-from pydantic import Strict, model_serializer, model_validator
+from pydantic import Strict, model_serializer
 
 from evslip.config.section import LATER, N, OneOf, S, Section, Within, check_limits, usual, wrong
 from evslip.scene.mounts import MOUNTS
@@ -34,10 +34,8 @@ class ViewSpec(Section, Generic[N, S]):
     exposure: S | None = None
     white_cd_m2: N | None = None
 
-    @model_validator(mode="after")
-    def _check_limits(self) -> "ViewSpec[N, S]":
+    def _check(self) -> None:
         check_limits(self, CameraSpec.model_fields)
-        return self
 
     @model_serializer
     def _given(self) -> dict[str, Any]:
@@ -96,9 +94,7 @@ class CameraSpec(Section, Generic[N, S]):
     right: Annotated[ViewSpec[N, S] | None, LATER] = None
     """The same of the right camera."""
 
-    @model_validator(mode="after")
-    def _check_pair(self) -> "CameraSpec[N, S]":
+    def _check(self) -> None:
         for one, other in (CAMERAS, CAMERAS[::-1]):
             if getattr(self, one) is None and getattr(self, other) is not None:
                 raise wrong(one, f"is missing beside {other}; expected both, if only an empty [camera.{one}], or none")
-        return self

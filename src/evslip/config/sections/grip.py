@@ -2,8 +2,6 @@
 
 from typing import Annotated, Any, Generic
 
-from pydantic import model_validator
-
 from evslip.config.distributions import extremes
 from evslip.config.section import LATER, N, OneOf, S, Section, Within, usual, wrong
 
@@ -42,10 +40,8 @@ class GripSpec(Section, Generic[N, S]):
     most_n: Annotated[N, Within(0.1, 70.0), LATER] = usual(20.0)
     """Largest force that can be commanded: what the object bears. It does not limit force_n."""
 
-    @model_validator(mode="after")
-    def _check_limits_of_force(self) -> "GripSpec[N, S]":
+    def _check(self) -> None:
         given: tuple[Any, Any] = self.least_n, self.most_n
         least, most = extremes(given[0])[1], extremes(given[1])[0]
         if least > most:
             raise wrong("least_n", f"may be {least:g}, which is above grip.most_n {most:g}")
-        return self

@@ -76,11 +76,9 @@ class MotionSpec(Section, Generic[N, S]):
     """Way-points of the kind waypoints: a list such as [{ y_m = -0.1, z_m = 0.05, tilt_deg = 20.0, time_s = 1.5 },
     { y_m = -0.2 }], counted from where the lift ends; the object is set down below the last."""
 
-    @model_validator(mode="after")
-    def _check_waypoints(self) -> "MotionSpec[N, S]":
+    def _check(self) -> None:
         is_given = bool(self.waypoints and self.waypoints.root)
         if is_given and "waypoints" not in choices(self.kind):
             raise wrong("waypoints", "needs motion.kind = 'waypoints'")
         if not is_given and "waypoints" in choices(self.kind):
             raise wrong("waypoints", "is missing, motion.kind 'waypoints' needs it")
-        return self

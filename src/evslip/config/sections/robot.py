@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from evslip.config.robot_file import SUFFIX
 from evslip.config.section import LATER, OneOf, Section, wrong
@@ -32,10 +32,8 @@ class RobotSpec(Section):
         """Whether kind is a robot's file."""
         return self.kind.endswith(SUFFIX)
 
-    @model_validator(mode="after")
-    def _check_file(self) -> "RobotSpec":
+    def _check(self) -> None:
         if self.is_file and self.gripper is not None:
             raise wrong("gripper", f"{self.kind} has a gripper of its own; leave this key out")
         if not self.is_file and self.sha256 is not None:
             raise wrong("sha256", f"belongs to a robot's file, and robot.kind is {self.kind!r}")
-        return self

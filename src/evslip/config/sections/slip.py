@@ -2,8 +2,6 @@
 
 from typing import Annotated, Generic
 
-from pydantic import model_validator
-
 from evslip.config.section import N, OneOf, S, Section, Within, usual, wrong
 
 NATURAL, NO_SLIP = "natural", "hold"
@@ -21,8 +19,6 @@ class SlipSpec(Section, Generic[N, S]):
     multiple: Annotated[N | None, Within(0.01, 20.0)] = None
     """Mass as a multiple of the onset mass, over the phases of the kind. Default: the kind's own."""
 
-    @model_validator(mode="after")
-    def _check_multiple(self) -> "SlipSpec[N, S]":
+    def _check(self) -> None:
         if self.kind == NATURAL and self.multiple is not None:
             raise wrong("multiple", "needs a slip.kind other than natural")
-        return self

@@ -9,7 +9,7 @@ import numpy as np
 
 from evslip.events.calibration import still
 from evslip.events.calibration.exposures import mean_light, still_pixels
-from evslip.events.calibration.fit import Count, Free, fit
+from evslip.events.calibration.fit import Free, fit
 from evslip.events.calibration.pixel_thresholds import pixel_thresholds
 from evslip.events.calibration.scene import Scene, classes
 from evslip.events.calibration.simulated import settled, simulated
@@ -47,8 +47,6 @@ SURE = 1.96
 
 
 class Fact(NamedTuple):
-    """A parameter of a calibration."""
-
     name: str
     value: float
     low: float
@@ -88,7 +86,12 @@ def calibrate(scenes: Sequence[Scene], seed: int = 0, each_pixel: bool = False) 
     wanted = [statistics(settled(one.events, one), one, group) for one, group in zip(moved, grouped, strict=True)]
     shortest_us = min(_shortest(scene) for scene in moved)
     free = [*FREE, Free("refractory_us", min(LEAST_US, 0.2 * shortest_us), shortest_us, 0.2, 0.2)]
-    found = fit(free, _simulation(moved, grouped, known, seed), np.concatenate(wanted), seed)
+
+    def simulate(values: dict[str, float]) -> np.ndarray:
+        made = (simulated(scene, known | values, seed) for scene in moved)
+        return np.concatenate([statistics(*one) for one in zip(made, moved, grouped, strict=True)])
+
+    found = fit(free, simulate, np.concatenate(wanted), seed)
     facts = []
     for one, value, error, prior in zip(free, found.values, found.errors, found.priors, strict=True):
         spread = math.exp(SURE * error)
@@ -152,16 +155,6 @@ def _shortest(scene: Scene) -> float:
 
 def _moving(scene: Scene, mask: np.ndarray) -> int:
     return int(np.sum(~mask[scene.events.y, scene.events.x]))
-
-
-def _simulation(scenes: Sequence[Scene], grouped: Sequence[np.ndarray], known: dict[str, Any], seed: int) -> Count:
-    def simulate(values: dict[str, float]) -> np.ndarray:
-        counts = []
-        for scene, grouping in zip(scenes, grouped, strict=True):
-            counts.append(statistics(simulated(scene, known | values, seed), scene, grouping))
-        return np.concatenate(counts)
-
-    return simulate
 
 
 def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[Fact], list[str]]:

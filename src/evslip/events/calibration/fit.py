@@ -31,8 +31,6 @@ EXPLAINED = 1.2
 
 
 class Free(NamedTuple):
-    """A parameter to be found."""
-
     name: str
     low: float
     high: float

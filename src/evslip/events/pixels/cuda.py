@@ -12,29 +12,6 @@ from evslip.events.pixels import pixel, screen
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.pixels.crossing import CLOSE, MOST_STEPS, bracket, refine, slope, value
 from evslip.events.pixels.lowpass import advance_far, is_steady
-from evslip.events.pixels.pixel import (
-    CANDIDATE_US,
-    CANDIDATES,
-    EQUAL_PIECES,
-    HOT_SHARE,
-    LEAK_SLOPE,
-    MEAN_LEAK,
-    OFF,
-    ON,
-    ON_SHARE,
-    RATE,
-    REFERENCE,
-    RESET_US,
-    RESETS,
-    cause_of,
-    next_candidate,
-    next_leak,
-    next_noise,
-    pieces,
-    septic,
-    settling_share,
-    word_of,
-)
 from evslip.events.pixels.state import CURRENT, LAG, RESIDUE
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.optics import Intensity
@@ -87,17 +64,17 @@ def _first_crossing(d, low, high, on, off):
 def _fire(interval, state, noise_process, params, p, address, body_0, body_1, events, capacity, count):
     """Write one pixel's events of an interval, in order, and update its state; see `rounds` for the same rules side by
     side. Returns the new count of events; those beyond the capacity are not written."""
-    on, off = state[0, ON], state[0, OFF]
-    reference, reset_us = state[0, REFERENCE], state[0, RESET_US]
-    leak, candidate_us = state[0, LEAK_SLOPE], state[0, CANDIDATE_US]
+    on, off = state[0, pixel.ON], state[0, pixel.OFF]
+    reference, reset_us = state[0, pixel.REFERENCE], state[0, pixel.RESET_US]
+    leak, candidate_us = state[0, pixel.LEAK_SLOPE], state[0, pixel.CANDIDATE_US]
     length_us = interval.end_us - interval.start_us
     left, settling = 1.0, False
     if params.lowpass:
         base, gain = params.base * length_us, params.gain * length_us
         steepest = base + gain * max(interval.current_0, interval.current_1)
-        left = float(pieces(interval.change, steepest, interval.lag_0, interval.lag_1, length_us))
+        left = float(pixel.pieces(interval.change, steepest, interval.lag_0, interval.lag_1, length_us))
         steady = is_steady(interval.change, interval.current_0, interval.current_1, base, gain)
-        settling = left > EQUAL_PIECES and steady
+        settling = left > pixel.EQUAL_PIECES and steady
     change, noise_rise = interval.change, interval.noise_1 - interval.noise_0
     if not settling:
         change, noise_rise = change / left, noise_rise / left
@@ -108,7 +85,7 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
         rest_us = end_us - start_us
         if settling:
             base, gain, light = params.base * rest_us, params.gain * rest_us, interval.current_1
-            share = settling_share(change, current_0, light, lag_0, interval.lag_1, base, gain, rest_us)
+            share = pixel.settling_share(change, current_0, light, lag_0, interval.lag_1, base, gain, rest_us)
             left, change, noise_rise = 1.0 / share, share * change, share * noise_rise
         is_last = left == 1.0
         if not is_last:
@@ -121,15 +98,15 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
             if not is_last:
                 log_1 = log_0 + change
                 lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
-            s = septic(log_0, change, current_0, current_1, lag_0, lag_1, base, gain)
+            s = pixel.septic(log_0, change, current_0, current_1, lag_0, lag_1, base, gain)
             c = (s[0] + noise_0, s[1] + noise_rise, s[2], s[3], s[4], s[5], s[6], s[7])
         w = 0.0
         while True:
             if math.isnan(reference):
                 while candidate_us < reset_us and candidate_us <= end_us:
-                    noise_process[0, CANDIDATES] += 1.0
-                    candidate_us = next_candidate(
-                        params, noise_process[0, RATE], p, int(noise_process[0, CANDIDATES]), candidate_us
+                    noise_process[0, pixel.CANDIDATES] += 1.0
+                    candidate_us = pixel.next_candidate(
+                        params, noise_process[0, pixel.RATE], p, int(noise_process[0, pixel.CANDIDATES]), candidate_us
                     )
                 if reset_us > end_us:
                     break
@@ -145,20 +122,22 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
             fired = sign != 0.0
             if fired:
                 push = slope(c, place) - noise_rise
-                cause = cause_of(sign * push, sign * noise_rise, sign * leak * span_us)
+                cause = pixel.cause_of(sign * push, sign * noise_rise, sign * leak * span_us)
                 level = reference + (on if sign > 0.0 else -off) - leak * (time_us - reset_us)
             elif noisy:
                 time_us, place = candidate_us, until
                 level = value(c, until)
-                number_of = int(noise_process[0, CANDIDATES])
+                number_of = int(noise_process[0, pixel.CANDIDATES])
                 _, pick, chance, side = uniforms(params.seed, p, CANDIDATE, number_of)
-                hot = pick < noise_process[0, HOT_SHARE]
+                hot = pick < noise_process[0, pixel.HOT_SHARE]
                 current = current_0 * math.exp(change * until)
                 fired = hot or chance < max(params.shot_dark - params.shot_slope * current, params.shot_least)
-                sign = 1.0 if hot or side < noise_process[0, ON_SHARE] else -1.0
+                sign = 1.0 if hot or side < noise_process[0, pixel.ON_SHARE] else -1.0
                 cause = HOT if hot else SHOT
-                noise_process[0, CANDIDATES] = number_of + 1
-                candidate_us = next_candidate(params, noise_process[0, RATE], p, number_of + 1, candidate_us)
+                noise_process[0, pixel.CANDIDATES] = number_of + 1
+                candidate_us = pixel.next_candidate(
+                    params, noise_process[0, pixel.RATE], p, number_of + 1, candidate_us
+                )
             else:
                 break
             w = place
@@ -166,38 +145,33 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
                 body = body_0 if time_us < interval.middle_us else body_1
                 if count < capacity:
                     events[count, 0] = np.int64(math.floor(time_us + 0.5))
-                    events[count, 1] = word_of(address, sign, cause, body)
+                    events[count, 1] = pixel.word_of(address, sign, cause, body)
                 count += 1
                 reset_us = time_us + params.refractory_us
                 reference = level if params.refractory_us == 0.0 else np.nan
-                state[0, RESETS] += 1.0
+                state[0, pixel.RESETS] += 1.0
                 current = current_0 * math.exp(change * place)
-                leak = next_leak(params, state[0, MEAN_LEAK], p, int(state[0, RESETS]), current)
+                leak = pixel.next_leak(params, state[0, pixel.MEAN_LEAK], p, int(state[0, pixel.RESETS]), current)
         log_0, current_0, lag_0, noise_0, start_us = log_0 + change, current_1, lag_1, noise_0 + noise_rise, end_us
         if settling:
             rest = (interval.end_us - end_us) / span_us
             change, noise_rise = change * rest, noise_rise * rest
         else:
             left -= 1.0
-    state[0, REFERENCE], state[0, RESET_US] = reference, reset_us
-    state[0, LEAK_SLOPE], state[0, CANDIDATE_US] = leak, candidate_us
+    state[0, pixel.REFERENCE], state[0, pixel.RESET_US] = reference, reset_us
+    state[0, pixel.LEAK_SLOPE], state[0, pixel.CANDIDATE_US] = leak, candidate_us
     return count
-
-
-def _require_cuda(key: str) -> None:
-    """Raise MissingExtraError, naming the key that asks for 'cuda', where there is no usable GPU."""
-    if not cuda.is_available():
-        raise MissingExtraError(
-            f"{key}: 'cuda' needs an NVIDIA GPU with its driver, and pip install 'evslip[cuda]'; "
-            "neither may be missing. 'cpu' works everywhere"
-        )
 
 
 class CudaPixels:
     """Pixels on the GPU, a `Sensor`. Equal to `AccuratePixels` but for the last bits of its arithmetic."""
 
     def __init__(self, model: PixelModel, shape: tuple[int, int], seed: int, intensity: Intensity):
-        _require_cuda("camera device")
+        if not cuda.is_available():
+            raise MissingExtraError(
+                "camera device: 'cuda' needs an NVIDIA GPU with its driver, and pip install 'evslip[cuda]'; "
+                "neither may be missing. 'cpu' works everywhere"
+            )
         self._host = AccuratePixels(model, shape, seed, intensity, 1)
         self.threshold_on, self.threshold_off = self._host.threshold_on, self._host.threshold_off
         self._pixels: Any = self._host.pixels
@@ -298,7 +272,7 @@ def _process_pixels(frames, response, pixels, params, counts, events, filling):
                     at_1 = noise_0 + (cut_us / step_us - (point - 1)) * (noise_1 - noise_0)
                 else:
                     at_1 = noise_0 = noise_1
-                    noise_1 = next_noise(params, noise_0, seen_1, p, point + 1)
+                    noise_1 = pixel.next_noise(params, noise_0, seen_1, p, point + 1)
                 end_us = cut_us
             length_us = end_us - start_us
             log_0, log_1 = math.log(before), math.log(after)

@@ -84,7 +84,6 @@ def _set_ranges(state: np.ndarray, known: Bytes, response: Response, ranges: Ran
 
 
 def ranges_of(pixels: Pixels, known: Bytes, response: Response, dtype: np.dtype) -> Ranges:
-    """Ranges for images of a type."""
     count = len(pixels.state)
     low = np.zeros(-(-count // GROUP) * GROUP, dtype)
     # What fills up the last group may have any value.

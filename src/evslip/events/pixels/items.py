@@ -9,15 +9,7 @@ from evslip.events.pixels import pixel as fields
 from evslip.events.pixels import screen
 from evslip.events.pixels.active_pixels import Scratch
 from evslip.events.pixels.lowpass import advance_far, is_steady
-from evslip.events.pixels.pixel import (
-    EQUAL_PIECES,
-    Parameters,
-    next_candidate,
-    pieces,
-    septic_error,
-    settling_share,
-    tolerance,
-)
+from evslip.events.pixels.pixel import Parameters, next_candidate, pieces, septic_error, settling_share, tolerance
 from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import Pixels, Response
 from evslip.events.sensor.exponential import exp, ln
@@ -75,19 +67,14 @@ def _gather(
         if factor == 0.0:
             items[CURRENT_1 + j], items[CURRENT_0 + j] = table[np.uint8(image[pixel])], table[np.uint8(before[pixel])]
         else:
-            items[CURRENT_1 + j], items[CURRENT_0 + j] = (
-                image[pixel] * factor + offset,
-                before[pixel] * factor + offset,
-            )
+            items[CURRENT_1 + j] = image[pixel] * factor + offset
+            items[CURRENT_0 + j] = before[pixel] * factor + offset
         if span.frame == 0:
             items[CURRENT_0 + j] = current_0[pixel]
         items[LAG_0 + j], items[LAG_1 + j] = values[screen.LAG_0 + k], values[screen.LAG + k]
         items[NOISE + j], items[NOISE_RISE + j] = noise[0, k], noise[1, k] - noise[0, k]
-        reference, reset_us, candidate_us = (
-            state[pixel, fields.REFERENCE],
-            state[pixel, fields.RESET_US],
-            state[pixel, fields.CANDIDATE_US],
-        )
+        reference, reset_us = state[pixel, fields.REFERENCE], state[pixel, fields.RESET_US]
+        candidate_us = state[pixel, fields.CANDIDATE_US]
         items[REFERENCE + j], items[RESET_US + j] = reference, reset_us
         items[LEAK + j], items[CANDIDATE_US + j] = state[pixel, fields.LEAK_SLOPE], candidate_us
         items[ON + j], items[OFF + j] = state[pixel, fields.ON], state[pixel, fields.OFF]
@@ -210,7 +197,7 @@ def _divide(items: np.ndarray, j: int, span: Span, params: Parameters) -> None:
     steepest = base + gain * max(current_0, current_1)
     number = pieces(change, steepest, lag_0, lag_1, length_us) if params.lowpass else 1
     items[LAST_CURRENT + j], items[LAST_LAG + j] = current_1, lag_1
-    if number > EQUAL_PIECES and is_steady(change, current_0, current_1, base, gain):
+    if number > fields.EQUAL_PIECES and is_steady(change, current_0, current_1, base, gain):
         items[LEFT + j] = np.inf
     else:
         items[LEFT + j] = number

@@ -10,24 +10,10 @@ import numpy as np
 
 from evslip.events.pixels import crossing, screen
 from evslip.events.pixels import items as rows
+from evslip.events.pixels import pixel as fields
 from evslip.events.pixels.active_pixels import Scratch
 from evslip.events.pixels.crossing import CLOSE, MOST_STEPS, Septic
-from evslip.events.pixels.pixel import (
-    CANDIDATE_US,
-    CANDIDATES,
-    HOT_SHARE,
-    LEAK_SLOPE,
-    ON_SHARE,
-    RATE,
-    REFERENCE,
-    RESET_US,
-    RESETS,
-    Parameters,
-    cause_of,
-    next_leak,
-    septic,
-    word_of,
-)
+from evslip.events.pixels.pixel import Parameters, cause_of, next_leak, septic, word_of
 from evslip.events.pixels.state import HIGH, LOW, Pixels, bounds
 from evslip.events.sensor.exponential import exp, ln
 from evslip.events.sensor.frame_buffer import Frames
@@ -164,7 +150,6 @@ def _conclude(items: np.ndarray, count: int, params: Parameters) -> None:
 
 @compiled(error_model="numpy", _nrt=False)
 def advance(items: np.ndarray, number: int, params: Parameters, noise_process: np.ndarray) -> None:
-    """One round of all items."""
     count = rows.whole_vectors(number)
     if params.lowpass:
         _describe(items, count, params.base, params.gain)
@@ -219,10 +204,8 @@ def settle(
             items[rows.START_US + kept] = end_us
             items[rows.LOG + kept] += items[rows.CHANGE + kept]
             items[rows.NOISE + kept] += items[rows.NOISE_RISE + kept]
-            items[rows.CURRENT_0 + kept], items[rows.LAG_0 + kept] = (
-                items[rows.CURRENT_1 + kept],
-                items[rows.LAG_1 + kept],
-            )
+            items[rows.CURRENT_0 + kept] = items[rows.CURRENT_1 + kept]
+            items[rows.LAG_0 + kept] = items[rows.LAG_1 + kept]
             if items[rows.LEFT + kept] == np.inf:  # all that is left, of which the next piece takes its share
                 rest = (span.end_us - end_us) / piece_us
                 items[rows.CHANGE + kept] *= rest
@@ -252,21 +235,16 @@ def _draw_candidates(items: np.ndarray, number: int, params: Parameters, noise_p
     for j in range(number):
         if items[rows.STATUS + j] == _NOISY:
             pixel = int(items[rows.PIXEL + j])
-            items[rows.DRAWN + count], items[rows.NUMBER + count] = pixel, noise_process[pixel, CANDIDATES]
-            items[rows.RATE + count], items[rows.HOT + count] = (
-                noise_process[pixel, RATE],
-                noise_process[pixel, HOT_SHARE],
-            )
-            items[rows.SHARE + count] = noise_process[pixel, ON_SHARE]
+            items[rows.DRAWN + count], items[rows.NUMBER + count] = pixel, noise_process[pixel, fields.CANDIDATES]
+            items[rows.RATE + count] = noise_process[pixel, fields.RATE]
+            items[rows.HOT + count] = noise_process[pixel, fields.HOT_SHARE]
+            items[rows.SHARE + count] = noise_process[pixel, fields.ON_SHARE]
             items[rows.CURRENT + count] = items[rows.LOG + j] + items[rows.CHANGE + j] * items[rows.PLACE + j]
-            noise_process[pixel, CANDIDATES] += 1.0
+            noise_process[pixel, fields.CANDIDATES] += 1.0
             count += 1
     for k in range(rows.whole_vectors(count)):
-        pixel, candidate, current = (
-            int(items[rows.DRAWN + k]),
-            int(items[rows.NUMBER + k]),
-            exp(items[rows.CURRENT + k]),
-        )
+        pixel, candidate = int(items[rows.DRAWN + k]), int(items[rows.NUMBER + k])
+        current = exp(items[rows.CURRENT + k])
         _, pick, chance, side = uniforms(params.seed, pixel, CANDIDATE, candidate)
         wait, _, _, _ = uniforms(params.seed, pixel, CANDIDATE, candidate + 1)
         hot = pick < items[rows.HOT + k]
@@ -285,22 +263,16 @@ def _draw_candidates(items: np.ndarray, number: int, params: Parameters, noise_p
 @compiled(error_model="numpy", forceinline=True, _nrt=False)
 def _take_candidate(items: np.ndarray, j: int, sign: float, wait_us: float, refractory_us: float) -> None:
     """Set an item's event at its noise candidate, and when the next one comes; sign: of the event, 0: none."""
-    c, place, end_us, time_us = (
-        _polynomial(items, j),
-        items[rows.PLACE + j],
-        items[rows.END_US + j],
-        items[rows.CANDIDATE_US + j],
-    )
+    c, place = _polynomial(items, j), items[rows.PLACE + j]
+    end_us, time_us = items[rows.END_US + j], items[rows.CANDIDATE_US + j]
     items[rows.TIME_US + j], items[rows.SIGN + j], items[rows.CANDIDATE_US + j] = time_us, sign, time_us + wait_us
     if sign != 0.0:
         items[rows.RESET_US + j] = time_us + refractory_us
         items[rows.REFERENCE + j] = crossing.value(c, place) if refractory_us == 0.0 else np.nan
         items[rows.RESETS + j] += 1.0
         items[rows.LEAK + j] = items[rows.NEXT_LEAK + j]
-    distance, drift = (
-        crossing.value(c, 1.0) - items[rows.REFERENCE + j],
-        items[rows.LEAK + j] * (end_us - items[rows.RESET_US + j]),
-    )
+    distance = crossing.value(c, 1.0) - items[rows.REFERENCE + j]
+    drift = items[rows.LEAK + j] * (end_us - items[rows.RESET_US + j])
     stays = distance + drift < items[rows.ON + j] - _SAFE and distance > _SAFE - items[rows.OFF + j]
     one_way = crossing.slope(c, place) * crossing.slope(c, 1.0) > 0.0
     items[rows.STATUS + j] = _FINISHED if stays and one_way and time_us + wait_us > end_us else _AGAIN
@@ -313,9 +285,9 @@ def _put_back(
     """Write an item's state, and the bounds that follow from it; last_us: time of the last frame."""
     state, values = pixels.state, scratch.values
     pixel, k = int(items[rows.PIXEL + j]), int(items[rows.PLACE_IN_TILE + j])
-    state[pixel, REFERENCE], state[pixel, RESET_US] = items[rows.REFERENCE + j], items[rows.RESET_US + j]
-    state[pixel, LEAK_SLOPE], state[pixel, CANDIDATE_US] = items[rows.LEAK + j], items[rows.CANDIDATE_US + j]
-    state[pixel, RESETS] = items[rows.RESETS + j]
+    state[pixel, fields.REFERENCE], state[pixel, fields.RESET_US] = items[rows.REFERENCE + j], items[rows.RESET_US + j]
+    state[pixel, fields.LEAK_SLOPE], state[pixel, fields.RESETS] = items[rows.LEAK + j], items[rows.RESETS + j]
+    state[pixel, fields.CANDIDATE_US] = items[rows.CANDIDATE_US + j]
     high, low, slope, due_us = bounds(pixel, state, epoch_us)
     values[screen.SLOPE + k], values[screen.DUE + k] = slope, due_us
     if due_us <= last_us - epoch_us:

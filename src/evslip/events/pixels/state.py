@@ -4,23 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evslip.events.pixels.pixel import (
-    CANDIDATE_US,
-    CANDIDATES,
-    LEAK_SLOPE,
-    MEAN_LEAK,
-    OFF,
-    ON,
-    PHASE,
-    RATE,
-    REFERENCE,
-    RESET_US,
-    RESETS,
-    Parameters,
-    next_candidate,
-    next_leak,
-    next_noise,
-)
+from evslip.events.pixels import pixel as fields
+from evslip.events.pixels.pixel import Parameters, next_candidate, next_leak, next_noise
 from evslip.events.pixels.screen import MARGIN
 from evslip.events.sensor.exponential import ln
 from evslip.events.sensor.frame_buffer import GROUP
@@ -90,24 +75,24 @@ def begin(image: np.ndarray, response: Response, time_us: float, pixels: Pixels,
     """Take the first frame, of shape (pixels,), as the settled state. Leaking pixels start anywhere in their cycle."""
     table, factor, offset = response.table, response.factor, response.offset
     pixels.screen[:] = np.float32(0)
-    pixels.noise_process[:, CANDIDATES] = 0.0
+    pixels.noise_process[:, fields.CANDIDATES] = 0.0
     for p in range(len(image)):
         state, process = pixels.state[p], pixels.noise_process[p]
         current = current_of(image[p], table, factor, offset)
         pixels.current[p] = current
         single = image[p] * np.float32(factor) + np.float32(offset)
         pixels.screen[CURRENT, p] = np.float32(current) if factor == 0.0 else single
-        state[REFERENCE], state[RESETS] = ln(current), 0.0
-        leak = next_leak(params, state[MEAN_LEAK], p, ZERO, current)
-        state[LEAK_SLOPE] = leak
-        state[RESET_US] = time_us - (process[PHASE] * state[ON] / leak if leak > 0.0 else 0.0)
-        state[CANDIDATE_US] = next_candidate(params, process[RATE], p, ZERO, time_us)
+        state[fields.REFERENCE], state[fields.RESETS] = ln(current), 0.0
+        leak = next_leak(params, state[fields.MEAN_LEAK], p, ZERO, current)
+        state[fields.LEAK_SLOPE] = leak
+        state[fields.RESET_US] = time_us - (process[fields.PHASE] * state[fields.ON] / leak if leak > 0.0 else 0.0)
+        state[fields.CANDIDATE_US] = next_candidate(params, process[fields.RATE], p, ZERO, time_us)
         if params.photoreceptor_noise > 0.0:
             point = int(np.floor(time_us / params.noise_step_us))
             a, b, _, _ = uniforms(params.seed, p, PHOTO, point)
             noise_0 = params.photoreceptor_noise * normals(a, b)[0]
             noise_1 = next_noise(params, noise_0, current, p, point + 1)
-            state[REFERENCE] += noise_0 + (time_us / params.noise_step_us - point) * (noise_1 - noise_0)
+            state[fields.REFERENCE] += noise_0 + (time_us / params.noise_step_us - point) * (noise_1 - noise_0)
             pixels.photoreceptor_noise[0, p], pixels.photoreceptor_noise[1, p] = noise_0, noise_1
 
 
@@ -117,10 +102,11 @@ def bounds(pixel: int, state: np.ndarray, epoch_us: float) -> tuple[float, float
 
     The first two are NaN, which nothing stays within, while it is held in reset.
     """
-    reference, leak, reset_us = state[pixel, REFERENCE], state[pixel, LEAK_SLOPE], state[pixel, RESET_US]
-    high = reference + state[pixel, ON] - leak * (epoch_us - reset_us) - MARGIN
-    low = reference - state[pixel, OFF] - leak * (max(epoch_us, reset_us) - reset_us) + MARGIN
-    return high, low, leak, INSIDE * (state[pixel, CANDIDATE_US] - epoch_us) - 1.0
+    reference, reset_us = state[pixel, fields.REFERENCE], state[pixel, fields.RESET_US]
+    leak = state[pixel, fields.LEAK_SLOPE]
+    high = reference + state[pixel, fields.ON] - leak * (epoch_us - reset_us) - MARGIN
+    low = reference - state[pixel, fields.OFF] - leak * (max(epoch_us, reset_us) - reset_us) + MARGIN
+    return high, low, leak, INSIDE * (state[pixel, fields.CANDIDATE_US] - epoch_us) - 1.0
 
 
 @compiled(error_model="numpy", inline="always")

@@ -26,8 +26,6 @@ REACH = 2
 
 
 class PixelFaults(NamedTuple):
-    """Hot and dead pixels."""
-
     hot: np.ndarray
     """Columns and rows of hot pixels, the busiest first; int64 of shape (n, 2)."""
     hot_events: int

@@ -1,6 +1,6 @@
 """Quality of a recording, found in one reading part by part, in memory that does not grow with its length."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -51,17 +51,15 @@ class Quality:
 
     def as_json(self) -> dict[str, Any]:
         """Everything, for a machine; of many pixels or lines the first."""
-        found = asdict(self)
-        for name in ("saturation", "losses", "flashes", "flicker", "drift"):
-            value = getattr(self, name)
-            found[name] = None if value is None else value._asdict()
+        found: dict[str, Any] = {
+            name: value._asdict() if hasattr(value, "_asdict") else value for name, value in vars(self).items()
+        }
         if self.flicker is not None:
             found["flicker"]["cause"] = self.flicker.cause
         if self.drift is not None:
             found["drift"]["is_certain"] = self.drift.is_certain
         for name in ("row_bursts", "column_bursts"):
-            bursts = getattr(self, name)
-            found[name] = bursts._asdict() | {"lines": dict(list(bursts.lines.items())[:LISTED])}
+            found[name]["lines"] = dict(list(found[name]["lines"].items())[:LISTED])
         if self.pixels is not None:
             found["pixels"] = {
                 "hot": self.pixels.hot[:LISTED].tolist(),
@@ -103,7 +101,6 @@ class QualityMeter:
         self._columns.add(events.t_us, events.x)
 
     def quality(self) -> Quality:
-        """Quality of the parts so far."""
         rates = self._rates.rates()
         return Quality(
             count=self._count,

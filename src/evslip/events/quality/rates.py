@@ -21,7 +21,6 @@ STAMPS = 1 << 18
 class Rates(NamedTuple):
     """Counts in n steps of equal length, from the first event on."""
 
-    start_us: int
     step_us: int
     on: np.ndarray
     """ON events of each step, float64 of shape (n,); `off` likewise."""
@@ -107,7 +106,7 @@ class RateCounter:
             for rows in (self._counts, self._blocks)
         )
         on, off, reads = (counts[:, kind] for kind in (_ON, _OFF, _READS))
-        return Rates(self._start_us or 0, STEP_US * factor, on, off, reads, blocks, resolution)
+        return Rates(STEP_US * factor, on, off, reads, blocks, resolution)
 
 
 def _grown(rows: np.ndarray, length: int) -> np.ndarray:

@@ -29,7 +29,6 @@ class Bursts:
         self.state = last | number | nothing()._asdict()
 
     def begin(self, time_us: float) -> None:
-        """Let time begin."""
         for kind in self._times:
             self.state[f"last_us_{kind}"][0] = time_us
 

@@ -22,7 +22,6 @@ class Clock:
         self._times = RandomTimes(seed, 0, JUMP, settings.jumps_hz, length_us) if settings.jumps_hz > 0 else None
 
     def begin(self, time_us: float) -> None:
-        """Let time begin."""
         self.state["last_us"][0] = time_us
 
     def stamps(self, at_us: np.ndarray) -> np.ndarray:

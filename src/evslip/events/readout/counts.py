@@ -34,7 +34,6 @@ class ReadoutCounts:
 
     @property
     def lost(self) -> int:
-        """Events lost, for whichever reason."""
         return sum(self.blocked) + sum(self.overflowed) + sum(self.dropped)
 
     def summary(self) -> str:
@@ -63,7 +62,6 @@ class Counts:
         return self.state["table"][kind]
 
     def add(self, kind: int, words: np.ndarray) -> None:
-        """Count events of these words."""
         on = int(np.count_nonzero(words & 1))
         self.of(kind)[:] += (len(words) - on, on)
 

@@ -4,49 +4,46 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
+from evslip.events.pixel_model import within
 from evslip.utils.errors import ConfigError
-
-
-def _in(unit: str, low: float, high: float) -> dict[str, Any]:
-    return {"unit": unit, "limits": (low, high)}
 
 
 @dataclass(frozen=True)
 class Readout:
     """Parameters of the readout, each off by default: events then come out at the microsecond at which they arise."""
 
-    frame_us: float = field(default=0.0, metadata=_in("us", 0.0, 1e6))
+    frame_us: float = field(default=0.0, metadata=within("us", 0.0, 1e6))
     """Time from one event frame to the next: the array is frozen, then scanned column by column; at least 1, or
     0: no frames."""
-    scan_us: float = field(default=0.0, metadata=_in("us", -1e6, 1e6))
+    scan_us: float = field(default=0.0, metadata=within("us", -1e6, 1e6))
     """Time of the scan over all columns of a frame, from the left; negative: from the right. A column's events share a
     time stamp; at 0 all of a frame do."""
-    row_us: float = field(default=0.0, metadata=_in("us", 0.0, 1e4))
+    row_us: float = field(default=0.0, metadata=within("us", 0.0, 1e4))
     """Time that an arbiter takes to serve a row: all events that wait in it are read with one time stamp."""
-    event_us: float = field(default=0.0, metadata=_in("us", 0.0, 1e4))
+    event_us: float = field(default=0.0, metadata=within("us", 0.0, 1e4))
     """Time that each event of a row takes on top; with row_us = 0 too there is no arbiter."""
-    bus_rate_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e10))
+    bus_rate_hz: float = field(default=0.0, metadata=within("Hz", 0.0, 1e10))
     """Events a second that the bus carries at most; they get their time stamps when they leave. 0: no bus."""
-    buffer_events: float = field(default=1024.0, metadata=_in("events", 0.0, 1e9))
+    buffer_events: float = field(default=1024.0, metadata=within("events", 0.0, 1e9))
     """Events that wait for the bus at most; more are lost."""
-    lost_share: float = field(default=0.0, metadata=_in("1", 0.0, 1.0))
+    lost_share: float = field(default=0.0, metadata=within("1", 0.0, 1.0))
     """Share of the events read that are lost at random."""
-    row_bursts_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e3))
+    row_bursts_hz: float = field(default=0.0, metadata=within("Hz", 0.0, 1e3))
     """Bursts a second in which every pixel of one row fires once."""
-    column_bursts_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e3))
+    column_bursts_hz: float = field(default=0.0, metadata=within("Hz", 0.0, 1e3))
     """Bursts a second in which every pixel of one column fires once."""
-    pixel_bursts_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e3))
+    pixel_bursts_hz: float = field(default=0.0, metadata=within("Hz", 0.0, 1e3))
     """Bursts a second in which burst_events pixels anywhere fire."""
-    burst_events: float = field(default=1000.0, metadata=_in("events", 1.0, 1e6))
+    burst_events: float = field(default=1000.0, metadata=within("events", 1.0, 1e6))
     """Events of a burst of pixels anywhere."""
-    burst_us: float = field(default=1000.0, metadata=_in("us", 0.0, 1e6))
+    burst_us: float = field(default=1000.0, metadata=within("us", 0.0, 1e6))
     """Time over which a burst's events are spread."""
-    jumps_hz: float = field(default=0.0, metadata=_in("Hz", 0.0, 1e3))
+    jumps_hz: float = field(default=0.0, metadata=within("Hz", 0.0, 1e3))
     """Jumps of the clock a second."""
-    jump_us: float = field(default=1000.0, metadata=_in("us", -1e6, 1e6))
+    jump_us: float = field(default=1000.0, metadata=within("us", -1e6, 1e6))
     """How far the clock jumps ahead; it then stands still until time has caught up. Negative: back; the last time stamp
     is then repeated until the clock has caught up, since time stamps never decrease."""
-    clock_us: float = field(default=1.0, metadata=_in("us", 1.0, 1e6))
+    clock_us: float = field(default=1.0, metadata=within("us", 1.0, 1e6))
     """Resolution of the time stamps, which are rounded down to it."""
 
     @property

@@ -116,7 +116,6 @@ class FrameBuffer:
         return float(self._times_us[self.count]) if self.begun else None
 
     def clear(self) -> None:
-        """Forget all frames."""
         self.count = 0
         self.begun = self._known = False
         self._bodies = self._bodies[:0]

@@ -40,13 +40,3 @@ class Importing:
     def selection(self) -> Selection:
         """Part of the picture that is kept, and its turn."""
         return Selection(self.crop, rotate=self.rotate, flip=self.flip)
-
-    @property
-    def simulated_camera(self) -> str:
-        """The event camera that looks at a simulator's frames."""
-        return self.camera or "davis346"
-
-    @property
-    def simulated_size(self) -> tuple[int, int]:
-        """Width and height of the sensor that looks at a simulator's frames."""
-        return self.size or (346, 260)

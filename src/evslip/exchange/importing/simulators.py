@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from evslip.codecs import open_events
+from evslip.codecs.clips.folder import image_files, read_image
+from evslip.codecs.clips.grey import to_grey
 from evslip.codecs.formats import known_suffixes
 from evslip.data.footage import Footage, footage_of
 from evslip.data.record import Record, provenance
@@ -19,6 +21,8 @@ from evslip.utils.errors import ConfigError, DataError
 
 POSES, EVENTS, FRAMES = ("isaac_stats.csv", "poses.csv"), ("events_v2e", "events"), "frames"
 """Files of a simulator's folder, by name."""
+CAMERA, SIZE = "davis346", (346, 260)
+"""The event camera that looks at a simulator's frames, and its width and height, where nobody says another."""
 
 
 def read_simulator_folder(folder: Path, how: Importing) -> Record:
@@ -33,17 +37,16 @@ def read_simulator_folder(folder: Path, how: Importing) -> Record:
         raise DataError(
             f"{folder}: holds none of {', '.join(POSES)}, nor {VT_SNN}; expected a folder of a simulator, or a file"
         )
-    home = tables[0].parent
+    home, size = tables[0].parent, how.size or SIZE
     given, held = read_poses(tables[0])
     zero_us = int(given.t_us[0])
     given = given._replace(t_us=given.t_us - zero_us)
     poses = even(given)
     last = np.searchsorted(given.t_us, poses.t_us, "right") - 1
     hangs = np.ones(len(poses.t_us), bool) if held is None else held[last]
-    pictures = _pictures(home / FRAMES, given.t_us, how.simulated_size)
+    pictures = _pictures(home / FRAMES, given.t_us, size)
     footage = footage_of(pictures, home / FRAMES)
-    events, made_of = _events_of(home, zero_us, footage, how)
-    size = how.simulated_size
+    events, made_of = _events_of(home, zero_us, footage, size, how)
     if events.count and (int(events.x.max()) >= size[0] or int(events.y.max()) >= size[1]):
         raise ConfigError(f"{home}: events beyond {size[0]} x {size[1]} pixels; expected --size of their sensor")
     selector = Selector(how.selection, size)
@@ -65,8 +68,6 @@ def read_simulator_folder(folder: Path, how: Importing) -> Record:
 def _pictures(folder: Path, t_us: np.ndarray, size: tuple[int, int]) -> Iterator[tuple[int, np.ndarray]]:
     from PIL import Image
 
-    from evslip.codecs.clips.folder import image_files, read_image
-
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder; expected one image for each row of the poses")
     files = image_files(folder)
@@ -81,7 +82,9 @@ def _pictures(folder: Path, t_us: np.ndarray, size: tuple[int, int]) -> Iterator
         yield time, image
 
 
-def _events_of(folder: Path, zero_us: int, footage: Footage | None, how: Importing) -> tuple[Events, str]:
+def _events_of(
+    folder: Path, zero_us: int, footage: Footage | None, size: tuple[int, int], how: Importing
+) -> tuple[Events, str]:
     """A simulator's events, or those that evslip makes of its frames, and where they are from."""
     names = (folder / f"{name}{suffix}" for name in EVENTS for suffix in known_suffixes())
     files = [path for path in names if path.is_file()]
@@ -89,14 +92,14 @@ def _events_of(folder: Path, zero_us: int, footage: Footage | None, how: Importi
         source = open_events(files[0])
         stated = source.size
         events = concatenate(list(source.parts))
-        if stated is not None and stated != how.simulated_size:
+        if stated is not None and stated != size:
             raise ConfigError(f"{files[0]}: from a sensor of {stated[0]} x {stated[1]} pixels; expected --size of it")
         return events.replace(t_us=events.t_us - zero_us), files[0].name
     if footage is None:
         raise DataError(f"{folder}: neither events nor frames")
-    from evslip.codecs.clips.grey import to_grey
     from evslip.events.camera import EventCamera
 
-    camera = EventCamera(how.simulated_camera, size=how.simulated_size, seed=how.seed, intensity="uint8")
+    name = how.camera or CAMERA
+    camera = EventCamera(name, size=size, seed=how.seed, intensity="uint8")
     images = (to_grey(image, "uint8") for image in footage.images)
-    return camera.run(zip(footage.t_us.tolist(), images, strict=True)), f"made by evslip, camera {how.simulated_camera}"
+    return camera.run(zip(footage.t_us.tolist(), images, strict=True)), f"made by evslip, camera {name}"

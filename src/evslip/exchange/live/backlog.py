@@ -20,7 +20,6 @@ class Backlog:
         self._closed = False
 
     def put(self, piece: Piece) -> None:
-        """Add a piece."""
         with self._changed:
             self._pieces.append(piece)
             self.waiting += piece.events.count

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from evslip.events.stream import Events
-from evslip.exchange.live.backlog import MOST_EVENTS, Backlog
+from evslip.exchange.live.backlog import Backlog
 from evslip.exchange.live.clock import StreamClock
 from evslip.exchange.live.counters import Counters
 from evslip.exchange.live.source import Ended, LiveSource, Piece, Unreachable
@@ -33,16 +33,9 @@ class Feed:
     absence, is the end. size: the sensor's (width, height), of a source that does not state it.
     """
 
-    def __init__(
-        self,
-        source: LiveSource,
-        *,
-        once: bool = False,
-        size: tuple[int, int] | None = None,
-        most_events: int = MOST_EVENTS,
-    ):
+    def __init__(self, source: LiveSource, *, once: bool = False, size: tuple[int, int] | None = None):
         self.source, self.counters, self.clock = source, Counters(tells_loss=source.tells_loss), StreamClock()
-        self._once, self._size, self._backlog = once, size, Backlog(most_events)
+        self._once, self._size, self._backlog = once, size, Backlog()
         self._notes: list[str] = []
         self._ends = threading.Event()
         self._failure: BaseException | None = None
@@ -73,7 +66,6 @@ class Feed:
         self._thread.start()
 
     def stop(self) -> None:
-        """End it."""
         self._ends.set()
         if self._thread.is_alive():
             self._thread.join(timeout=5.0)
@@ -105,7 +97,11 @@ class Feed:
                 try:
                     self._read()
                 except Unreachable as error:
-                    self._gone(str(error))
+                    self.source.close()
+                    self.counters.connected = False
+                    self.note(f"{error}; waiting for it")
+                    if self._once:
+                        break
         except Ended:
             pass
         except BaseException as error:
@@ -154,13 +150,6 @@ class Feed:
             self.note(f"{self.source.name}: nothing has come for {GONE_S:g} s; waiting for it")
             if self._once:
                 raise Ended
-
-    def _gone(self, why: str) -> None:
-        self.source.close()
-        self.counters.connected = False
-        self.note(f"{why}; waiting for it")
-        if self._once:
-            raise Ended
 
     def _back(self) -> None:
         self.counters.reconnects += 1

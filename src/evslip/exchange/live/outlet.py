@@ -59,7 +59,6 @@ class Outlet:
                     self.dropped += 1
 
     def close(self) -> None:
-        """End."""
         if self._socket is not None:
             self._socket.close()
         if self._thread is not None:
@@ -73,11 +72,8 @@ class Outlet:
         while not self._ends.is_set():
             try:
                 with self._client.connect(self.name, open_timeout=REACH_S, close_timeout=0.5) as connection:
-                    self._pass_on(connection)
+                    while not self._ends.is_set():
+                        with contextlib.suppress(queue.Empty):
+                            connection.send(self._waiting.get(timeout=0.05))
             except Exception:  # of sockets and of the protocol; they have no common base
                 self._ends.wait(AGAIN_S)
-
-    def _pass_on(self, connection: Any) -> None:
-        while not self._ends.is_set():
-            with contextlib.suppress(queue.Empty):
-                connection.send(self._waiting.get(timeout=0.05))

@@ -1,5 +1,6 @@
 """Streams of events at their own pace."""
 
+import itertools
 import time
 from collections.abc import Iterable, Iterator
 
@@ -19,10 +20,10 @@ class Pace:
     of the stream's own pace; 0: as fast as it goes. Raises ConfigError.
     """
 
-    def __init__(self, speed: float = 1.0, rounds: int | None = 1):
+    def __init__(self, speed: float = 1.0, loop: bool = False):
         if not 0 <= speed <= 1000:
             raise ConfigError(f"speed: {speed:g} is out of range, expected 0 (as fast as possible) to 1000")
-        self._speed, self._rounds = speed, rounds
+        self._speed, self._loop = speed, loop
         self.start_s: float | None = None
         """When the stream's first event was due, by time.monotonic()."""
         self.start_us = 0
@@ -36,8 +37,8 @@ class Pace:
 
     def slices(self, open_parts, where: object) -> Iterator[tuple[Events, int]]:
         """Slices, each with the time at which it ends. Raises DataError for a stream without events."""
-        offset_us = played = 0
-        while self._rounds is None or played < self._rounds:
+        offset_us = 0
+        for played in itertools.count() if self._loop else range(1):
             first_us = last_us = None
             for events, until_us in sliced(open_parts()):
                 if first_us is None:
@@ -48,7 +49,6 @@ class Pace:
             if first_us is None or last_us is None:
                 raise DataError(f"{where}: no event in it, expected some")
             offset_us += last_us + AGAIN_US
-            played += 1
 
 
 def sliced(parts: Iterable[Events]) -> Iterator[tuple[Events, int]]:

@@ -29,21 +29,13 @@ class Sent:
 
 
 def send_file(
-    path: str | Path,
-    make_target: Callable[[tuple[int, int]], EventTarget],
-    *,
-    speed: float = 1.0,
-    loop: bool = False,
-    wait: Callable[[EventTarget], None] | None = None,
+    path: str | Path, make_target: Callable[[tuple[int, int]], EventTarget], *, speed: float = 1.0, loop: bool = False
 ) -> Sent:
     """Send a record or a file of events of any known format. speed: times its own pace; 0: as fast as it goes. loop:
-    for ever, times going on. wait: what is done before the first event. Raises DataError, ConfigError."""
+    for ever, times going on. Raises DataError, ConfigError."""
     record, _ = open_recording(path)
-    pace, events, behind_s, spoke_s = Pace(speed, None if loop else 1), 0, 0.0, 0.0
-    began_s = time.monotonic()
+    pace, events, behind_s, spoke_s = Pace(speed, loop), 0, 0.0, 0.0
     with make_target(record.size) as target:
-        if wait is not None:
-            wait(target)
         began_s = time.monotonic()
         for piece, until_us in pace.slices(lambda: open_recording(path)[1], path):
             ahead_s = pace.due_s(until_us) - time.monotonic()

@@ -2,7 +2,6 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Self
 
 from evslip.events.stream import Events
@@ -47,10 +46,12 @@ class LiveSource(ABC):
     may_be_silent = True
     """Whether nothing for a while is no sign that the source has gone, because that shows otherwise."""
 
+    _size: tuple[int, int] | None = None
+
     @property
-    @abstractmethod
     def size(self) -> tuple[int, int] | None:
         """The sensor's (width, height) as the source has stated it; None: it does not, or has not yet."""
+        return self._size
 
     @abstractmethod
     def open(self) -> None:
@@ -69,5 +70,5 @@ class LiveSource(ABC):
         self.open()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+    def __exit__(self, *_: object) -> None:
         self.close()

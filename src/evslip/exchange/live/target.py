@@ -1,13 +1,12 @@
 """Base of all targets of a sender."""
 
-from abc import ABC, abstractmethod
-from types import TracebackType
-from typing import Self
+from abc import abstractmethod
+from contextlib import AbstractContextManager
 
 from evslip.events.stream import Events
 
 
-class EventTarget(ABC):
+class EventTarget(AbstractContextManager):
     """A place that events are sent to. A context manager."""
 
     @abstractmethod
@@ -19,8 +18,5 @@ class EventTarget(ABC):
     def close(self) -> None:
         """Say that nothing more will come, as far as the transport can."""
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+    def __exit__(self, *_: object) -> None:
         self.close()

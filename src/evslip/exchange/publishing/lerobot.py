@@ -1,9 +1,6 @@
 """A data set in LeRobot's format v3.0 (https://huggingface.co/docs/lerobot/lerobot-dataset-v3): Parquet, MP4, meta/."""
 
 import json
-import shutil
-import uuid
-from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -17,60 +14,50 @@ from evslip.exchange.publishing.lerobot_stats import Stats
 from evslip.exchange.publishing.publication import Publication
 from evslip.utils import atomic
 from evslip.utils.errors import DataError, MissingExtraError
+from evslip.utils.progress import over
 
 TASK = "Hold the object without a slip."
 
 
-def publish_lerobot(source: str | Path, out: Path, how: Publication, progress: Callable[[], None]) -> int:
+def publish_lerobot(source: str | Path, out: Path, how: Publication) -> int:
     """Write the samples of a data set as episodes, a file of rows and one of video each, to a new folder, whole or not
     at all. Returns their number. Raises DataError, StorageError, MissingExtraError."""
     try:
+        import pyarrow as pa
         import pyarrow.parquet as parquet
     except ModuleNotFoundError:
         raise MissingExtraError("LeRobot's format needs pyarrow: pip install 'evslip[lerobot]'") from None
     samples = open_samples(source).seen_by(how.camera)
     if not samples.listing:
         raise DataError(f"{source}: holds no finished sample")
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise DataError(f"{out}: is there already; expected a new folder")
-    temporary = out.with_name(f".{out.name}.{uuid.uuid4().hex[:8]}.tmp")
     rows, first, stats, shape, robots = [], 0, Stats(), None, set()
-    try:
-        with atomic.storage_errors(out):
-            for number, record in enumerate(samples):
-                episode = episode_of(record, how.fps)
-                shape = _same_shape(shape, Shape(record.size, episode.action_names), source)
-                assert record.params is not None  # episode_of has asked for a simulated record
-                robots.add(Path(record.params.robot.kind).stem)  # it may be a file
-                columns = _columns(episode, how.fps, number, first)
-                places = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
-                path = temporary / DATA.format(**places)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                parquet.write_table(_table(columns), path)
-                _write_video(temporary / VIDEO.format(video_key=CAMERA, **places), episode.images, how.fps)
-                own = Stats()
-                for one in (own, stats):
-                    one.add(columns, episode.images)
-                rows.append(_episode_row(number, first, len(episode.t_us), how.fps) | own.row())
-                first += len(episode.t_us)
-                progress()
-            meta = temporary / "meta"
-            (meta / "episodes" / "chunk-000").mkdir(parents=True)
-            _write_rows(meta / "episodes" / "chunk-000" / "file-000.parquet", rows)
-            _write_tasks(meta / "tasks.parquet")
-            assert shape is not None  # there is a sample
-            info = info_of(shape, ", ".join(sorted(robots)), len(rows), first, how.fps)
-            for name, value in {"info.json": info, "stats.json": stats.table()}.items():
-                (meta / name).write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8")
-            name = how.name or Path(source).resolve().name
-            (temporary / "README.md").write_text(card_of(shape, name, how, len(rows), first), encoding="utf-8")
-            if out.exists():
-                out.rmdir()
-            temporary.rename(out)
-            atomic.sync_folder(out.parent)
-    except BaseException:
-        shutil.rmtree(temporary, ignore_errors=True)
-        raise
+    with atomic.staged_folder(out) as folder:
+        for number, record in enumerate(over("publish", samples)):
+            episode = episode_of(record, how.fps)
+            shape = _same_shape(shape, Shape(record.size, episode.action_names), source)
+            assert record.params is not None  # episode_of has asked for a simulated record
+            robots.add(Path(record.params.robot.kind).stem)  # it may be a file
+            columns = _columns(episode, how.fps, number, first)
+            places = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
+            path = folder / DATA.format(**places)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            parquet.write_table(_table(columns), path)
+            _write_video(folder / VIDEO.format(video_key=CAMERA, **places), episode.images, how.fps)
+            own = Stats()
+            for one in (own, stats):
+                one.add(columns, episode.images)
+            rows.append(_episode_row(number, first, len(episode.t_us), how.fps) | own.row())
+            first += len(episode.t_us)
+        meta = folder / "meta"
+        (meta / "episodes" / "chunk-000").mkdir(parents=True)
+        parquet.write_table(pa.Table.from_pylist(rows), meta / "episodes" / "chunk-000" / "file-000.parquet")
+        _write_tasks(meta / "tasks.parquet")
+        assert shape is not None  # there is a sample
+        info = info_of(shape, ", ".join(sorted(robots)), len(rows), first, how.fps)
+        for name, value in {"info.json": info, "stats.json": stats.table()}.items():
+            (meta / name).write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8")
+        name = how.name or Path(source).resolve().name
+        (folder / "README.md").write_text(card_of(shape, name, how, len(rows), first), encoding="utf-8")
     return len(rows)
 
 
@@ -155,13 +142,6 @@ def _episode_row(number: int, first: int, count: int, fps: int) -> dict[str, Any
         "meta/episodes/chunk_index": 0,
         "meta/episodes/file_index": 0,
     }
-
-
-def _write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as parquet
-
-    parquet.write_table(pa.Table.from_pylist(rows), path)
 
 
 def _write_tasks(path: Path) -> None:

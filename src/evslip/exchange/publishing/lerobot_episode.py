@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.data.record import Record
-from evslip.exchange.sample_bag import frames_of
+from evslip.exchange.sample_bag import frames_of, slipping_of
 from evslip.utils.errors import DataError
 
 BLOCK = 4
@@ -48,10 +48,7 @@ def episode_of(record: Record, fps: int) -> Episode:
         raise DataError(f"{record.name}: the grip is never closed; expected samples that are held for a frame or more")
     t_us = np.array([time for time, _ in frames], np.int64)
     at = np.searchsorted(known.t_us, t_us).clip(0, len(known.t_us) - 1)
-    slipping = np.zeros(len(truth.t_us), bool)
-    for one in truth.episodes:
-        slipping |= (truth.t_us >= one.start_us) & (truth.t_us < one.end_us)
-    slip = np.stack([slipping, truth.spin_deg, np.linalg.norm(truth.slide_m, axis=1) * 1e3], 1)
+    slip = np.stack([slipping_of(truth), truth.spin_deg, truth.slide_mm], 1)
     state, target = known.joints[at].astype(np.float32), known.target_force_n
     return Episode(
         t_us,

@@ -14,7 +14,6 @@ class Stats:
         self._sums: dict[str, list[Any]] = {}
 
     def add(self, columns: dict[str, np.ndarray], images: list[np.ndarray]) -> None:
-        """The rows of an episode."""
         for name, values in columns.items():
             self._add(name, values.reshape(len(values), -1).astype(np.float64), values.shape[1:] or (1,), len(values))
         grey = [np.stack([i] * 3, -1) if i.ndim == 2 else i for i in images]
@@ -30,7 +29,6 @@ class Stats:
         self._sums[name] = new
 
     def table(self) -> dict[str, Any]:
-        """All of them."""
         found = {}
         for name, (low, high, total, squares, number, frames, shape) in self._sums.items():
             mean = total / number

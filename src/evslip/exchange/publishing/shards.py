@@ -13,14 +13,12 @@ class Shards:
     def __init__(self, folder: Path, split: str, most_bytes: int):
         self._folder, self._split, self._most_bytes = folder, split, most_bytes
         self._tar: tarfile.TarFile | None = None
-        self._size = 0
-        self.names: list[str] = []
-        """Names of the shards so far."""
+        self._size = self._count = 0
 
     @property
     def current(self) -> str:
         """Name of the shard that the next sample goes into."""
-        number = len(self.names) - (self._tar is not None and self._size < self._most_bytes)
+        number = self._count - (self._tar is not None and self._size < self._most_bytes)
         return f"{self._split}-{number:05d}.tar"
 
     def add(self, key: str, data: bytes, values: dict[str, Any]) -> None:
@@ -28,9 +26,8 @@ class Shards:
         if self._tar is not None and self._size >= self._most_bytes:
             self.close()
         if self._tar is None:
-            self.names.append(f"{self._split}-{len(self.names):05d}.tar")
-            self._tar = tarfile.open(self._folder / self.names[-1], "x", format=tarfile.USTAR_FORMAT)  # noqa: SIM115
-            self._size = 0
+            self._tar = tarfile.open(self._folder / self.current, "x", format=tarfile.USTAR_FORMAT)  # noqa: SIM115
+            self._size, self._count = 0, self._count + 1
         text = json.dumps(values, ensure_ascii=False).encode()
         for suffix, content in (("h5", data), ("json", text)):
             member = tarfile.TarInfo(f"{key}.{suffix}")  # times and owners stay 0

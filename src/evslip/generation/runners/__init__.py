@@ -2,14 +2,12 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import Protocol
 
+from evslip.generation.runners.attempts import Result, Task
 from evslip.generation.runners.local import run_local
 from evslip.generation.runners.ray import run_ray
 from evslip.utils.errors import ConfigError
-
-Task = TypeVar("Task")
-Result = TypeVar("Result")
 
 MOST_WORKERS = 1024
 

@@ -1,13 +1,15 @@
 """Rules for work that fails: which failures end a run, which tasks are tried again, which are given up."""
 
 import ctypes
-import functools
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from evslip.utils.errors import EvslipError
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 ATTEMPTS = 3
 """A task that has lost its worker so often is given up."""
@@ -30,14 +32,9 @@ def attempt(work: Callable[[Any], Any], task: Any) -> tuple[bool, Any]:
         give_back_memory()
 
 
-@functools.cache
-def _trim() -> Callable[[int], int] | None:
-    return getattr(ctypes.CDLL(None), "malloc_trim", None)  # other C libraries do without
-
-
 def give_back_memory() -> None:
     """Return freed memory to the system: glibc keeps it, and a worker would seem to grow for hundreds of samples."""
-    if trim := _trim():
+    if trim := getattr(ctypes.CDLL(None), "malloc_trim", None):  # other C libraries do without
         trim(0)
 
 

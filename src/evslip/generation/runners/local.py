@@ -12,13 +12,10 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
-from typing import Any, TypeVar
+from typing import Any
 
-from evslip.generation.runners.attempts import Failures, attempt
+from evslip.generation.runners.attempts import Failures, Result, Task, attempt
 from evslip.utils.errors import EvslipError
-
-Task = TypeVar("Task")
-Result = TypeVar("Result")
 
 TASKS_PER_WORKER = 200
 """A worker is replaced after so many tasks, so that nothing can pile up in it."""

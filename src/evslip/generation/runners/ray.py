@@ -9,14 +9,11 @@ import socket
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from evslip.generation.runners.attempts import Failures, attempt
+from evslip.generation.runners.attempts import Failures, Result, Task, attempt
 from evslip.generation.runners.local import ONE_THREAD, TASKS_PER_WORKER
 from evslip.utils.errors import ConfigError, EvslipError, MissingExtraError
-
-Task = TypeVar("Task")
-Result = TypeVar("Result")
 
 CHUNK = 16
 """Most tasks that one task of Ray does, one after another: so many can be lost to a node at most, for each core."""

@@ -8,6 +8,7 @@ stands from long before detects nothing.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,6 +26,9 @@ MOST_THRESHOLDS = 1000
 class Alarms:
     """Alarms at one threshold. In quantiles a slip that is missed counts as infinitely late: they are inf when
     too many are missed, nan without a slip."""
+
+    DERIVED: ClassVar = ("false_per_min", "detection_rate")
+    """Properties that are stored, too: see documents.plain."""
 
     threshold: float
     false_alarms: int
@@ -70,7 +74,7 @@ def alarms_at(predictions: Predictions, threshold: float) -> Alarms:
     missed = rows < 0
 
     def at_alarm(values: np.ndarray) -> np.ndarray:
-        return np.where(missed, np.inf, values[rows]) if len(rows) else np.empty(0)
+        return np.where(missed, np.inf, values[rows])
 
     return Alarms(
         threshold=threshold,

@@ -43,12 +43,9 @@ class Row:
     cells: dict[str, Cell]
 
 
-def _score(name: str) -> Callable[[Evaluation], float]:
-    return lambda found: getattr(found.scores, name)
-
-
-def _speed(of: str, name: str) -> Callable[[Evaluation], float]:
-    return lambda found: math.nan if getattr(found, of) is None else getattr(getattr(found, of), name)
+def _of(part: str, name: str) -> Callable[[Evaluation], float]:
+    """Figure of a part of an evaluation; nan where the evaluation lacks the part."""
+    return lambda found: math.nan if getattr(found, part) is None else getattr(getattr(found, part), name)
 
 
 def _alarm(name: str, share: float) -> Callable[[Evaluation], float]:
@@ -56,35 +53,30 @@ def _alarm(name: str, share: float) -> Callable[[Evaluation], float]:
 
 
 FIGURES = (
-    Figure("accuracy", "accuracy", 3, _score("accuracy")),
-    Figure("balanced_accuracy", "balanced accuracy", 3, _score("balanced_accuracy")),
-    Figure("f1", "F1", 3, _score("f1")),
-    Figure("auroc", "AUROC", 4, _score("auroc")),
-    Figure("auprc", "AUPRC", 4, _score("auprc")),
-    Figure("ece", "ECE", 3, _score("ece")),
-    Figure("ece_at_share", "ECE at the true share of slips", 3, _score("ece_at_share")),
-    Figure("brier", "Brier", 3, _score("brier")),
-    Figure(
-        "false_per_min", "false alarms a minute", 1, lambda a: math.nan if a.own is None else a.own.false_per_min
-    ),
-    Figure(
-        "detection_rate", "detected at 1 a minute", 2,
-        lambda a: math.nan if a.allowed is None else a.allowed.detection_rate,
-    ),
+    Figure("accuracy", "accuracy", 3, _of("scores", "accuracy")),
+    Figure("balanced_accuracy", "balanced accuracy", 3, _of("scores", "balanced_accuracy")),
+    Figure("f1", "F1", 3, _of("scores", "f1")),
+    Figure("auroc", "AUROC", 4, _of("scores", "auroc")),
+    Figure("auprc", "AUPRC", 4, _of("scores", "auprc")),
+    Figure("ece", "ECE", 3, _of("scores", "ece")),
+    Figure("ece_at_share", "ECE at the true share of slips", 3, _of("scores", "ece_at_share")),
+    Figure("brier", "Brier", 3, _of("scores", "brier")),
+    Figure("false_per_min", "false alarms a minute", 1, _of("own", "false_per_min")),
+    Figure("detection_rate", "detected at 1 a minute", 2, _of("allowed", "detection_rate")),
     Figure("latency_s", "latency s, median", 3, _alarm("latency_s", 0.5)),
     Figure("latency_p95_s", "latency s, p95", 3, _alarm("latency_s", 0.95)),
     Figure("slipped_deg", "slipped °, median", 2, _alarm("slipped_deg", 0.5)),
     Figure("slipped_mm", "slipped mm, median", 2, _alarm("slipped_mm", 0.5)),
-    Figure("rotation_error", "rotation speed, median error", 2, _speed("rotation_speed", "median_error")),
-    Figure("rotation_coverage_68", "in its 68 % interval", 2, _speed("rotation_speed", "coverage_68")),
-    Figure("rotation_coverage_90", "in its 90 % interval", 2, _speed("rotation_speed", "coverage_90")),
-    Figure("rotation_correlation", "rotation speed, correlation", 3, _speed("rotation_speed", "correlation")),
-    Figure("slide_error", "slide speed, median error", 2, _speed("slide_speed", "median_error")),
-    Figure("slide_coverage_68", "in its 68 % interval", 2, _speed("slide_speed", "coverage_68")),
-    Figure("slide_coverage_90", "in its 90 % interval", 2, _speed("slide_speed", "coverage_90")),
-    Figure("slide_correlation", "slide speed, correlation", 3, _speed("slide_speed", "correlation")),
-    Figure("median_ms", "ms a window", 2, lambda a: a.cost.median_ms),
-)  # fmt: skip
+    Figure("rotation_error", "rotation speed, median error", 2, _of("rotation_speed", "median_error")),
+    Figure("rotation_coverage_68", "in its 68 % interval", 2, _of("rotation_speed", "coverage_68")),
+    Figure("rotation_coverage_90", "in its 90 % interval", 2, _of("rotation_speed", "coverage_90")),
+    Figure("rotation_correlation", "rotation speed, correlation", 3, _of("rotation_speed", "correlation")),
+    Figure("slide_error", "slide speed, median error", 2, _of("slide_speed", "median_error")),
+    Figure("slide_coverage_68", "in its 68 % interval", 2, _of("slide_speed", "coverage_68")),
+    Figure("slide_coverage_90", "in its 90 % interval", 2, _of("slide_speed", "coverage_90")),
+    Figure("slide_correlation", "slide speed, correlation", 3, _of("slide_speed", "correlation")),
+    Figure("median_ms", "ms a window", 2, _of("cost", "median_ms")),
+)
 
 
 def compare(found: Iterable[Evaluation]) -> list[Row]:

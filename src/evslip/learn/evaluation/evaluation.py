@@ -130,7 +130,12 @@ def evaluate_model(
     if found.hop_us and (found.label == Label.HOLD).any():
         swept = alarms.sweep(found)
         own, allowed = alarms.alarms_at(found, description.threshold), alarms.at_allowed_rate(swept)
-        curve = _alarm_curve(swept)
+        curve = AlarmCurve(
+            [at.threshold for at in swept],
+            [at.false_per_min for at in swept],
+            [at.detection_rate for at in swept],
+            [alarms.quantile(at.latency_s, 0.5) for at in swept],
+        )
     return Evaluation(
         model=str(model),
         network=description.model,
@@ -200,15 +205,6 @@ def _curves(clear: Predictions) -> Curves:
 def _thinned(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
     chosen = np.unique(np.linspace(0, len(x) - 1, min(CURVE_POINTS, len(x))).round().astype(int))
     return list(zip(x[chosen].tolist(), y[chosen].tolist(), strict=True))
-
-
-def _alarm_curve(swept: list[Alarms]) -> AlarmCurve:
-    return AlarmCurve(
-        [found.threshold for found in swept],
-        [found.false_per_min for found in swept],
-        [found.detection_rate for found in swept],
-        [alarms.quantile(found.latency_s, 0.5) for found in swept],
-    )
 
 
 def _notes(found: Predictions, own: Alarms | None, records: int, description: Description) -> list[str]:

@@ -110,14 +110,8 @@ def _divisions(predictions: Predictions, settings: WindowSettings) -> list[_Divi
         ("object_events", "Events on the object", "in a window", on_object, count),
         ("events", "Events in the crop", "in a window", predictions.events.astype(float), (*count, 100_000)),
     ]
-    by_number = [(name, title, unit, _intervals(values, edges)) for name, title, unit, values, edges in numbers]
-    phases = {name: conditions.phase == code for code, name in enumerate(PHASE_NAMES) if code != NO_PHASE}
-    return [*by_number[:3], ("phase", "Phase of the task", "", phases), *by_number[3:], _flags(predictions)]
-
-
-def _flags(predictions: Predictions) -> _Division:
-    recent, shading = predictions.recent, predictions.conditions.shading
-    members = {
+    recent, shading = predictions.recent, conditions.shading
+    flags = {
         "all": np.ones(len(recent), bool),
         "not just after a slip": ~recent,
         "shading steady": ~shading,
@@ -125,7 +119,10 @@ def _flags(predictions: Predictions) -> _Division:
         "just after a slip": recent,
         "shading changes": shading,
     }
-    return "flags", "Flagged windows", "", members
+    by_number = [(name, title, unit, _intervals(values, edges)) for name, title, unit, values, edges in numbers]
+    phases = {name: conditions.phase == code for code, name in enumerate(PHASE_NAMES) if code != NO_PHASE}
+    by_phase, by_flag = ("phase", "Phase of the task", "", phases), ("flags", "Flagged windows", "", flags)
+    return [*by_number[:3], by_phase, *by_number[3:], by_flag]
 
 
 def _speed_edges(hold: float, slip: float) -> tuple[float, ...]:

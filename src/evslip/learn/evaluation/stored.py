@@ -1,7 +1,6 @@
 """An evaluation as a file: what `evslip evaluate` and `evslip demo` write, and a report reads."""
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
@@ -10,8 +9,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from evslip.learn.documents import Format, read_document
-from evslip.learn.evaluation.alarms import Alarms
+from evslip.learn.documents import Format, plain, read_document
 from evslip.learn.evaluation.comparison import compare
 from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.utils import atomic
@@ -42,22 +40,6 @@ def read_evaluation(path: str | Path) -> list[Evaluation]:
         raise DataError(f"{path}: {str(error)[:60]} is missing; evaluate again") from None
     except (TypeError, ValueError, ArithmeticError, AttributeError, RecursionError) as error:
         raise DataError(f"{path}: damaged: {' '.join(str(error).split())[:100]}; evaluate again") from None
-
-
-def plain(value: Any) -> Any:
-    """Dataclasses, arrays and tuples as what JSON knows; numbers that are not finite become None."""
-    if is_dataclass(value) and not isinstance(value, type):
-        extra = {
-            name: getattr(value, name) for name in ("false_per_min", "detection_rate") if isinstance(value, Alarms)
-        }
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)} | plain(extra)
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | list | tuple):
-        return [plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def restored(kind: Any, value: Any) -> Any:

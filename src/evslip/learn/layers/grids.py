@@ -37,19 +37,13 @@ def cells(pixels: int, pool: int) -> int:
     return -(-pixels // pool)
 
 
-def counts(events: WindowEvents, size: tuple[int, int], length_us: int, bins: int, pool: int) -> np.ndarray:
-    """Events of each time bin and polarity (ON, OFF) in cells of pool x pool pixels: float32 (bins, 2, rows, columns).
-
-    `size` is the crop's (width, height).
-    """
-    return counts_in(events, size, length_us, range(bins), pool)
-
-
 def counts_in(
     events: WindowEvents, size: tuple[int, int], length_us: int, bin_of: Sequence[int], pool: int
 ) -> np.ndarray:
-    """Counts as of `counts` in bins that differ: `bin_of` names the bin of each of some equal steps of time, from 0
-    on."""
+    """Events of each time bin and polarity (ON, OFF) in cells of pool x pool pixels: float32 (bins, 2, rows, columns).
+
+    `size` is the crop's (width, height); `bin_of` names the bin of each of some equal steps of time, from 0 on.
+    """
     out = np.zeros((max(bin_of) + 1, 2, cells(size[1], pool), cells(size[0], pool)), np.float32)
     steps = len(bin_of)
     # An event is in step t * steps // length, or in the last one: found where the steps begin, and cells in a table,

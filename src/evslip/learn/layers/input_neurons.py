@@ -73,10 +73,7 @@ class InputNeurons:
         order = self.units.reshape(pairs, across, 8).transpose(0, 2, 1).ravel()
         self._places = np.empty(2 * self._plane, np.int32)
         self._places[order[order >= 0]] = np.flatnonzero(order >= 0)
-        rise, fall = np.exp(-1 / srm.TAU), np.exp(-1 / srm.TAU_REFRACTORY)
-        gain = np.e / srm.TAU * POOL_WEIGHT * srm.THETA
-        own_gain = -np.e / srm.TAU_REFRACTORY * srm.SCALE_REFRACTORY * srm.THETA
-        self._kernel = tuple(np.float32(value) for value in (rise, fall, gain, own_gain, srm.THETA))
+        self._kernel = srm.constants(POOL_WEIGHT * srm.THETA)
         self._state = np.zeros((4, 8 * across), np.float32)
         self._fired, self._found = np.zeros(8 * across, np.uint8), np.zeros((bins, across), np.uint8)
         self._entries = np.empty((2, pairs * across * bins + 1), np.uint8)

@@ -108,6 +108,5 @@ def _tables(number: int, outputs: int) -> np.ndarray:
 def pattern_linear(batch: Sequence[Patterns], weight: torch.Tensor, units: np.ndarray, bins: int) -> torch.Tensor:
     """x W^T for the spikes x of all units in every bin: (windows, bins, outputs), on the CPU. `weight` is (outputs,
     units); `units` are those of `patterns.groups`."""
-    out = _PatternLinear.apply(weight, batch, units, bins)
-    assert isinstance(out, torch.Tensor)
+    out: Any = _PatternLinear.apply(weight, batch, units, bins)
     return out

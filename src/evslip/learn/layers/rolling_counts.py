@@ -68,7 +68,7 @@ def _convolve(counts, shown, weight, table, out):
 
 
 class RollingCounts:
-    """Events of each bin, polarity (ON, OFF) and cell in a window that moves forward: as `grids.counts` has them.
+    """Events of each bin, polarity (ON, OFF) and cell in a window that moves forward: as `grids.counts_in` has them.
 
     An event is counted again only where it comes in, goes from one bin to the one before, and goes out.
     corner, size: the crop's (left, top) and (width, height) on the sensor.

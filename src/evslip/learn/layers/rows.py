@@ -12,20 +12,20 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-Builder = Any
-Value = Any
-WIDTH = 16
-"""Numbers that are added at a time, as many as the widest registers hold."""
-
 
 def _set_sum(typing, target, i, first, j, second, k, lanes):
-    def generate(context: Any, builder: Builder, signature: Any, values: Any) -> Value:
-        to, one, other = (
-            _row(context, builder, signature.args[n], values[n], values[n + 1], len(lanes)) for n in (0, 2, 4)
-        )
-        for start, width in _pieces(len(lanes)):
-            summands = (_load(builder, row, start, width) for row in (one, other))
-            _store(builder, builder.fadd(*summands), to, start)
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        length = len(lanes)
+        vector = ir.VectorType(ir.FloatType(), length).as_pointer()
+
+        def row(n: int) -> Any:
+            """Address of a row; values: an array, and behind it the index."""
+            data = context.make_array(signature.args[n])(context, builder, values[n]).data
+            start = builder.mul(values[n + 1], ir.Constant(values[n + 1].type, length))
+            return builder.bitcast(builder.gep(data, [start]), vector)
+
+        summands = (builder.load(row(n), align=4) for n in (2, 4))
+        builder.store(builder.fadd(*summands), row(0), align=4)
         return context.get_dummy_value()
 
     return types.void(target, types.intp, first, types.intp, second, types.intp, lanes), generate
@@ -33,29 +33,3 @@ def _set_sum(typing, target, i, first, j, second, k, lanes):
 
 set_sum: Any = intrinsic(_set_sum)
 """target[i] = first[j] + second[k]"""
-
-
-def _pieces(length: int) -> list[tuple[int, int]]:
-    """Where each vector of a row begins and how long it is."""
-    return [(first, min(WIDTH, length - first)) for first in range(0, length, WIDTH)]
-
-
-def _row(context: Any, builder: Builder, kind: Any, array: Value, index: Value, length: int) -> Value:
-    """Address of a row."""
-    data = context.make_array(kind)(context, builder, array).data
-    return builder.gep(data, [builder.mul(index, ir.Constant(index.type, length))])
-
-
-def _at(builder: Builder, row: Value, first: int, width: int) -> Value:
-    vector = ir.VectorType(ir.FloatType(), width).as_pointer()
-    return builder.bitcast(builder.gep(row, [ir.Constant(ir.IntType(64), first)]), vector)
-
-
-def _load(builder: Builder, row: Value, first: int, width: int) -> Value:
-    value = builder.load(_at(builder, row, first, width))
-    value.align = 4
-    return value
-
-
-def _store(builder: Builder, value: Value, row: Value, first: int) -> None:
-    builder.store(value, _at(builder, row, first, value.type.count)).align = 4

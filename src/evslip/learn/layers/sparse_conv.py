@@ -32,10 +32,7 @@ def _forward(starts, cells, values, taps, grid, stride, kernel, padded, out, lan
     _, _, reach_t, _, reach_y, _, _ = taps.shape
     for b in prange(len(starts) - 1):
         for i in range(starts[b], starts[b + 1]):
-            c, t, y, x = _place(cells[i], grid)
-            first_t, within_t = t // stride[0], t % stride[0]
-            first_y, within_y = y // stride[1], y % stride[1]
-            first_x, within_x = x // stride[2], x % stride[2]
+            c, first_t, within_t, first_y, within_y, first_x, within_x = _place(cells[i], grid, stride)
             for a in range(reach_t):
                 if within_t + (reach_t - 1 - a) * stride[0] >= kernel[0]:
                     continue
@@ -54,10 +51,7 @@ def _backward(starts, cells, values, gradient, grid, stride, kernel, padded, by_
     _, _, _, reach_t, _, reach_y, _, _ = by_window.shape
     for b in prange(len(starts) - 1):
         for i in range(starts[b], starts[b + 1]):
-            c, t, y, x = _place(cells[i], grid)
-            first_t, within_t = t // stride[0], t % stride[0]
-            first_y, within_y = y // stride[1], y % stride[1]
-            first_x, within_x = x // stride[2], x % stride[2]
+            c, first_t, within_t, first_y, within_y, first_x, within_x = _place(cells[i], grid, stride)
             for a in range(reach_t):
                 if within_t + (reach_t - 1 - a) * stride[0] >= kernel[0]:
                     continue
@@ -71,14 +65,16 @@ def _backward(starts, cells, values, gradient, grid, stride, kernel, padded, by_
 
 
 @compiled(inline="always")
-def _place(cell, grid):
-    """Channel, time, row and column of a cell; 32 bits, because dividing 64 takes several times as long."""
+def _place(cell, grid, stride):
+    """Channel of a cell, and in time, rows and columns the first output that sees it and the place within the stride;
+    32 bits, because dividing 64 takes several times as long."""
     cell = np.uint32(cell)
     x = cell % np.uint32(grid[2])
     cell //= np.uint32(grid[2])
     y = cell % np.uint32(grid[1])
     cell //= np.uint32(grid[1])
-    return np.int32(cell // np.uint32(grid[0])), np.int32(cell % np.uint32(grid[0])), np.int32(y), np.int32(x)
+    c, t, y, x = np.int32(cell // np.uint32(grid[0])), np.int32(cell % np.uint32(grid[0])), np.int32(y), np.int32(x)
+    return c, t // stride[0], t % stride[0], y // stride[1], y % stride[1], x // stride[2], x % stride[2]
 
 
 class _Layout:
@@ -92,25 +88,20 @@ class _Layout:
         places = [(g - 1) // s + 1 for g, s in zip(grid, stride, strict=True)]
         self.padded = (*(p + r - 1 for p, r in zip(places, self.reach, strict=True)), self.outputs)
         self.lanes = (0,) * (self.reach[2] * self.outputs)
-        # Tap of an axis: [place within the stride, output that sees it, counted from the first].
-        self.tap = [np.arange(s)[:, None] + (r - 1 - np.arange(r)) * s for s, r in zip(stride, self.reach, strict=True)]
+        self.spans = [r * s for r, s in zip(self.reach, stride, strict=True)]
 
     def rows(self, weight: np.ndarray) -> np.ndarray:
         """The taps (outputs, inputs, time, rows, columns) as the kernels read them."""
-        whole = np.zeros(
-            (*weight.shape[:2], *(r * s for r, s in zip(self.reach, self.stride, strict=True))), np.float32
-        )
-        whole[:, :, : weight.shape[2], : weight.shape[3], : weight.shape[4]] = weight
-        picked = whole[:, :, self.tap[0]][:, :, :, :, self.tap[1]][:, :, :, :, :, :, self.tap[2]]
-        moved = picked.transpose(1, 2, 3, 4, 5, 6, 7, 0)
+        whole = np.pad(weight, [(0, 0), (0, 0), *((0, n - k) for n, k in zip(self.spans, self.kernel, strict=True))])
+        sides = [side for pair in zip(self.reach, self.stride, strict=True) for side in pair]
+        apart = whole.reshape(*weight.shape[:2], *sides)[:, :, ::-1, :, ::-1, :, ::-1]
+        moved = apart.transpose(1, 3, 2, 5, 4, 7, 6, 0)
         return np.ascontiguousarray(moved).reshape(*moved.shape[:6], -1)
 
     def taps(self, rows: np.ndarray) -> np.ndarray:
         """The inverse of `rows`."""
-        moved = rows.reshape(*rows.shape[:-1], self.reach[2], self.outputs).transpose(7, 0, 1, 2, 3, 4, 5, 6)
-        whole = np.zeros((self.outputs, self.inputs, *(t.size for t in self.tap)), np.float32)
-        t, y, x = (tap.reshape(-1) for tap in self.tap)
-        whole[:, :, t[:, None, None], y[:, None], x] = moved.reshape(*whole.shape)
+        moved = rows.reshape(*rows.shape[:-1], self.reach[2], self.outputs).transpose(7, 0, 2, 1, 4, 3, 6, 5)
+        whole = moved[:, :, ::-1, :, ::-1, :, ::-1].copy().reshape(self.outputs, self.inputs, *self.spans)
         return whole[:, :, : self.kernel[0], : self.kernel[1], : self.kernel[2]]
 
     def inner(self, padded: np.ndarray) -> np.ndarray:
@@ -153,6 +144,5 @@ def sparse_conv3d(
 
     `weight` is (outputs, 2, time, rows, columns), `grid` the input's (time, rows, columns).
     """
-    out = _SparseConv3d.apply(weight, batch, grid, stride)
-    assert isinstance(out, torch.Tensor)
+    out: Any = _SparseConv3d.apply(weight, batch, grid, stride)
     return out if bias is None else out + bias.view(1, -1, 1, 1, 1)

@@ -64,6 +64,5 @@ class _SparseLinear(torch.autograd.Function):
 def sparse_linear(batch: Sequence[Occupancy], weight: torch.Tensor, bins: int) -> torch.Tensor:
     """x W^T for the vector x of all units (polarity, row, column) in every bin: (windows, bins, outputs), on the CPU.
     `weight` is (outputs, units)."""
-    out = _SparseLinear.apply(weight, batch, bins)
-    assert isinstance(out, torch.Tensor)
+    out: Any = _SparseLinear.apply(weight, batch, bins)
     return out

@@ -74,10 +74,10 @@ def _responses_back(gradient, constants, out):
                 early[k] = gain * answer
 
 
-def _constants() -> tuple[np.float32, ...]:
-    """Constants of the two filters: decay of either, gain of either, threshold."""
+def constants(weight: float = 1.0) -> tuple[np.float32, ...]:
+    """Constants of the two filters of neurons whose input has a weight: decay of either, gain of either, threshold."""
     decays = math.exp(-1 / TAU), math.exp(-1 / TAU_REFRACTORY)
-    gains = math.e / TAU, -SCALE_REFRACTORY * THETA * math.e / TAU_REFRACTORY
+    gains = weight * math.e / TAU, -SCALE_REFRACTORY * THETA * math.e / TAU_REFRACTORY
     return tuple(np.float32(value) for value in (*decays, *gains, THETA))
 
 
@@ -91,7 +91,7 @@ class _Layer(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, summed: torch.Tensor):
         spikes, potential = torch.empty_like(summed), torch.empty_like(summed)
-        _layer(summed.detach().numpy(), _constants(), spikes.numpy(), potential.numpy())
+        _layer(summed.detach().numpy(), constants(), spikes.numpy(), potential.numpy())
         ctx.save_for_backward(potential)
         return spikes
 
@@ -99,14 +99,13 @@ class _Layer(torch.autograd.Function):
     def backward(ctx: Any, gradient: torch.Tensor):  # pyright: ignore[reportIncompatibleMethodOverride] (one output)
         (potential,) = ctx.saved_tensors
         out = torch.empty_like(potential)
-        _responses_back((gradient * _surrogate(potential)).contiguous().numpy(), _constants(), out.numpy())
+        _responses_back((gradient * _surrogate(potential)).contiguous().numpy(), constants(), out.numpy())
         return out
 
 
 def layer(summed: torch.Tensor) -> torch.Tensor:
     """Spikes of neurons whose input spikes are weighted and summed: both (windows, bins, neurons). On the CPU."""
-    spikes = _Layer.apply(summed.contiguous())
-    assert isinstance(spikes, torch.Tensor)
+    spikes: Any = _Layer.apply(summed.contiguous())
     return spikes
 
 
@@ -146,8 +145,7 @@ class Srm(nn.Module):
 
     def spike(self, drive: torch.Tensor) -> torch.Tensor:
         """Spikes, 0 or 1, of neurons with a drive of shape (..., bins)."""
-        spikes = _Spike.apply(drive)
-        assert isinstance(spikes, torch.Tensor)
+        spikes: Any = _Spike.apply(drive)
         return spikes
 
     def count_loss(self, spikes: torch.Tensor, target: torch.Tensor) -> torch.Tensor:

@@ -65,16 +65,14 @@ def stored_class(name: str) -> "type[Network]":
     ConfigError."""
     offered = {} if name in NETWORKS else plugins.installed(GROUP)
     known = offered | NETWORKS
-    if name in _named or name in offered.values():
-        return _load(name, name)
-    if name in known:
-        return _load(known[name], name)
+    if name in known or name in _named or name in offered.values():
+        return _load(known.get(name, name), name)
     if ":" in name:
         raise ConfigError(
             f"model: {name!r} is of another package, which offers it under no entry point {GROUP}; if you trust it, "
             f"name it: --network {name}, or evslip.learn.networks.register"
         )
-    names = ", ".join([*NETWORKS, *sorted(set(offered) - set(NETWORKS))])
+    names = ", ".join(NETWORKS | offered)
     raise ConfigError(f"model: {name!r} is unknown; expected one of {names}, or module:Class")
 
 

@@ -8,7 +8,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from evslip.learn.layers.grids import cells, counts
+from evslip.learn.layers.grids import cells, counts_in
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.voxelnet import convolution
 from evslip.windows.window_set import WindowEvents, Windows
@@ -45,7 +45,7 @@ class CountNet(Network):
         self.prior = object_prior(windows, self.prior.shape)
 
     def prepare(self, events: WindowEvents) -> np.ndarray:
-        grid = np.log1p(counts(events, self.geometry.size, self.geometry.length_us, BINS, POOL))
+        grid = np.log1p(counts_in(events, self.geometry.size, self.geometry.length_us, range(BINS), POOL))
         return grid.reshape(2 * BINS, *grid.shape[2:])
 
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:

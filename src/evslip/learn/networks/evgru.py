@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from evslip.learn.layers.grids import cells, counts
+from evslip.learn.layers.grids import cells, counts_in
 from evslip.learn.networks.countnet import places
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.voxelnet import convolution
@@ -43,7 +43,7 @@ class EvGRU(Network):
         self.register_buffer("places", places(rows, columns), persistent=False)
 
     def prepare(self, events: WindowEvents) -> np.ndarray:
-        return np.log1p(counts(events, self.geometry.size, self.geometry.length_us, self.hops, POOL))
+        return np.log1p(counts_in(events, self.geometry.size, self.geometry.length_us, range(self.hops), POOL))
 
     def forward(self, batch: Sequence[np.ndarray]) -> torch.Tensor:
         hops = torch.from_numpy(np.stack(batch)).to(self.device)

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 
 from evslip.learn.layers import flow
-from evslip.learn.layers.grids import counts
+from evslip.learn.layers.grids import counts_in
 from evslip.learn.networks.network import Geometry, Network
 from evslip.windows.label import Label
 from evslip.windows.window_events import NO_EVENTS, WindowEvents
@@ -83,7 +83,8 @@ class RateMap(FeatureNetwork):
     """How many events there are in each of about 10 x 10 parts of the picture: log(1 + n)."""
 
     def features(self, events: WindowEvents) -> np.ndarray:
-        return np.log1p(counts(events, self.geometry.size, self.geometry.length_us, 1, 25).sum((0, 1))).ravel()
+        parts = counts_in(events, self.geometry.size, self.geometry.length_us, range(1), 25)
+        return np.log1p(parts.sum((0, 1))).ravel()
 
 
 class Flow(FeatureNetwork):

@@ -6,6 +6,7 @@ import numpy as np
 
 from evslip.data.footage import Footage
 from evslip.events.stream import Events
+from evslip.learn.scores.weighted import ratio
 
 EDGES = (0, 40, 80, 160, 250, 256)
 """Bounds of the levels in codes of the frames; the last level is saturated."""
@@ -24,12 +25,12 @@ class LevelRates(NamedTuple):
     @property
     def rate_hz(self) -> np.ndarray:
         """Events a second and pixel; nan where no pixel was at the level."""
-        return _ratio(self.on + self.off, self.pixel_s)
+        return ratio(self.on + self.off, self.pixel_s)
 
     @property
     def on_share(self) -> np.ndarray:
         """Share of ON; nan where there are no events."""
-        return _ratio(self.on, self.on + self.off)
+        return ratio(self.on, self.on + self.off)
 
 
 def rates_by_level(events: Events, footage: Footage, start_us: int, end_us: int) -> LevelRates:
@@ -48,7 +49,3 @@ def rates_by_level(events: Events, footage: Footage, start_us: int, end_us: int)
     at = level[frame, events.y, events.x]
     off, on = (np.bincount(at[events.p == polarity], minlength=number) for polarity in (False, True))
     return LevelRates(np.asarray(pixel_s, np.float64), off.astype(np.float64), on.astype(np.float64))
-
-
-def _ratio(over: np.ndarray, under: np.ndarray) -> np.ndarray:
-    return np.divide(over, under, out=np.full(len(over), np.nan), where=under > 0)

@@ -49,8 +49,8 @@ def pair_of_files(recording: Path, simulation: Path, settings: RealismSettings) 
     if not len(events):
         raise DataError(f"{simulation}: holds no events; expected those of a simulation")
     on_one_clock = int(events.t_us[0]) < zero_us + _end(real.events) and int(events.t_us[-1]) >= zero_us
-    events = events.replace(t_us=events.t_us - (zero_us if on_one_clock else _first(events)))
-    start_us, end_us = _stretch(settings, max(0, _first(events)), min(_end(real.events), _end(events)))
+    events = events.replace(t_us=events.t_us - (zero_us if on_one_clock else events.t_us[0]))
+    start_us, end_us = _stretch(settings, max(0, int(events.t_us[0])), min(_end(real.events), _end(events)))
     return Pair(real.events, events, size, start_us, end_us, real.footage)
 
 
@@ -60,7 +60,7 @@ def real_recording(path: Path) -> tuple[Record, int]:
     check_sensor(record.size, path)
     if not len(record.events):
         raise DataError(f"{path}: holds no events; expected those of a real sensor")
-    zero_us, footage = _first(record.events), record.footage
+    zero_us, footage = int(record.events.t_us[0]), record.footage
     footage = footage and footage._replace(t_us=footage.t_us - zero_us)
     return replace(record, events=record.events.replace(t_us=record.events.t_us - zero_us), footage=footage), zero_us
 
@@ -91,9 +91,5 @@ def _stretch(settings: RealismSettings, first_us: int, last_us: int) -> tuple[in
     return round(start), round(end)
 
 
-def _first(events: Events) -> int:
-    return int(events.t_us[0]) if len(events) else 0
-
-
 def _end(events: Events) -> int:
-    return int(events.t_us[-1]) + 1 if len(events) else 0
+    return int(events.t_us[-1]) + 1

@@ -10,6 +10,7 @@ import numpy as np
 from evslip.data.footage import Footage
 from evslip.events.intervals import intervals_us
 from evslip.events.stream import Events
+from evslip.learn.documents import plain
 from evslip.learn.realism import timing, two_sample
 from evslip.learn.realism.cells import Agreement, Cells, agreement, counts
 from evslip.learn.realism.levels import NAMES, LevelRates, rates_by_level
@@ -63,7 +64,8 @@ class Realism:
     on_share: tuple[float, float]
     variance_over_mean: tuple[float, float]
     """Variance over mean of the pixels' numbers of events; 1 for events at random of equal pixels."""
-    levels: tuple[LevelRates, LevelRates] | None
+    levels: tuple[LevelRates, ...] | None
+    """Of the real events and of the simulated."""
     spectrum: tuple[np.ndarray, np.ndarray, np.ndarray]
     """Frequencies in Hz, power densities of the real and of the simulated rate."""
     start_us: int
@@ -93,12 +95,12 @@ class Realism:
             "variance_over_mean": _sides(self.variance_over_mean),
             "rate_by_level": None if self.levels is None else _level_rows(self.levels),
             "spectrum_db": timing.spectrum_distance_db(real, simulated),
-            "spectrum": {"hz": hz.tolist(), "real": real.tolist(), "simulated": simulated.tolist()},
+            "spectrum": {"hz": hz, "real": real, "simulated": simulated},
             "start_s": self.start_us / 1e6,
             "end_s": self.end_us / 1e6,
-            "notes": list(self.notes),
+            "notes": self.notes,
         }
-        return _plain(said)
+        return plain(said)
 
 
 def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
@@ -110,34 +112,37 @@ def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
         length = (pair.end_us - pair.start_us) / 1e6
         raise DataError(f"start-s, end-s: {length:.3f} s to score; expected {COARSE[1] / 1e6:g} s or more")
     pair, notes = pair.within(), []
+    streams, span, other = (pair.real, pair.simulated), (pair.start_us, pair.end_us), pair.other_draw
+    fine, coarse = (Cells(pair.size, *span, *kind) for kind in (FINE, COARSE))
     if not len(pair.real):
         raise DataError("start-s, end-s: the recording has no event between them; expected some to score")
     tested = None
     if classifier and find_spec("torch") is None:
         notes.append("no two-sample test: it needs the extra learn: pip install 'evslip[learn]'")
     elif classifier:
-        span = (pair.start_us, pair.end_us)
-        tested = two_sample.classifier_test(pair.real, pair.simulated, pair.size, span, seed)
-    if pair.other_draw is None:
+        tested = two_sample.classifier_test(*streams, pair.size, span, seed)
+    if other is None:
         notes.append("no floor: two files do not say how two draws of the sensor differ; --camera does")
+    oracle = levels = None
     if pair.footage is None:
         notes.append("no rates by light: the recording has no frames")
-    gaps = [intervals_us(events, pair.size[0])[0] for events in (pair.real, pair.simulated)]
-    other = pair.other_draw
-    fine, coarse = (Cells(pair.size, pair.start_us, pair.end_us, *kind) for kind in (FINE, COARSE))
+    else:
+        oracle = agreement(frame_counts(pair.real, pair.footage.t_us, fine), counts(pair.real, fine))
+        levels = tuple(rates_by_level(events, pair.footage, *span) for events in streams)
+    real, simulated = (intervals_us(events, pair.size[0])[0] for events in streams)
     return Realism(
         fine=_agreement(pair.simulated, pair.real, fine),
         coarse=_agreement(pair.simulated, pair.real, coarse),
         floor=None if other is None else _agreement(other, pair.simulated, fine),
         floor_coarse=None if other is None else _agreement(other, pair.simulated, coarse),
-        oracle=None if pair.footage is None else _oracle(pair.real, pair.footage, fine),
-        ks=timing.ks_distance(*gaps),
-        ks_floor=None if other is None else timing.ks_distance(gaps[1], intervals_us(other, pair.size[0])[0]),
+        oracle=oracle,
+        ks=timing.ks_distance(real, simulated),
+        ks_floor=None if other is None else timing.ks_distance(simulated, intervals_us(other, pair.size[0])[0]),
         two_sample=tested,
         events=(len(pair.real), len(pair.simulated)),
         on_share=(_mean(pair.real.p), _mean(pair.simulated.p)),
         variance_over_mean=(_dispersion(pair.real, pair.size), _dispersion(pair.simulated, pair.size)),
-        levels=None if pair.footage is None else _levels(pair, pair.footage),
+        levels=levels,
         spectrum=_spectra(pair),
         start_us=pair.start_us,
         end_us=pair.end_us,
@@ -147,17 +152,6 @@ def compare(pair: Pair, *, seed: int = 0, classifier: bool = True) -> Realism:
 
 def _agreement(simulated: Events, real: Events, cells: Cells) -> Agreement:
     return agreement(counts(simulated, cells), counts(real, cells))
-
-
-def _oracle(real: Events, footage: Footage, cells: Cells) -> Agreement:
-    return agreement(frame_counts(real, footage.t_us, cells), counts(real, cells))
-
-
-def _levels(pair: Pair, footage: Footage) -> tuple[LevelRates, LevelRates]:
-    real, simulated = (
-        rates_by_level(events, footage, pair.start_us, pair.end_us) for events in (pair.real, pair.simulated)
-    )
-    return real, simulated
 
 
 def _spectra(pair: Pair) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -178,7 +172,7 @@ def _sides(pair: tuple[Any, Any]) -> dict[str, Any]:
     return {"real": pair[0], "simulated": pair[1]}
 
 
-def _level_rows(levels: tuple[LevelRates, LevelRates]) -> list[dict[str, Any]]:
+def _level_rows(levels: tuple[LevelRates, ...]) -> list[dict[str, Any]]:
     real, simulated = levels
     return [
         {
@@ -189,14 +183,3 @@ def _level_rows(levels: tuple[LevelRates, LevelRates]) -> list[dict[str, Any]]:
         }
         for i, name in enumerate(NAMES)
     ]
-
-
-def _plain(value: Any) -> Any:
-    """Values as JSON has them: nan is null, numbers are Python's."""
-    if isinstance(value, dict):
-        return {name: _plain(part) for name, part in value.items()}
-    if isinstance(value, list):
-        return [_plain(part) for part in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value

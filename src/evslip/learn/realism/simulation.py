@@ -55,17 +55,14 @@ def frames_between(
     intensity = settings.intensity or "uint8"
     frames = ((float(t_us), to_grey(image, intensity), None) for t_us, image, new in timed if new)
     if settings.steady:
-        frames = _steady(frames, _white(footage.images))
+        is_grey = footage.images.ndim == 3  # colours are not clipped together
+        white = white_of(footage.images) if is_grey else np.ones(footage.images.shape[2], np.float32)
+        frames = _steady(frames, white)
     if settings.interpolate == "linear":
         return frames
     from evslip.codecs.clips import flow
 
     return flow.smoothed(frames, settings.upsample, intensity)
-
-
-def _white(images: np.ndarray) -> np.ndarray:
-    """See `white_of`; colours are not clipped together."""
-    return white_of(images) if images.ndim == 3 else np.ones(images.shape[2], np.float32)
 
 
 def _steady(frames: Iterator[TimedImage], white: np.ndarray) -> Iterator[TimedImage]:

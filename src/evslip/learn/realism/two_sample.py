@@ -86,29 +86,25 @@ def _accuracy(grids: tuple[np.ndarray, np.ndarray], trained: np.ndarray, tested:
     import torch
     from torch import nn
 
-    threads = torch.get_num_threads()
-    with torch.random.fork_rng(devices=[]):
-        # One thread: sums in another order would be another network.
-        torch.set_num_threads(1)
-        try:
-            torch.manual_seed(seed)
-            layers: list[nn.Module] = []
-            for before, after in ((2 * BINS, 16), (16, 32), (32, 32)):
-                layers += [nn.Conv2d(before, after, 3, stride=2, padding=1), nn.GroupNorm(4, after), nn.ReLU()]
-            network = nn.Sequential(*layers, nn.AdaptiveAvgPool2d(1), nn.Flatten(), nn.Linear(32, 1))
-            optimizer = torch.optim.AdamW(network.parameters(), lr=3e-3, weight_decay=1e-2)
-            inputs = torch.from_numpy(np.concatenate([grid[trained] for grid in grids]))
-            labels = torch.arange(2).repeat_interleave(len(inputs) // 2).float()
-            for _ in range(EPOCHS):
-                for part in torch.randperm(len(inputs)).split(BATCH):
-                    said = network(inputs[part])[:, 0]
-                    loss = nn.functional.binary_cross_entropy_with_logits(said, labels[part])
-                    optimizer.zero_grad()
-                    loss.backward()
-                    optimizer.step()
-            network.eval()
-            with torch.no_grad():
-                said = [network(torch.from_numpy(grid[tested]))[:, 0].numpy() > 0 for grid in grids]
-        finally:
-            torch.set_num_threads(threads)
+    from evslip.learn.evaluation.cost import one_core
+
+    with torch.random.fork_rng(devices=[]), one_core():  # sums in another order would be another network
+        torch.manual_seed(seed)
+        layers: list[nn.Module] = []
+        for before, after in ((2 * BINS, 16), (16, 32), (32, 32)):
+            layers += [nn.Conv2d(before, after, 3, stride=2, padding=1), nn.GroupNorm(4, after), nn.ReLU()]
+        network = nn.Sequential(*layers, nn.AdaptiveAvgPool2d(1), nn.Flatten(), nn.Linear(32, 1))
+        optimizer = torch.optim.AdamW(network.parameters(), lr=3e-3, weight_decay=1e-2)
+        inputs = torch.from_numpy(np.concatenate([grid[trained] for grid in grids]))
+        labels = torch.arange(2).repeat_interleave(len(inputs) // 2).float()
+        for _ in range(EPOCHS):
+            for part in torch.randperm(len(inputs)).split(BATCH):
+                said = network(inputs[part])[:, 0]
+                loss = nn.functional.binary_cross_entropy_with_logits(said, labels[part])
+                optimizer.zero_grad()
+                loss.backward()
+                optimizer.step()
+        network.eval()
+        with torch.no_grad():
+            said = [network(torch.from_numpy(grid[tested]))[:, 0].numpy() > 0 for grid in grids]
     return float((np.mean(~said[0]) + np.mean(said[1])) / 2)

@@ -60,7 +60,7 @@ def confusion(found: Distribution, threshold: float) -> Confusion:
 
 def accuracy(said: Confusion) -> np.ndarray:
     """Share of the windows that are called right."""
-    return _ratio(said.right_slip + said.right_hold, np.sum(said, axis=0))
+    return ratio(said.right_slip + said.right_hold, np.sum(said, axis=0))
 
 
 def balanced_accuracy(said: Confusion) -> np.ndarray:
@@ -71,24 +71,24 @@ def balanced_accuracy(said: Confusion) -> np.ndarray:
 
 def recall(said: Confusion) -> np.ndarray:
     """Share of the slips that are called slip."""
-    return _ratio(said.right_slip, said.right_slip + said.missed)
+    return ratio(said.right_slip, said.right_slip + said.missed)
 
 
 def specificity(said: Confusion) -> np.ndarray:
     """Share of the holds that are called hold."""
-    return _ratio(said.right_hold, said.right_hold + said.false_slip)
+    return ratio(said.right_hold, said.right_hold + said.false_slip)
 
 
 def f1(said: Confusion) -> np.ndarray:
     """Harmonic mean of the slips' precision and recall: 2 TP / (2 TP + FP + FN); 0 where no slip is said or there."""
     double = 2 * said.right_slip
-    return np.nan_to_num(_ratio(double, double + said.false_slip + said.missed))
+    return np.nan_to_num(ratio(double, double + said.false_slip + said.missed))
 
 
 def auroc(found: Distribution) -> np.ndarray:
     """Chance that a random slip scores higher than a random hold, ties counted half; nan with one of them alone."""
     below = np.cumsum(found.hold, -1) - found.hold / 2
-    return _ratio((found.slip * below).sum(-1), found.slip.sum(-1) * found.hold.sum(-1))
+    return ratio((found.slip * below).sum(-1), found.slip.sum(-1) * found.hold.sum(-1))
 
 
 def auprc(found: Distribution) -> np.ndarray:
@@ -102,18 +102,18 @@ def precision_recall(found: Distribution) -> tuple[np.ndarray, np.ndarray]:
     """Recall and precision at falling thresholds, each of shape (..., groups)."""
     slips, holds = (np.cumsum(side[..., ::-1], -1) for side in (found.slip, found.hold))
     precision = np.divide(slips, slips + holds, out=np.ones_like(slips), where=slips + holds > 0)
-    return _ratio(slips, slips[..., -1:]), precision
+    return ratio(slips, slips[..., -1:]), precision
 
 
 def brier(found: Distribution) -> np.ndarray:
     """Mean squared difference of probability and truth (1 is slip)."""
-    return _ratio((found.slip * (1 - found.p) ** 2 + found.hold * found.p**2).sum(-1), found.weight)
+    return ratio((found.slip * (1 - found.p) ** 2 + found.hold * found.p**2).sum(-1), found.weight)
 
 
 def calibration_error(found: Distribution) -> np.ndarray:
     """ECE: mean over the windows of |share of slips - mean probability| in their bin of probability, of 15."""
     share, mean, weight = reliability(found)
-    return _ratio((weight * np.abs(np.nan_to_num(share - mean))).sum(-1), found.weight)
+    return ratio((weight * np.abs(np.nan_to_num(share - mean))).sum(-1), found.weight)
 
 
 def at_share(p_slip: np.ndarray, share: float, trained: float = 0.5) -> np.ndarray:
@@ -129,7 +129,7 @@ def reliability(found: Distribution) -> tuple[np.ndarray, np.ndarray, np.ndarray
     which = np.minimum((found.p * BINS).astype(int), BINS - 1)
     member = (which[:, None] == np.arange(BINS)).astype(float)
     slips, both, mass = found.slip @ member, (found.slip + found.hold) @ member, (found.slip + found.hold) * found.p
-    return _ratio(slips, both), _ratio(mass @ member, both), both
+    return ratio(slips, both), ratio(mass @ member, both), both
 
 
 def headline(found: Distribution, threshold: float) -> dict[str, np.ndarray]:
@@ -146,5 +146,6 @@ def headline(found: Distribution, threshold: float) -> dict[str, np.ndarray]:
     }
 
 
-def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+def ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Quotient of two arrays; nan where the second is 0."""
     return np.divide(part, whole, out=np.full(np.broadcast(part, whole).shape, np.nan), where=np.asarray(whole) > 0)

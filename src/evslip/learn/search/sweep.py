@@ -37,7 +37,6 @@ STALE_S = 3600.0
 Sampler = Literal["random", "tpe"]
 Pruner = Literal["none", "median", "hyperband"]
 Goal = Literal["loss", "auroc", "accuracy"]
-_PER_EPOCH = {"loss": "val_loss", "auroc": "val_auroc", "accuracy": "val_accuracy"}
 
 
 @dataclass(frozen=True)
@@ -234,7 +233,7 @@ def _run(study: Any, trial: Any, windows: Windows, out: Path, settings: SweepSet
     def watch(epoch: int, row: dict[str, float]) -> None:
         trial.set_user_attr("beat", time.time())
         trial.set_user_attr("seconds", before_s + time.monotonic() - start)
-        value = row[_PER_EPOCH[settings.goal]]
+        value = row[f"val_{settings.goal}"]
         if np.isfinite(value):
             trial.report(value, epoch)
             if trial.should_prune():

@@ -135,8 +135,6 @@ class LiveDetector:
                 first = i
 
     def _answer_joined(self, pieces: list[Piece]) -> Iterator[Answered]:
-        if not pieces:
-            return
         detector = self._ready()
         if pieces[0].restart:
             detector.restart()

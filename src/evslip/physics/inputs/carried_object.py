@@ -25,7 +25,6 @@ class CarriedObject:
         return moved
 
     def apply(self, data: mujoco.MjData, conditions: Conditions, step: int) -> None:
-        """Set the conditions of a step."""
         mass_kg, friction = now = float(conditions.mass_kg[step]), float(conditions.friction[step])
         if now != self._now:
             self._now = now

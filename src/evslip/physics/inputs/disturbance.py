@@ -18,8 +18,6 @@ MOST_REMOVED = 0.9
 
 
 class Conditions(NamedTuple):
-    """Conditions of the grasp over time."""
-
     mass_kg: np.ndarray
     """Mass of the object, of shape (n,)."""
     friction: np.ndarray
@@ -56,6 +54,5 @@ def check(params: Params) -> None:
 
 
 def undisturbed(params: Params) -> Params:
-    """Sample without its disturbance."""
     none: DisturbanceSpec[float, str] = DisturbanceSpec()
     return params if params.disturbance.is_default else params.model_copy(update={"disturbance": none})

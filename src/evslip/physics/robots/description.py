@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from evslip.scene.shapes.surface import BOX_CORNERS
+
 Vector = tuple[float, float, float]
 TCP_M = np.array([0.0, 0.0, 0.1034])
 """Tool centre, the middle between the pads, in the frame of the hand; in the Panda's, panda_hand, it lies there."""
@@ -158,5 +160,4 @@ class Robot:
 
 def corners_of(boxes: tuple[Box, ...]) -> np.ndarray:
     """Corners of boxes in the frame of their part, in metres, of shape (8 n, 3)."""
-    signs = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    return np.concatenate([box.place_m + (signs * box.half_m) @ np.array(box.axes).T for box in boxes])
+    return np.concatenate([box.place_m + (BOX_CORNERS * box.half_m) @ np.array(box.axes).T for box in boxes])

@@ -26,8 +26,6 @@ TURNED_DEG = 80.0
 
 
 class Own(NamedTuple):
-    """A robot from a file."""
-
     robot: Robot
     sha256: str
     """Digest of the file and of all that it names."""

@@ -31,8 +31,6 @@ RUBBER = (0.31, 0.31, 0.31)
 
 
 class _Links(NamedTuple):
-    """Links that move together."""
-
     looks: tuple[Shape, ...]
     collisions: tuple[Shape, ...]
     mass_kg: float

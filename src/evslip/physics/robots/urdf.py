@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evslip.physics.robots.description import Arm
+from evslip.scene.shapes.surface import BOX_CORNERS
 from evslip.utils.errors import ConfigError, MissingExtraError
 
 AROUND = 20
@@ -199,8 +200,7 @@ def _shape(path: Path, part: ET.Element) -> Shape:
 def _corners(shape: ET.Element) -> np.ndarray:
     """Corners of a box, or of a cylinder or a sphere with flat faces."""
     if shape.tag == "box":
-        signs = np.stack(np.meshgrid(*[(-0.5, 0.5)] * 3, indexing="ij"), -1).reshape(-1, 3)
-        return signs * _numbers(shape.attrib["size"])
+        return BOX_CORNERS * (0.5 * _numbers(shape.attrib["size"]))
     radius, around = float(shape.attrib["radius"]), 2 * np.pi * np.arange(AROUND) / AROUND
     if shape.tag == "cylinder":
         levels = [(radius, end * float(shape.attrib["length"])) for end in (-0.5, 0.5)]

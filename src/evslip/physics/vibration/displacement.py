@@ -7,13 +7,12 @@ in their plane, so this is added to its poses afterwards.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from evslip.config.nuisances.vibration import VibrationSpec
 from evslip.config.params import Params
 from evslip.config.views import camera_names, seen_by
 from evslip.physics.grip import camera_place_m
 from evslip.physics.held import held_span, recorded
 from evslip.physics.robots.description import TCP_M
-from evslip.physics.trajectory import Trajectory
+from evslip.physics.trajectory import Trajectory, rotation_of
 from evslip.physics.vibration.noise import shaped_noise
 from evslip.physics.vibration.resonance import Resonance
 from evslip.scene.motions.steps import step
@@ -22,6 +21,8 @@ from evslip.utils.seeds import generator
 
 RAMP_S = 0.05
 """Time in which an object that is lifted begins to tremble, and in which it stops before it stands or is lost."""
+CAMERA, OBJECT = "mount", "object"
+"""Parts that tremble."""
 IN_PADS = [0, 2, 4]
 """Directions in which the pads give way: along the hand's x and z, and about its y, the closing axis."""
 
@@ -46,9 +47,8 @@ def seen_from(trajectory: Trajectory, camera: str) -> Trajectory:
 
 
 def with_object_moved(trajectory: Trajectory, moved: np.ndarray) -> Trajectory:
-    """The trajectory with the object displaced."""
-    hand, body = _rotation(trajectory.gripper_pose), _rotation(trajectory.object_pose)
-    turn = hand * _rotation(moved) * hand.inv()
+    hand, body = rotation_of(trajectory.gripper_pose), rotation_of(trajectory.object_pose)
+    turn = hand * rotation_of(moved) * hand.inv()
     tool = trajectory.gripper_pose[:, :3] + hand.apply(TCP_M)
     place = tool + turn.apply(trajectory.object_pose[:, :3] - tool) + hand.apply(moved[:, :3])
     is_moved = np.any(moved != as_poses(np.zeros((1, 6))), axis=1, keepdims=True)
@@ -61,8 +61,8 @@ def without_vibration(trajectory: Trajectory) -> Trajectory:
     moved = trajectory.object_displacement
     if moved is None:
         return trajectory
-    hand, body = _rotation(trajectory.gripper_pose), _rotation(trajectory.object_pose)
-    back = hand * _rotation(moved).inv() * hand.inv()
+    hand, body = rotation_of(trajectory.gripper_pose), rotation_of(trajectory.object_pose)
+    back = hand * rotation_of(moved).inv() * hand.inv()
     tool = trajectory.gripper_pose[:, :3] + hand.apply(TCP_M)
     place = tool + back.apply(trajectory.object_pose[:, :3] - hand.apply(moved[:, :3]) - tool)
     pose = np.hstack([place, (back * body).as_quat(scalar_first=True)])
@@ -99,8 +99,15 @@ class Tremble:
 
     def __init__(self, params: Params, part: str, steps: int, step_s: float):
         """part: CAMERA or OBJECT."""
-        self._resonance, rms = _PARTS[part](params.vibration)
-        self._rms, self._step_s, self._done = np.array(rms), step_s, 0
+        spec = params.vibration
+        if part == CAMERA:
+            hz, damping = spec.mount_hz, spec.mount_damping
+            rms = [spec.mount_m] * 3 + [float(np.radians(spec.mount_deg))] * 3
+        else:
+            hz, damping = spec.object_hz, spec.object_damping
+            rms = [spec.object_m] * 2 + [float(np.radians(spec.object_deg))]
+        assert hz is not None
+        self._resonance, self._rms, self._step_s, self._done = Resonance(hz, damping), np.array(rms), step_s, 0
         name = f"vibration {part}"
         rng = generator(params.seed, params.split, params.index, params.stage(name) if part == CAMERA else name)
         self._noise = shaped_noise(rng, steps, len(rms), step_s, self._resonance.gain)
@@ -114,22 +121,6 @@ class Tremble:
         return self._rms * noise + response
 
 
-def _camera_part(spec: VibrationSpec[float, str]) -> tuple[Resonance, list[float]]:
-    assert spec.mount_hz is not None
-    return Resonance(spec.mount_hz, spec.mount_damping), [spec.mount_m] * 3 + [float(np.radians(spec.mount_deg))] * 3
-
-
-def _object_part(spec: VibrationSpec[float, str]) -> tuple[Resonance, list[float]]:
-    assert spec.object_hz is not None
-    rms = [spec.object_m, spec.object_m, float(np.radians(spec.object_deg))]
-    return Resonance(spec.object_hz, spec.object_damping), rms
-
-
-CAMERA, OBJECT = "mount", "object"
-_PARTS = {CAMERA: _camera_part, OBJECT: _object_part}
-"""Resonance of what trembles, and the rms amplitude of its noise in each direction."""
-
-
 def _sampling(trajectory: Trajectory) -> tuple[int, float]:
     """Number of samples, and seconds between them."""
     return len(trajectory.t_us), float(trajectory.t_us[1] - trajectory.t_us[0]) / 1e6
@@ -139,7 +130,7 @@ def hand_acceleration(trajectory: Trajectory, point_m: np.ndarray) -> np.ndarray
     """Acceleration of a point (3,) that is fixed in the hand, and angular acceleration, along the hand's axes; of shape
     (n, 6), in m/s2 and rad/s2."""
     t_s = trajectory.t_us / 1e6
-    hand = _rotation(trajectory.gripper_pose)
+    hand = rotation_of(trajectory.gripper_pose)
     place = trajectory.gripper_pose[:, :3] + hand.apply(point_m)
     turned = (hand[:-1].inv() * hand[1:]).as_rotvec() / np.diff(t_s)[:, None]
     middle_s = (t_s[1:] + t_s[:-1]) / 2
@@ -156,7 +147,3 @@ def as_poses(moved: np.ndarray) -> np.ndarray:
 
 def _poses(place: np.ndarray, turn: Rotation) -> np.ndarray:
     return np.hstack([place, turn.as_quat(scalar_first=True)]).astype(np.float32)
-
-
-def _rotation(pose: np.ndarray) -> Rotation:
-    return Rotation.from_quat(pose[:, 3:], scalar_first=True)

@@ -12,11 +12,9 @@ BEGIN_S = 0.3
 
 
 def tremor_rad(params: Params, joints: int, t_s: np.ndarray) -> np.ndarray:
-    """Angles (n, joints) that are added to those of the plan at evenly spaced times (n,) that begin at 0. Zero where
-    vibration.tremor_hz is not given."""
+    """Angles (n, joints) that are added to those of the plan at evenly spaced times (n,) that begin at 0."""
     spec = params.vibration
-    if spec.tremor_hz is None:
-        return np.zeros((len(t_s), joints))
+    assert spec.tremor_hz is not None
     step_s = float(t_s[1] - t_s[0])
     rng = generator(params.seed, params.split, params.index, "vibration tremor")
     passing = band(spec.tremor_hz, spec.tremor_band_hz, len(t_s), step_s)

@@ -29,7 +29,6 @@ class Distractor(NamedTuple):
 
     @property
     def is_still(self) -> bool:
-        """Whether it stands still."""
         return not self.velocity.any()
 
 

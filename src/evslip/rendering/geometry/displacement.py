@@ -93,13 +93,9 @@ def displace(seen: Displaceable, camera: Camera) -> tuple[np.ndarray, np.ndarray
     turn = camera.rotation.T @ seen.camera.rotation
     shift = camera.rotation.T @ (seen.camera.position - camera.position)
     size = camera.width, camera.height, camera.focal_px
-    return _displace(seen[:6], turn, shift, _mean_shift(seen, camera, turn, shift), size)
-
-
-def _mean_shift(seen: Displaceable, camera: Camera, turn: np.ndarray, shift: np.ndarray) -> tuple[int, int]:
-    """Whole pixels, down and to the right, by which the middle of the fragments moves."""
     moved = camera.project(turn @ seen.middle + shift) - camera.project(seen.middle)
-    return round(moved[1]), round(moved[0])
+    mean = round(moved[1]), round(moved[0])  # whole pixels, down and to the right, by which the middle moves
+    return _displace(seen[:6], turn, shift, mean, size)
 
 
 @kernel

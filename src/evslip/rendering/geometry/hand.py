@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -12,6 +12,7 @@ from scipy.spatial import ConvexHull
 from evslip.physics.robots.description import FINGER_Z_M, Box, Gripper, Part, corners_of
 from evslip.physics.robots.grippers import PANDA_HAND
 from evslip.physics.robots.urdf import file_of
+from evslip.scene.shapes.surface import face_vectors
 from evslip.scene.textures.library import srgb_to_linear
 from evslip.utils.errors import MissingExtraError
 
@@ -79,9 +80,12 @@ def _carried_normals(normals: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return carried / np.maximum(np.linalg.norm(carried, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
-def joined(meshes: Sequence[Mesh]) -> Mesh:
-    """Several meshes in one frame as one."""
-    return Mesh(*(np.concatenate(arrays) for arrays in zip(*meshes, strict=True)))
+Parts = TypeVar("Parts", Mesh, Boxes)
+
+
+def joined(parts: Sequence[Parts]) -> Parts:
+    """Several meshes, or sets of boxes, in one frame as one."""
+    return type(parts[0])(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
 @cache
@@ -115,11 +119,17 @@ def placed(mesh: Mesh, scale: np.ndarray, turn: np.ndarray, place_m: np.ndarray)
 def convex_mesh(corners_m: np.ndarray, colour: Sequence[float] | np.ndarray | None) -> Mesh:
     """A convex body in its own frame, with flat faces; corners_m of shape (n, 3), colour in sRGB of 0 to 1."""
     hull = ConvexHull(corners_m)
-    faces, outward = corners_m[hull.simplices], hull.equations[:, :3]
-    inwards = np.sum(np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]) * outward, 1) < 0
-    faces[inwards] = faces[inwards][:, ::-1]
+    faces, outward = corners_m[outward_faces(corners_m, hull)], hull.equations[:, :3]
     linear = PLAIN if colour is None else np.minimum(srgb_to_linear(np.asarray(colour)), WHITEST)
     return Mesh(faces, np.repeat(outward[:, None], 3, 1), np.repeat(linear[None], len(faces), 0))
+
+
+def outward_faces(corners: np.ndarray, hull: ConvexHull) -> np.ndarray:
+    """Corners (f, 3) of the triangles of a convex hull, anticlockwise seen from outside; corners of shape (n, 3)."""
+    faces = hull.simplices.copy()
+    inwards = np.sum(face_vectors(corners, faces) * hull.equations[:, :3], 1) < 0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return faces
 
 
 def jaw(gripper: Gripper, part: int) -> Part:
@@ -160,8 +170,7 @@ def assemble(
     meshes, parts = [palm], [np.zeros(len(palm.corners), np.uint8)]
     for part in fingers:
         finger = part_mesh(jaw(gripper, part))
-        turn, place = finger_turn(part), finger_place(part, travel_m)
-        meshes.append(Mesh(finger.corners @ turn.T + place, finger.normals @ turn.T, finger.albedo))
+        meshes.append(placed(finger, np.ones(3), finger_turn(part), finger_place(part, travel_m)))
         parts.append(np.full(len(finger.corners), part, np.uint8))
     return joined(meshes), np.concatenate(parts)
 

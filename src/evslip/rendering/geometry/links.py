@@ -15,8 +15,9 @@ from evslip.physics.robots.description import MOST_JOINTS, TCP_M, Arm, Robot
 from evslip.physics.robots.hulls import link_corners
 from evslip.physics.robots.urdf import Link, chain
 from evslip.rendering.geometry.facets import NO_FACETS, Facets, prepare_facets
-from evslip.rendering.geometry.hand import Mesh, convex_mesh, joined, placed, read_mesh
+from evslip.rendering.geometry.hand import Mesh, convex_mesh, joined, outward_faces, placed, read_mesh
 from evslip.rendering.scratch import kernel
+from evslip.rendering.shading.ambient import spread
 from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.scene.shapes.surface import corner_normals
 
@@ -101,13 +102,6 @@ def link_mesh(arm: Arm, number: int) -> Mesh:
     return joined(meshes) if meshes else Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3)))
 
 
-def _directions(count: int) -> np.ndarray:
-    """Unit vectors spread evenly over the sphere."""
-    z = 1 - 2 * (np.arange(count) + 0.5) / count
-    turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
-    return np.stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z], 1)
-
-
 def _fewer(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Corners (k, 3) of a body whose hull has the volume of that of all (n, 3): those that lie farthest in directions
     (m, 3); all that are on the hull of one so flat that none of the directions finds its height."""
@@ -132,13 +126,8 @@ def hulls(arm: Arm, directions: int = FINE) -> Hulls:
         if not len(corners):
             vertices.append(corners)
             continue
-        corners = _fewer(corners, _directions(directions))
-        hull = ConvexHull(corners)
-        triangles = hull.simplices.copy()
-        a, b, c = (corners[triangles[:, k]] for k in range(3))
-        inwards = np.sum(np.cross(b - a, c - a) * hull.equations[:, :3], 1) < 0
-        triangles[inwards] = triangles[inwards][:, ::-1]
-        used, index = np.unique(triangles, return_inverse=True)
+        corners = _fewer(corners, spread(directions))
+        used, index = np.unique(outward_faces(corners, ConvexHull(corners)), return_inverse=True)
         faces.append(index.reshape(-1, 3) + sum(len(v) for v in vertices))
         vertices.append(corners[used])
     if not faces:

@@ -18,13 +18,11 @@ from evslip.rendering.slots import (
     W,
 )
 
-PLANE = 12
-"""Floats that describe a plane to the passes; see `describe`."""
 GRAZING = f32(-1e-5)
 
 
 def describe(origin: np.ndarray, axes: np.ndarray, turn: np.ndarray, camera: np.ndarray) -> np.ndarray:
-    """A plane as the passes take it, float32 (PLANE,): the normal and both axes in camera axes (9), the height of the
+    """A plane as the passes take it, float32 (12,): the normal and both axes in camera axes (9), the height of the
     origin over the camera along the normal (1), the camera in the plane's u, v (2).
 
     axes: u, v and the normal in the world as columns; turn, camera: the camera's axes as columns, and its place.

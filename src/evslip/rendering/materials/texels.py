@@ -35,6 +35,7 @@ from evslip.rendering.slots import (
     V,
 )
 
+Edge = Literal["wrap", "edge"]
 THIRD, THREE = f32(1 / 3), f32(3)
 TINY, PER_TEXEL = f32(1e-20), f32(1 / 65535)
 SQUARE = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]], np.float32)
@@ -63,9 +64,10 @@ def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
     texture repeats, or with wrap=False its border continues.
     """
     cells, levels, start = [], [], 0
-    for one in _pyramid(image, wrap):
+    mode: Edge = "wrap" if wrap else "edge"
+    for one in _pyramid(image, mode):
         rows, columns = one.shape
-        texels = (np.pad(one, ((0, 1), (0, 1)), mode=_edge(wrap)) * 65535 + 0.5).astype(np.uint16)
+        texels = (np.pad(one, ((0, 1), (0, 1)), mode=mode) * 65535 + 0.5).astype(np.uint16)
         packed = np.zeros((rows, columns + PAD, 4), "<u2")
         for k, corner in enumerate((texels[:-1, :-1], texels[:-1, 1:], texels[1:, :-1], texels[1:, 1:])):
             packed[:, :columns, k] = corner
@@ -75,22 +77,18 @@ def bake(image: np.ndarray, wrap: bool) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(cells), np.array(levels, np.float32)
 
 
-def _edge(wrap: bool) -> Literal["wrap", "edge"]:
-    return "wrap" if wrap else "edge"
-
-
-def _pyramid(image: np.ndarray, wrap: bool) -> Iterator[np.ndarray]:
+def _pyramid(image: np.ndarray, mode: Edge) -> Iterator[np.ndarray]:
     """Levels of an image, each with twice the variance of the one before, by turns blurred and halved."""
     while min(image.shape) > 1:
         yield image
-        yield _blur(image, wrap)
+        yield _blur(image, mode)
         image = halve(halve(image, 0), 1)
     yield image
 
 
-def _blur(image: np.ndarray, wrap: bool) -> np.ndarray:
+def _blur(image: np.ndarray, mode: Edge) -> np.ndarray:
     """An image with a variance of 1/4 more along both axes, in its own texels."""
-    padded = np.pad(image, 1, mode=_edge(wrap))
+    padded = np.pad(image, 1, mode=mode)
     down = 0.75 * padded[1:-1] + 0.125 * (padded[:-2] + padded[2:])
     return 0.75 * down[:, 1:-1] + 0.125 * (down[:, :-2] + down[:, 2:])
 

@@ -26,8 +26,6 @@ ORDER = 3
 
 
 class Key(NamedTuple):
-    """A traced frame."""
-
     image: np.ndarray
     """Of shape (height, width, channels)."""
     splines: np.ndarray

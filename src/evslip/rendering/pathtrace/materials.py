@@ -33,8 +33,6 @@ class Picture(NamedTuple):
 
 
 class Paint(NamedTuple):
-    """Look of a surface."""
-
     albedo: Picture | np.ndarray
     """A texture, or linear RGB of shape (3,)."""
     finish: Finish

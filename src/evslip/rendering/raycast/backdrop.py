@@ -11,7 +11,7 @@ from evslip.rendering.materials.texels import TRIANGLE, sample_along, sample_aro
 from evslip.rendering.raycast.setting import Setting, table_plane
 from evslip.rendering.raycast.uncovered import Uncovered, aim_rays, look_below_horizon
 from evslip.rendering.scratch import HALF, ONE, ZERO, Scratch, blocks, clamped, f32, formula, kernel
-from evslip.rendering.shading.sphere import draw_lamp, glow, meet_sphere, unroll
+from evslip.rendering.shading.sphere import draw_lamp, meet_sphere, unroll
 from evslip.rendering.slots import GROUND, LIT, RESULT, TEX
 from evslip.rendering.timing.cell_motion import Cells
 from evslip.rendering.viewpoint import View
@@ -152,7 +152,8 @@ def _shade_sphere(S, n, loaded, pixel, sphere, lamp_here):
             horizon = HALF if aspect > ONE else ZERO  # a panorama has it in the middle
             unroll(S, n, sphere.repetitions, sphere.radius, pixel, aspect, horizon)
             sample_around(S, n, sphere.cells, loaded, sphere.levels, True, TRIANGLE)
-            glow(S, n, sphere.luminance)
+            for i in range(n):
+                S[RESULT + i] = S[TEX + i] * sphere.luminance
         else:
             for i in range(n):
                 S[RESULT + i] = ZERO

@@ -1,14 +1,15 @@
 """The object as the renderer sees it: one interface for every kind of body."""
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Protocol
 
 import numpy as np
 
 from evslip.config.params import Params
 from evslip.rendering.camera import Camera
+from evslip.rendering.raycast.cuboid import Cuboid
 from evslip.rendering.raycast.layers import Layers
+from evslip.rendering.raycast.mesh import Mesh
 from evslip.rendering.scratch import Scratch
 from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.shadows.mesh_shadow import Solid
@@ -31,25 +32,18 @@ class Body(Protocol):
 
     def cover(self, view: View) -> None:
         """Find the pixels that show the object."""
-        ...
 
     def order(self, front: np.ndarray, layers: Layers) -> None:
         """front (n,): set to 1 for the gripper's fragments in front of the object, to 0 for those behind."""
-        ...
 
     def draw(self, out: np.ndarray, keep: np.ndarray, scratch: Scratch, view: View, light: Illumination) -> None:
         """Add the object to `out` where `keep` (height, width) leaves room."""
-        ...
 
 
-BODIES = {"cuboid": "evslip.rendering.raycast.cuboid:Cuboid"}
-"""Shape of the object -> module:class, for shapes that have formulas of their own. A body is made from (params, camera,
-channel)."""
-ANY_SHAPE = "evslip.rendering.raycast.mesh:Mesh"
+BODIES: dict[str, Callable[[Params, Camera, int], Body]] = {"cuboid": Cuboid}
+"""Body by the shape of the object, for shapes that have formulas of their own."""
 
 
 def make_body(params: Params, camera: Camera, channel: int) -> Body:
     """The body of a sample's object in one colour channel. Raises ConfigError for an unreadable texture or mesh."""
-    module, _, attribute = BODIES.get(params.object.shape, ANY_SHAPE).partition(":")
-    kind: Callable[[Params, Camera, int], Body] = getattr(import_module(module), attribute)
-    return kind(params, camera, channel)
+    return BODIES.get(params.object.shape, Mesh)(params, camera, channel)

@@ -13,6 +13,7 @@ from evslip.rendering.raycast.setting import channel_of
 from evslip.rendering.scratch import Scratch
 from evslip.rendering.shading.box_shading import FaceTextures, draw_box
 from evslip.rendering.shading.illumination import Illumination
+from evslip.rendering.shadows.mesh_shadow import Solid
 from evslip.rendering.viewpoint import View
 from evslip.scene.textures import library
 
@@ -24,7 +25,8 @@ class Cuboid:
         height, width = camera.height, camera.width
         shape = params.object
         sides = np.array([shape.width_m, shape.depth_m, shape.height_m])
-        self.half, self.solid = sides / 2, None
+        self.half = sides / 2
+        self.solid: Solid | None = None
         self._textures = bake_faces(channel_of(library.load(shape.texture), channel), sides)
         self._gloss = gloss_of_object(params.object)
         self.total = np.zeros((height, width), np.float32)

@@ -27,7 +27,7 @@ class Mesh:
     def __init__(self, params: Params, camera: Camera, channel: int):
         height, width = camera.height, camera.width
         self._facets = prepare_facets(*surface_of(params))
-        self.solid = solid_of(self._facets)
+        self.solid: Solid | None = solid_of(self._facets)
         self.half = np.abs(self._facets.vertices).max(0)
         gloss = gloss_of_object(params.object)
         self._look = textured_look(self._facets, params.object.texture, channel, gloss, OBJECT_PART)

@@ -54,7 +54,11 @@ class Openings:
         still = self._once(_displaceable, rounded, self._camera)
         stepped = nearest_step(self._camera, camera, still)
         still = still if stepped is self._camera else self._once(_displaceable, rounded, stepped)
-        return self._once(lambda camera, travel_m: _displaced(still, camera, travel_m), rounded, camera, "displaced")
+
+        def make(camera: Camera, travel_m: float) -> Opening:
+            return Opening(displaced(still, camera), *_boxes(camera, travel_m))
+
+        return self._once(make, rounded, camera, "displaced")
 
     def _once(self, make: Callable[[Camera, float], Any], travel_m: float, camera: Camera, kind: Any = None) -> Any:
         key = kind or make, travel_m, camera.position.tobytes(), camera.rotation.tobytes()
@@ -86,10 +90,6 @@ def _displaceable(camera: Camera, travel_m: float) -> Displaceable:
     fragments = np.ascontiguousarray(still.fragments.T)
     still.fragments[:, OPEN] = _open_share(camera, fragments, _boxes(camera, travel_m)[1])
     return still
-
-
-def _displaced(still: Displaceable, camera: Camera, travel_m: float) -> Opening:
-    return Opening(displaced(still, camera), *_boxes(camera, travel_m))
 
 
 def _open_share(camera: Camera, fragments: np.ndarray, blockers: Boxes) -> np.ndarray:

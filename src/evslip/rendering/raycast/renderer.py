@@ -9,7 +9,7 @@ from evslip.events.frame import ARM
 from evslip.rendering.camera import Camera
 from evslip.rendering.distractors.bodies import DistractorBodies
 from evslip.rendering.distractors.distractor import Distractor
-from evslip.rendering.geometry.hand import Boxes, block_parts, box_parts
+from evslip.rendering.geometry.hand import Boxes, block_parts, box_parts, joined
 from evslip.rendering.geometry.links import MOST_LINKS, caster_count, hulls, solids
 from evslip.rendering.geometry.supersampling import RED
 from evslip.rendering.lens import SPREAD, Lens
@@ -35,11 +35,6 @@ from evslip.rendering.timing.schedule import arm_motion, distractor_motion
 from evslip.rendering.timing.update_schedule import LIGHT_STEPS, CellPlan, plan_cells, plan_single, plan_still
 from evslip.rendering.viewpoint import View
 from evslip.utils.errors import ConfigError
-
-
-def _joined(*boxes: Boxes) -> Boxes:
-    """Several sets of boxes as one."""
-    return Boxes(*(np.concatenate(arrays) for arrays in zip(*boxes, strict=True)))
 
 
 class Raycaster:
@@ -211,7 +206,6 @@ class Raycaster:
         self._distractor_bodies.draw(layer, self._scratch, self._at_us, self._view, light, arm)
 
     def _draw_foreground(self, layer: ForegroundLayer, light: Illumination) -> None:
-        """Draw what stands before the backdrop."""
         layers, view, body, arm = self._layers, self._view, self._body, self._arm
         # Distractors may stand before the arm, so it is among them where there are any.
         if self._links is not None and not len(self._distractor_bodies) and arm.cover(*self._links, view):
@@ -251,7 +245,7 @@ class Raycaster:
         assert opening is not None
         lamp, turn = view.turn.T @ (self.setting.lamp.position - view.camera), view.turn.T
         own = Boxes((turn @ view.axes)[None], (turn @ (view.place - view.camera))[None], self._body.half[None])
-        boxes = _joined(own, opening.boxes)
+        boxes = joined([own, opening.boxes])
         numbers = np.full(len(boxes.places), -1)
         meshes, turns, places = [], np.zeros((0, 3, 3)), np.zeros((0, 3))
         if solid is not None:
@@ -261,7 +255,7 @@ class Raycaster:
             arm, count = poses.arm, caster_count(poses.arm)
             middles = (poses.middles[index] - view.camera) @ turn.T
             links = Boxes(turn @ poses.turns[index], middles, hulls(arm).halves)
-            boxes = _joined(boxes, Boxes(*(part[:count] for part in links)))
+            boxes = joined([boxes, Boxes(*(part[:count] for part in links))])
             numbers = np.concatenate([numbers, len(meshes) + np.arange(count)])
             origins = (poses.places[index, :count] - view.camera) @ turn.T
             meshes = [*meshes, *solids(arm)]
@@ -269,7 +263,7 @@ class Raycaster:
         parts, others = self._casting[: len(numbers)], self._distractor_bodies.boxes(self._at_us, view)
         if len(self._distractor_bodies):
             round_ones = np.array([one is not None for one in self._distractor_bodies.solids])
-            boxes, parts = _joined(boxes, others), np.concatenate([parts, self._distractor_bodies.parts])
+            boxes, parts = joined([boxes, others]), np.concatenate([parts, self._distractor_bodies.parts])
             numbers = np.concatenate([numbers, np.where(round_ones, len(meshes) + np.cumsum(round_ones) - 1, -1)])
             meshes = [*meshes, *(one for one in self._distractor_bodies.solids if one is not None)]
             turns = np.concatenate([turns, others.turns[round_ones]])
@@ -277,6 +271,5 @@ class Raycaster:
         outlines = outlines_of(meshes, places, turns, lamp, turn[:, :2] @ -view.turn[:2, 2])
         casters = cast(lamp, self.setting.lamp.radius_m, boxes, parts, numbers, outlines)
         standing = Boxes(*(part[self._distractor_bodies.on_table] for part in others))
-        return illuminate(
-            view, self._sky_view.turn, self.setting, casters, _joined(own, opening.blockers), self._blocking, standing
-        )
+        blockers = joined([own, opening.blockers])
+        return illuminate(view, self._sky_view.turn, self.setting, casters, blockers, self._blocking, standing)

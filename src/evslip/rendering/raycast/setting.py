@@ -48,8 +48,6 @@ class Table(NamedTuple):
 
 
 class Sky(NamedTuple):
-    """The background sphere."""
-
     cells: np.ndarray
     levels: np.ndarray
     repetitions: float

@@ -125,13 +125,8 @@ def _neighbours(runs, starts):
     for r in range(runs.shape[0]):
         first = runs[firsts[count - 1]]
         down, across = runs[r, 0] - first[0], abs(runs[r, 1] - first[1])
-        if (
-            count == 0
-            or down < 0
-            or down >= NEAR_ROWS
-            or across > NEAR_COLUMNS
-            or (starts[r + 1] - starts[firsts[count - 1]] > MOST)
-        ):
+        apart = down < 0 or down >= NEAR_ROWS or across > NEAR_COLUMNS
+        if count == 0 or apart or starts[r + 1] - starts[firsts[count - 1]] > MOST:
             firsts[count] = r
             count += 1
     firsts[count] = runs.shape[0]

@@ -9,13 +9,8 @@ from evslip.rendering.geometry.plane import describe, meet_face
 from evslip.rendering.materials.paint import Gloss
 from evslip.rendering.materials.texels import sample_points, unfold
 from evslip.rendering.scratch import HALF, LEAST_ROOM, ZERO, Scratch, blocks, f32, kernel, repeat_last
-from evslip.rendering.shading.illumination import (
-    BodyPoints,
-    Illumination,
-    add_points,
-    light_body,
-    open_body,
-)
+from evslip.rendering.shading import illumination
+from evslip.rendering.shading.illumination import BodyPoints, Illumination
 from evslip.rendering.shadows.casters import OBJECT_PART, Patches
 from evslip.rendering.shadows.occlusion import between
 from evslip.rendering.slots import MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, RAY_X, RAY_Y, ROOM, SLOT, U, V
@@ -103,11 +98,11 @@ def draw_box(
     steps = np.array([np.eye(3)[:2] * (np.linalg.norm(face.middle) / view.focal) for face in faces])
     rows = np.array([[*face.axes[:, 2], face.axes[:, 2] @ face.middle] for face in faces])
     points, patches = BodyPoints(found.places, found.normals, found.rooms, parts), Patches(found.starts, steps, rows)
-    received, mirrored = light_body(scratch, light, points, found.opened, patches, gloss)
+    received, mirrored = illumination.light_body(scratch, light, points, found.opened, patches, gloss)
     levels = np.array([textures.starts[[face.axis, face.axis + 1]] for face in faces])
     texture = found.texture, found.footprints, found.starts, textures.cells, textures.levels, levels
     albedo = sample_points(scratch, *texture, False)
-    add_points(out, keep, found.pixels, found.shares, albedo * received + mirrored)
+    illumination.add_points(out, keep, found.pixels, found.shares, albedo * received + mirrored)
 
 
 def _open_nodes(scratch: Scratch, light: Illumination, faces: list[Face]) -> np.ndarray:
@@ -116,7 +111,7 @@ def _open_nodes(scratch: Scratch, light: Illumination, faces: list[Face]) -> np.
     normals = np.repeat(np.stack([face.axes[:, 2] for face in faces], 1).astype(np.float32), NODES * NODES, 1)
     same = np.full(normals.shape[1], OBJECT_PART, np.float32)
     points = BodyPoints(np.concatenate(places, 1).astype(np.float32), normals, same, same)
-    return open_body(scratch, light, points).reshape(-1, NODES, NODES)
+    return illumination.open_body(scratch, light, points).reshape(-1, NODES, NODES)
 
 
 @kernel

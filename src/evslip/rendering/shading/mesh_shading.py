@@ -9,14 +9,8 @@ from evslip.rendering.geometry.raster import Raster
 from evslip.rendering.materials.paint import Gloss
 from evslip.rendering.materials.texels import sample_points
 from evslip.rendering.scratch import HALF, Scratch, f32, kernel
-from evslip.rendering.shading.illumination import (
-    BodyPoints,
-    Illumination,
-    add_points,
-    light_body,
-    one_patch,
-    open_body,
-)
+from evslip.rendering.shading import illumination
+from evslip.rendering.shading.illumination import BodyPoints, Illumination
 from evslip.rendering.shadows.casters import OBJECT_PART
 from evslip.rendering.viewpoint import View
 
@@ -47,15 +41,15 @@ def draw_mesh(
     own = raster.fragment_face[:count], raster.fragment_place[:count]
     places, normals = _unpack(raster.functions, *own, out.shape[1], out.shape[0], view.focal)
     points = BodyPoints(places, normals, np.ones(count, np.float32), np.full(count, look.part, np.float32))
-    opened = open_body(scratch, light, points) if look.part == OBJECT_PART else np.ones(count, np.float32)
-    patch = one_patch(count, depth / view.focal)
-    received, mirrored = light_body(scratch, light, points, opened, patch, look.gloss)
+    opened = illumination.open_body(scratch, light, points) if look.part == OBJECT_PART else np.ones(count, np.float32)
+    patch = illumination.one_patch(count, depth / view.focal)
+    received, mirrored = illumination.light_body(scratch, light, points, opened, patch, look.gloss)
     shares, albedo = raster.fragment_share[:count], np.float32(look.albedo)
     if look.cells is not None and look.levels is not None:
         texture = _look_up(raster.functions, *own, shares, look.levels[0, 1], look.repeats)
         starts, rows = np.array([0, count]), np.array([[0, len(look.levels)]])
         albedo = sample_points(scratch, *texture, starts, look.cells, look.levels, rows, True)
-    add_points(out, keep, raster.fragment_pixel[:count], shares, albedo * received + mirrored)
+    illumination.add_points(out, keep, raster.fragment_pixel[:count], shares, albedo * received + mirrored)
 
 
 @kernel
@@ -90,14 +84,10 @@ def _look_up(functions, faces, places, shares, texels, repeats):
         depth = 1.0 / (functions[f, 0, 0] * x + functions[f, 0, 1] * y + functions[f, 0, 2])
         u = depth * (functions[f, 1, 0] * x + functions[f, 1, 1] * y + functions[f, 1, 2])
         v = depth * (functions[f, 2, 0] * x + functions[f, 2, 1] * y + functions[f, 2, 2])
-        major_u, major_v = (
-            f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0])),
-            f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0])),
-        )
-        minor_u, minor_v = (
-            f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1])),
-            f32(depth * (functions[f, 2, 1] - v * functions[f, 0, 1])),
-        )
+        major_u = f32(depth * (functions[f, 1, 0] - u * functions[f, 0, 0]))
+        major_v = f32(depth * (functions[f, 2, 0] - v * functions[f, 0, 0]))
+        minor_u = f32(depth * (functions[f, 1, 1] - u * functions[f, 0, 1]))
+        minor_v = f32(depth * (functions[f, 2, 1] - v * functions[f, 0, 1]))
         wide = math.sqrt(max(major_u * major_u + major_v * major_v, minor_u * minor_u + minor_v * minor_v))
         shrink = min(shares[i], f32(COARSEST) / (wide + f32(1e-12)))
         major_u, major_v, minor_u, minor_v = shrink * major_u, shrink * major_v, shrink * minor_u, shrink * minor_v

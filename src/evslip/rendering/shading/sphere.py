@@ -4,7 +4,7 @@ import math
 
 from evslip.rendering.materials.texels import floor32
 from evslip.rendering.scratch import HALF, ONE, ZERO, f32, formula, kernel
-from evslip.rendering.slots import GROUND, HELD, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, RAY_X, RAY_Y, RESULT, TEX, U, V, W
+from evslip.rendering.slots import GROUND, HELD, MAJOR_U, MAJOR_V, MINOR_U, MINOR_V, RAY_X, RAY_Y, RESULT, U, V, W
 
 INVERSE_TURN = f32(0.15915494)
 
@@ -59,12 +59,6 @@ def unroll(S, n, repetitions, radius, pixel, aspect, horizon):
         width = S[HELD + i] * pixel * scale
         S[MAJOR_U + i], S[MAJOR_V + i] = min(width / across, HALF), ZERO
         S[MINOR_U + i], S[MINOR_V + i] = ZERO, width * aspect / radius
-
-
-@kernel
-def glow(S, n, luminance):
-    for i in range(n):
-        S[RESULT + i] = S[TEX + i] * luminance
 
 
 @kernel

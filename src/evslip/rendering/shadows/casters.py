@@ -63,18 +63,13 @@ def cast(
 ) -> Casters:
     """Casters of a frame. lamp (3,): its centre; parts, numbers: `parts` and `outlines_of` of `Casters`."""
     rows = np.zeros((len(outlines.origins), 18), np.float32)
-    rows[:, :13], rows[:, 13:16] = _into_frames(outlines.frames, outlines.origins, lamp), outlines.planes
+    turns = outlines.frames.transpose(0, 2, 1)
+    rows[:, :9], rows[:, 13:16] = turns.reshape(-1, 9), outlines.planes
+    rows[:, 9:12] = -np.squeeze(turns @ outlines.origins[..., None], -1)
+    rows[:, 12] = np.linalg.norm(lamp - outlines.origins, axis=1)
     sizes = np.linalg.norm(boxes.halves, axis=1)
     described = describe_boxes(boxes, lamp), numbers, parts, sizes
     return Casters(*described, outlines.edges, outlines.starts, rows, np.float32(lamp_radius))
-
-
-def _into_frames(frames: np.ndarray, origins: np.ndarray, lamp: np.ndarray) -> np.ndarray:
-    """Rows (o, 13): turn and move into frames (o, 3, 3) at origins (o, 3), and their distance from the lamp."""
-    turns = frames.transpose(0, 2, 1)
-    moves = -np.squeeze(turns @ origins[..., None], -1)
-    away = np.linalg.norm(lamp - origins, axis=1)
-    return np.concatenate([turns.reshape(-1, 9), moves, away[:, None]], 1)
 
 
 @kernel

@@ -59,11 +59,8 @@ def outlines_of(
 ) -> Outlines:
     """Outlines of meshes at places (o, 3) with axes (o, 3, 3). level (3,): horizontal part of the direction of view,
     along which pixels stretch on the surface."""
-    frames, edges, planes = (
-        lamp_frames(places, lamp, level),
-        [np.zeros((0, 2, 3), np.float32)],
-        np.zeros((len(places), 3)),
-    )
+    frames, planes = lamp_frames(places, lamp, level), np.zeros((len(places), 3))
+    edges = [np.zeros((0, 2, 3), np.float32)]
     for k, solid in enumerate(solids):
         found, planes[k] = silhouette(*solid, turns[k].T @ (lamp - places[k]), turns[k].T @ frames[k])
         edges.append(found)

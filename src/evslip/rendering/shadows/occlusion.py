@@ -117,7 +117,6 @@ def _into_box(S, n, box):
 
 @formula
 def _see_corner(S, n, at, x, y, z):
-    """Unit vector to a corner."""
     n, at = clamped(n), slot(MORE + at)
     for i in range(n):
         a, b, c = x - S[PX + i], y - S[PY + i], z - S[PZ + i]

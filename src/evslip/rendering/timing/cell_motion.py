@@ -17,19 +17,9 @@ from evslip.rendering.geometry.links import caster_count
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
 from evslip.rendering.scratch import TILE_H, TILE_W
-from evslip.rendering.timing.schedule import (
-    NEAR_M,
-    SIGNS,
-    SOFT,
-    carried_on,
-    distractor_corners,
-    into,
-    link_corners,
-    object_motion,
-    posed_corners,
-    scene_hits,
-)
+from evslip.rendering.timing import schedule
 from evslip.scene.shapes import shape_of
+from evslip.scene.shapes.surface import BOX_CORNERS
 
 ROWS, COLUMNS = 17, 6
 """About so many cells; they are made of whole tiles."""
@@ -106,7 +96,7 @@ def cell_sway(poses: ScenePoses, camera: Camera, params: Params, stretch: float)
     if params.vibration.is_default:
         return None
     pixels, shape, _ = _corners_of_cells(camera)
-    hits, _ = scene_hits(poses, camera, pixels, params.background.radius_m)
+    hits, _ = schedule.scene_hits(poses, camera, pixels, params.background.radius_m)
     moved = stretch * np.cumsum(_project_next(poses, camera, hits) - pixels, axis=0)
     places = np.concatenate([np.zeros((1, *shape, 2)), moved.reshape(-1, *shape, 2)])
     return Sway(poses.at_us.astype(np.float64), places, SWAY_PX)
@@ -125,8 +115,8 @@ def _motion_between(
     poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp, is_glossy: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     pixels, corners, (x, y) = _corners_of_cells(camera)
-    hits, is_surface = scene_hits(poses, camera, pixels, params.background.radius_m)
-    landing = _project_next(poses, camera, carried_on(poses, hits, is_surface))
+    hits, is_surface = schedule.scene_hits(poses, camera, pixels, params.background.radius_m)
+    landing = _project_next(poses, camera, schedule.carried_on(poses, hits, is_surface))
     shape = (len(hits), *corners)
     motion = _largest(_length(landing - pixels).reshape(shape))
     light = np.zeros_like(motion)
@@ -135,16 +125,16 @@ def _motion_between(
         ground = _Ground(hits[..., :2].reshape(*shape, 2), is_surface.reshape(shape), landing - pixels, *steps)
         for corners in _bodies(poses, params):
             _follow_shadow(motion, light, corners, lamp, ground)
-        corners = lamp.position + lamp.radius_m * SIGNS
+        corners = lamp.position + lamp.radius_m * BOX_CORNERS
         image, shift = _follow_points(poses, camera, corners)
         _at_least(motion, shift, _touched(image, x, y, 0.0))
         if is_glossy:
             _, shift = _follow_points(poses, camera, corners * (1, 1, -1))
             np.maximum(light, HIGHLIGHT * shift[:, None, None], out=light)
-    corners = posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
+    corners = schedule.posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
     around = _touched(_project(poses, camera, corners), x, y, ASIDE_PX)
     often = params.render.max_motion_px / STEADY_PX
-    uncovered = often * object_motion(poses, camera, params)
+    uncovered = often * schedule.object_motion(poses, camera, params)
     height = corners[..., 2].min(1)
     below = around & (np.minimum(height[1:], height[:-1]) < GAP_M)[:, None, None]
     _at_least(light, uncovered, below)
@@ -157,7 +147,7 @@ def _follow_points(poses: ScenePoses, camera: Camera, points: np.ndarray) -> tup
     """Images (m, k, 3) of points (k, 3) that stand still in the world, and the farthest that any moves between
     consecutive poses, (m - 1,); 0 where one is not before the camera."""
     image = _project(poses, camera, np.broadcast_to(points, (len(poses.travel_m), *points.shape)))
-    ahead = np.all(image[..., 2] > NEAR_M, 1)
+    ahead = np.all(image[..., 2] > schedule.NEAR_M, 1)
     shift = _length(np.diff(image[..., :2], axis=0)).max(1)
     return image, np.where(ahead[1:] & ahead[:-1], shift, 0.0)
 
@@ -178,15 +168,15 @@ class _Ground(NamedTuple):
 
 def _bodies(poses: ScenePoses, params: Params) -> Iterator[np.ndarray]:
     """Corners (m, k, 3) of all that casts shadows: object, gripper, links and distractors."""
-    yield posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
+    yield schedule.posed_corners(poses.object_position, poses.object_rotation, shape_of(params).outline())
     boxes = shadow_boxes(float(np.median(poses.travel_m)), gripper=robot_of(params.robot).gripper)
-    corners = boxes.places[:, None] + (boxes.halves[:, None] * SIGNS) @ boxes.turns.transpose(0, 2, 1)
-    yield posed_corners(poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
+    corners = boxes.places[:, None] + (boxes.halves[:, None] * BOX_CORNERS) @ boxes.turns.transpose(0, 2, 1)
+    yield schedule.posed_corners(poses.hand_position, poses.hand_rotation, corners.reshape(-1, 3))
     links = poses.links
     if links is not None:
         for k in range(caster_count(links.arm)):
-            yield posed_corners(links.places[:, k], links.turns[:, k], link_corners(links.arm, k))
-    yield from distractor_corners(poses)
+            yield schedule.posed_corners(links.places[:, k], links.turns[:, k], schedule.link_corners(links.arm, k))
+    yield from schedule.distractor_corners(poses)
 
 
 def _follow_shadow(motion: np.ndarray, light: np.ndarray, corners: np.ndarray, lamp: Lamp, ground: _Ground) -> None:
@@ -216,7 +206,7 @@ def _follow_shadow(motion: np.ndarray, light: np.ndarray, corners: np.ndarray, l
     way = np.where(where, _largest(way), 0.0)
     # Sharpest where the body is lowest; a wide penumbra may move farther.
     penumbra = steepness * (lamp.radius_m * np.minimum(fall[1:], fall[:-1]).min((1, 2)))[:, None]
-    soft = np.maximum(1.0, SOFT * _least(penumbra.reshape(seen.shape[:-1])))
+    soft = np.maximum(1.0, schedule.SOFT * _least(penumbra.reshape(seen.shape[:-1])))
     np.maximum(motion, way, out=motion)
     np.maximum(light, way / soft, out=light)
 
@@ -227,7 +217,7 @@ def _length(vectors: np.ndarray) -> np.ndarray:
 
 def _project(poses: ScenePoses, camera: Camera, points: np.ndarray) -> np.ndarray:
     """Points (m, k, 3) of the world in the images of all poses, as of `Camera.project`."""
-    return camera.project(into(poses.camera_position[:, None], poses.camera_rotation, points))
+    return camera.project(schedule.into(poses.camera_position[:, None], poses.camera_rotation, points))
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
@@ -249,7 +239,7 @@ def _at_least(motion: np.ndarray, least: np.ndarray, where: np.ndarray) -> None:
 def _touched(image: np.ndarray, x: np.ndarray, y: np.ndarray, aside_px: float) -> np.ndarray:
     """Cells that the points (m, k, 3) of an image may lie in, in either of two consecutive poses: of shape (m - 1,
     rows, columns). All of them where a point is not before the camera."""
-    ahead = image[..., 2] > NEAR_M
+    ahead = image[..., 2] > schedule.NEAR_M
     low = np.where(ahead[..., None], image[..., :2], -np.inf).min(1) - aside_px
     high = np.where(ahead[..., None], image[..., :2], np.inf).max(1) + aside_px
     low, high = np.minimum(low[1:], low[:-1]), np.maximum(high[1:], high[:-1])
@@ -260,4 +250,4 @@ def _touched(image: np.ndarray, x: np.ndarray, y: np.ndarray, aside_px: float) -
 
 def _project_next(poses: ScenePoses, camera: Camera, points: np.ndarray) -> np.ndarray:
     """Places of points (m - 1, k, 3) of the world in the image of the next pose."""
-    return camera.project(into(poses.camera_position[1:, None], poses.camera_rotation[1:], points))[..., :2]
+    return camera.project(schedule.into(poses.camera_position[1:, None], poses.camera_rotation[1:], points))[..., :2]

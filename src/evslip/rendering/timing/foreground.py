@@ -10,15 +10,8 @@ from evslip.config.params import Params
 from evslip.rendering.camera import Camera
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.setting import Lamp
+from evslip.rendering.timing import schedule
 from evslip.rendering.timing.cell_motion import STEADY_PX
-from evslip.rendering.timing.schedule import (
-    SOFT,
-    arm_motion,
-    gripper_motion,
-    into,
-    object_motion,
-    passing_shadow_motion,
-)
 
 
 def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: Lamp) -> np.ndarray:
@@ -30,16 +23,16 @@ def foreground_motion(poses: ScenePoses, camera: Camera, params: Params, lamp: L
     nearer to those of single frames.
     """
     often = params.render.max_motion_px / STEADY_PX
-    held = np.maximum(object_motion(poses, camera, params), gripper_motion(poses, camera))
-    edges = often * np.maximum(held, arm_motion(poses, camera))
+    held = np.maximum(schedule.object_motion(poses, camera, params), schedule.gripper_motion(poses, camera))
+    edges = often * np.maximum(held, schedule.arm_motion(poses, camera))
     motion = np.maximum(edges, _shadow_motion(poses, camera, lamp)) if lamp.luminance > 0 else edges
-    return np.maximum(motion, passing_shadow_motion(poses, camera, params))[:, None, None]
+    return np.maximum(motion, schedule.passing_shadow_motion(poses, camera, params))[:, None, None]
 
 
 def _shadow_motion(poses: ScenePoses, camera: Camera, lamp: Lamp) -> np.ndarray:
     """Motion of the shadows that object and gripper cast on each other, at most: they turn about what casts them as the
     lamp turns about the camera."""
-    towards = into(poses.camera_position[:, None], poses.camera_rotation, lamp.position)[:, 0]
+    towards = schedule.into(poses.camera_position[:, None], poses.camera_rotation, lamp.position)[:, 0]
     away = np.linalg.norm(towards, axis=1)
     turned = np.linalg.norm(np.diff(towards / away[:, None], axis=0), axis=1)
-    return turned * np.minimum(camera.focal_px, away[1:] / (SOFT * lamp.radius_m))
+    return turned * np.minimum(camera.focal_px, away[1:] / (schedule.SOFT * lamp.radius_m))

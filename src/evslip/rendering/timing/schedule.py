@@ -1,6 +1,5 @@
 """Times at which to draw a frame: often enough that nothing moves far in the image, and no oftener."""
 
-import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,14 +15,13 @@ from evslip.rendering.lamp import lamp_position
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.raycast.layers import resolve
 from evslip.scene.shapes import shape_of
+from evslip.scene.shapes.surface import BOX_CORNERS
 from evslip.utils.errors import ConfigError
 
 GRID = 7
 """Motion of the scene behind the object is measured at GRID x GRID places of the image."""
 NEAR_M = 0.02
 """Corners of object and arm closer to the camera plane than this are not followed."""
-SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-"""Signs of the corners of a box."""
 SOFT = 0.2
 """A shadow that moves by this share of its penumbra's radius counts as a sharp edge that moves by a pixel."""
 NEAR_SHADOW_M = 0.3
@@ -179,7 +177,7 @@ def arm_motion(poses: ScenePoses, camera: Camera) -> np.ndarray | float:
 def link_corners(arm: Arm, k: int) -> np.ndarray:
     """Corners (8, 3) of the box around a link, in its frame."""
     parts = hulls(arm)
-    return parts.centres[k] + SIGNS * parts.halves[k]
+    return parts.centres[k] + BOX_CORNERS * parts.halves[k]
 
 
 def posed_corners(places: np.ndarray, turns: np.ndarray, corners: np.ndarray) -> np.ndarray:

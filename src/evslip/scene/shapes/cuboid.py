@@ -1,11 +1,9 @@
 """A box of width x depth x height."""
 
-import itertools
-
 import numpy as np
 
 from evslip.scene.shapes.shape import CollisionShape, Shape, VolumeMoments
-from evslip.scene.shapes.surface import Surface, box_uv, corner_normals
+from evslip.scene.shapes.surface import BOX_CORNERS, Surface, box_uv, corner_normals
 
 
 class Cuboid(Shape):
@@ -24,7 +22,7 @@ class Cuboid(Shape):
         return CollisionShape("box", self.half_m)
 
     def outline(self) -> np.ndarray:
-        return np.array(list(itertools.product((-1.0, 1.0), repeat=3))) * self.half_m
+        return BOX_CORNERS * self.half_m
 
     def heights(self, side: int, x: np.ndarray, z: np.ndarray) -> np.ndarray:
         over = (np.abs(x)[:, None] <= self.half_m[0]) & (np.abs(z) <= self.half_m[2])

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from evslip.scene.shapes.surface import spiral
 from evslip.utils.errors import ConfigError
 from evslip.utils.files import named, stamp_of
 
@@ -89,16 +90,10 @@ def _farthest(vertices: np.ndarray, hull: np.ndarray) -> np.ndarray:
     if len(hull) <= MOST_CORNERS:
         return hull
     middle, size = vertices.mean(axis=0), np.ptp(vertices, axis=0)
-    directions = np.concatenate([_sphere(MOST_CORNERS - 6), np.eye(3), -np.eye(3)])
+    count = MOST_CORNERS - 6
+    even = spiral(1 - 2 * (np.arange(count) + 0.5) / count)
+    directions = np.concatenate([even, np.eye(3), -np.eye(3)])
     return hull[np.unique(((vertices[hull] - middle) / size @ directions.T).argmax(axis=0))]
-
-
-def _sphere(count: int) -> np.ndarray:
-    """Directions spread evenly over the sphere (a Fibonacci lattice), of shape (count, 3)."""
-    k = np.arange(count) + 0.5
-    z, angle = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
-    ring = np.sqrt(1 - z**2)
-    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], axis=1)
 
 
 def _checked(

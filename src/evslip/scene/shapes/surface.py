@@ -1,5 +1,6 @@
 """Surface of an object: triangles with texture coordinates and normals."""
 
+import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -11,6 +12,10 @@ MOST_AROUND = 256
 """A vertex of more faces, such as the tip of a fan, is left sharp."""
 PAIRS = 1 << 20
 """Pairs looked at together: bounds the memory."""
+
+
+BOX_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+"""Corners of a box in its half sides, of shape (8, 3)."""
 
 
 class Surface(NamedTuple):
@@ -26,6 +31,12 @@ class Surface(NamedTuple):
     normals: np.ndarray
     """Outward unit normals at each face's corners, of shape (m, 3, 3): interpolate them to shade. On a flat face they
     are the face's own."""
+
+
+def spiral(heights: np.ndarray) -> np.ndarray:
+    """Unit vectors (n, 3) of these z, each a golden angle further around: a Fibonacci lattice for even heights."""
+    angle, ring = np.pi * (1 + 5**0.5) * (np.arange(len(heights)) + 0.5), np.sqrt(1 - heights**2)
+    return np.stack([ring * np.cos(angle), ring * np.sin(angle), heights], axis=1)
 
 
 def face_vectors(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

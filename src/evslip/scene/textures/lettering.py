@@ -31,14 +31,14 @@ def write(
     return left
 
 
-def length(text: str, height: float, weight: float = 0.14, stretch: float = 1.0) -> float:
+def length(text: str, height: float, weight: float = 0.14) -> float:
     """Width of a word in pixels."""
-    return sum(_advance(letter, height, weight, stretch) for letter in text)
+    return sum(_advance(letter, height, weight, 1.0) for letter in text)
 
 
-def fit(text: str, width: float, most: float, weight: float = 0.14, stretch: float = 1.0) -> float:
+def fit(text: str, width: float, most: float, weight: float = 0.14) -> float:
     """The height, `most` at most, at which a word is `width` pixels wide at most."""
-    return min(most, width / length(text, 1.0, weight, stretch))
+    return min(most, width / length(text, 1.0, weight))
 
 
 def _advance(letter: str, height: float, weight: float, stretch: float) -> float:

@@ -12,7 +12,6 @@ from evslip.control.evaluation.summary import Figure as Figures
 from evslip.control.evaluation.summary import summarise, tables
 from evslip.utils import atomic
 from evslip.utils.version import __version__
-from evslip.view.control.tables import figure_table
 from evslip.view.pictures import charts
 from evslip.view.pictures.figures import Figure
 from evslip.view.report import page
@@ -22,6 +21,7 @@ NOTE = (
     "episodes give. A slip begins at 0.1 deg or 0.1 mm; the share stopped is of the slips that the oracle, which "
     "knows the onset and has the same actuator, stops within 3 deg and 2 mm: stopped is within 5 deg and 2 mm."
 )
+SHARES_NOTE = "Share of the episodes, from bottom to top, in which the figure is at most that on the axis."
 CHARTS = {"largest_deg": "largest slip, deg", "rise_ms": "onset to rising force, ms", "excess_n": "mean excess, N"}
 WORST = 30
 
@@ -30,8 +30,13 @@ def write_control(folder: Path, title: str, outcomes: Sequence[Outcome], videos:
     """control.html, control.json and outcomes.jsonl in a folder. videos: those of failures, by the name that `label`
     gives. Raises StorageError."""
     found = summarise(outcomes)
+    rows = tables(outcomes)
+    charted = [page.embed(name, _shares(rows, name, title)) for name, title in CHARTS.items()]
     kinds = sorted({one.disturbance for one in outcomes})
-    parts = [page.section("Figures", NOTE, page.table(*figure_table(found))), _charts(outcomes)]
+    parts = [
+        page.section("Figures", NOTE, page.table(*figure_table(found))),
+        page.section("Shares of the episodes", SHARES_NOTE, page.columns(charted)),
+    ]
     if len(kinds) > 1:
         parts += [
             page.section(f"Disturbance: {kind}", "", page.table(*figure_table(summarise(outcomes, only=kind))))
@@ -46,6 +51,20 @@ def write_control(folder: Path, title: str, outcomes: Sequence[Outcome], videos:
     atomic.write_text(folder / "control.json", json.dumps({"title": title, "figures": plain}, indent=1) + "\n")
     lines = "".join(json.dumps(one.row()) + "\n" for one in outcomes)
     atomic.write_text(folder / "outcomes.jsonl", lines)
+
+
+def figure_table(found: Mapping[str, Mapping[str, Figures]]) -> list[list[str]]:
+    """Head and lines of texts, for the page and for a terminal: a line a figure, a column a controller; figures that
+    none has are left out."""
+    names = list(found)
+    if not names:
+        return [[""]]
+    lines = [[title, *(_cell(found[name][title]) for name in names)] for title in found[names[0]]]
+    return [["", *names], *(line for line in lines if set(line[1:]) != {"–"})]
+
+
+def _cell(figure: Figures) -> str:
+    return page.number(figure.value, 1 if abs(figure.value) >= 10 else 2, figure.interval)
 
 
 def label(outcome: Outcome) -> str:
@@ -64,15 +83,6 @@ def _plain(figure: Figures) -> dict[str, Any]:
     return {"value": value, "interval": figure.interval, "episodes": figure.episodes}
 
 
-def _charts(outcomes: Sequence[Outcome]) -> str:
-    rows = tables(outcomes)
-    return page.section(
-        "Shares of the episodes",
-        "Share of the episodes, from bottom to top, in which the figure is at most that on the axis.",
-        page.columns([page.embed(name, _shares(rows, name, title)) for name, title in CHARTS.items()]),
-    )
-
-
 def _shares(rows: Mapping[str, tuple], name: str, title: str) -> Figure:
     traces, most = [], 0.0
     for index, (controller, table) in enumerate(rows.items()):
@@ -84,20 +94,12 @@ def _shares(rows: Mapping[str, tuple], name: str, title: str) -> Figure:
 
 
 def _worst(outcomes: Sequence[Outcome], videos: Mapping[str, Path], folder: Path) -> str:
-    lines = []
-    for one in worst(outcomes)[:WORST]:
-        name = label(one)
-        shown = page.text(name)
-        if name in videos:
-            shown = f'<a href="{page.text(str(videos[name].relative_to(folder)))}">{shown}</a>'
-        what = "lost" if one.lost else ""
-        cells = (one.disturbance, what, f"{one.largest_deg:.1f}", f"{one.largest_mm:.1f}", f"{one.mean_n:.2f}")
-        lines.append(f"<tr><th>{shown}</th>{''.join(f'<td>{page.text(cell)}</td>' for cell in cells)}</tr>")
-    if not lines:
-        return ""
-    head = "".join(f"<th>{cell}</th>" for cell in ("", "disturbance", "", "deg", "mm", "mean force, N"))
-    return page.section(
-        "Failures",
-        "Lost, or slipped by more than 5 deg or 2 mm.",
-        f'<div class="wide"><table><tr>{head}</tr>{"".join(lines)}</table></div>',
-    )
+    rows = [
+        (label(one), one.disturbance, "lost" if one.lost else "", f"{one.largest_deg:.1f}", f"{one.largest_mm:.1f}",
+         f"{one.mean_n:.2f}")
+        for one in worst(outcomes)[:WORST]
+    ]  # fmt: skip
+    head = ("", "disturbance", "", "deg", "mm", "mean force, N")
+    links = {name: str(path.relative_to(folder)) for name, path in videos.items()}
+    table = page.table(head, *rows, links=links)
+    return page.section("Failures", "Lost, or slipped by more than 5 deg or 2 mm.", table) if rows else ""

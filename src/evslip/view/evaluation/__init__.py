@@ -1,1 +1,1 @@
-"""Results of an evaluation or a sweep, as pages, pictures and tables. Begin with `evaluation`."""
+"""Results of an evaluation or a sweep, as pages, pictures and tables. Begin with `page`."""

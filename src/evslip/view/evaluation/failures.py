@@ -46,11 +46,6 @@ class Failure(NamedTuple):
     p_slip: float
 
     @property
-    def error(self) -> float:
-        """|probability - truth|."""
-        return abs(self.p_slip - self.slips)
-
-    @property
     def file(self) -> str:
         """Name of its picture's file; the same for every model."""
         label = "slip" if self.slips else "hold"
@@ -64,7 +59,7 @@ def worst(scores: "Metrics", most: int = MOST) -> list[Failure]:
         return []
     rows = zip(*columns, strict=True)
     found = [Failure(str(name), int(start), label == Label.SLIP, float(p)) for name, start, label, p in rows]
-    return sorted(found, key=lambda failure: -failure.error)[:most]
+    return sorted(found, key=lambda failure: -abs(failure.p_slip - failure.slips))[:most]
 
 
 def failures(models: Sequence[tuple[str, float, Sequence[Failure]]], show: Show) -> str:
@@ -94,12 +89,12 @@ def _captioned(failure: Failure, threshold: float, uri: str | None) -> str:
     return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
 
 
-def from_folder(folder: Path) -> Show:
-    """Pictures that `save_pictures` has written."""
+def from_folder(folder: Path, otherwise: Show = lambda failure: None) -> Show:
+    """Pictures that `save_pictures` has written, and others where it has not."""
 
     def show(failure: Failure) -> str | None:
         path = folder / failure.file
-        return jpeg_uri(path.read_bytes()) if path.is_file() else None
+        return jpeg_uri(path.read_bytes()) if path.is_file() else otherwise(failure)
 
     return show
 
@@ -128,17 +123,12 @@ def pictures(
     wanted: dict[str, list[Failure]] = {}
     for failure in dict.fromkeys(failure._replace(p_slip=0.0) for failure in found):
         wanted.setdefault(failure.name, []).append(failure)
-    if data.windows is not None:
-        yield from _of_windows(data, wanted)
-        return
-    for record in data.named(wanted):
-        for failure in wanted.pop(record.name, ()):
-            yield failure, of_record(record, failure.start_us, settings, align)
-
-
-def _of_windows(data: "EvaluationData", wanted: dict[str, list[Failure]]) -> Iterator[tuple[Failure, np.ndarray]]:
     cut = data.windows
-    assert cut is not None  # asked before
+    if cut is None:
+        for record in data.named(wanted):
+            for failure in wanted.pop(record.name, ()):
+                yield failure, of_record(record, failure.start_us, settings, align)
+        return
     for failure in (one for some in wanted.values() for one in some):
         for i in np.flatnonzero((cut.name == failure.name) & (cut.start_us == failure.start_us))[:1]:
             t_us, x, y, p = cut[int(i)].columns

@@ -9,18 +9,13 @@ from evslip.learn.evaluation.evaluation import Evaluation
 from evslip.utils import atomic
 from evslip.view.evaluation.charts import CurveChart, GroupChart, alarm_charts, error_bar, group_charts, window_charts
 from evslip.view.pictures.charts import color
-from evslip.view.pictures.images import figure_png
-
-DASHED = {"color": "0.55", "lw": 0.8, "ls": "--"}
+from evslip.view.pictures.images import figure_png, panels
 
 
 def write_scores_png(path: Path, found: Sequence[Evaluation], names: Sequence[str]) -> None:
     """ROC, precision over recall, calibration and, where records were examined, alarms. Raises StorageError."""
-    from matplotlib.figure import Figure
-
     charts = window_charts(found) + alarm_charts(found)
-    figure = Figure(figsize=(3.5 * len(charts), 3.4), layout="constrained", dpi=110)
-    axes = figure.subplots(1, len(charts))
+    figure, axes = panels(len(charts), len(charts), (3.5, 3.4), dpi=110)
     for axis, chart in zip(axes, charts, strict=True):
         _curves(axis, chart)
     for i, name in enumerate(names):
@@ -32,17 +27,10 @@ def write_scores_png(path: Path, found: Sequence[Evaluation], names: Sequence[st
 def write_conditions_png(path: Path, found: Sequence[Evaluation], names: Sequence[str]) -> None:
     """Accuracy by each condition, with the range of 95 % of resamples; diamonds: the share of the windows between
     hold and slip that is called slip. Raises StorageError."""
-    from matplotlib.figure import Figure
-
     charts = group_charts(found)
-    columns = min(3, max(1, len(charts)))
-    rows = max(1, math.ceil(len(charts) / columns))
-    figure = Figure(figsize=(4.6 * columns, 2.9 * rows), layout="constrained", dpi=110)
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    figure, axes = panels(len(charts), min(3, max(1, len(charts))), (4.6, 2.9), dpi=110)
     for axis, chart in zip(axes, charts, strict=False):
         _groups(axis, chart)
-    for axis in axes[len(charts) :]:
-        axis.axis("off")
     if len(names) > 1:
         handles = [axes[0].bar([0], [0], color=color(i), label=name) for i, name in enumerate(names)]
         figure.legend(handles=handles, loc="outside upper left", ncols=5, frameon=False, fontsize=8)
@@ -51,13 +39,12 @@ def write_conditions_png(path: Path, found: Sequence[Evaluation], names: Sequenc
 
 def _curves(axis: Any, chart: CurveChart) -> None:
     if chart.guide:
-        axis.plot(*zip(*chart.guide, strict=True), **DASHED)
+        axis.plot(*zip(*chart.guide, strict=True), color="0.55", lw=0.8, ls="--")
     style = {"drawstyle": "steps-post" if chart.steps else None, "marker": "o" if chart.marked else None}
     for i, points in chart.lines.items():
         axis.plot(*zip(*points, strict=True), color=color(i), lw=1.5, ms=4, **style)
     low, high = chart.x_range if chart.steps else (-0.01, 1.01)
     axis.set(xlabel=chart.x, ylabel=chart.y, xlim=(low, high), ylim=(-0.01, 1.02))
-    axis.spines[["top", "right"]].set_visible(False)
 
 
 def _groups(axis: Any, chart: GroupChart) -> None:
@@ -75,4 +62,3 @@ def _groups(axis: Any, chart: GroupChart) -> None:
     axis.set(ylim=(0, 1.05), xlim=(-0.6, len(labels) - 0.4))
     axis.set_ylabel("accuracy", fontsize=8)
     axis.tick_params(axis="y", labelsize=7)
-    axis.spines[["top", "right"]].set_visible(False)

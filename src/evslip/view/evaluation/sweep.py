@@ -4,7 +4,7 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -61,13 +61,13 @@ def parallel_coordinates(found: Sweep) -> Figure:
         name: [trial.settings.get(name) for trial in ended] for trial in ended for name in trial.settings
     }
     columns[_goal(found)] = [trial.value for trial in ended]
-    axes = [_Axis.of(values) for values in columns.values() if values]
+    axes = [_axis(values) for values in columns.values() if values]
     traces = []
     for k, trial in enumerate(ended):
         share = (k + 1) / len(ended)  # 1: the best
         color = f"rgba(10,111,176,{0.12 + 0.88 * share**3:.3f})"
         line = charts.line(
-            f"trial {trial.number}", range(len(axes)), [axis.heights[k] for axis in axes], 0, marked=True
+            f"trial {trial.number}", range(len(axes)), [heights[k] for heights, _ in axes], 0, marked=True
         )
         line |= {"line": {"color": color, "width": 1 + 2 * share**3}, "marker": {"size": 6}}
         line["text"] = [f"{name} {_text(values[k])}" for name, values in columns.items()]
@@ -83,34 +83,26 @@ def parallel_coordinates(found: Sweep) -> Figure:
             "xaxis": {**ticks, "range": [-0.25, len(axes) - 0.75]},
             "yaxis": {"visible": False, "range": [-0.04, 1.04]},
             "shapes": [{**upright, "x0": x, "x1": x} for x in range(len(axes))],
-            "annotations": [{**side, "x": x, "y": y, "text": s} for x, axis in enumerate(axes) for y, s in axis.ticks],
+            "annotations": [{**side, "x": x, "y": y, "text": s} for x, (_, marks) in enumerate(axes) for y, s in marks],
             "showlegend": False,
             "hovermode": "closest",
         },
     }
 
 
-class _Axis(NamedTuple):
+def _axis(values: Sequence[Any]) -> tuple[list[float], list[tuple[float, str]]]:
     """Values of one setting as heights from 0 to 1: numbers by size, on a logarithmic scale where they span more than a
-    factor of 20; names and flags by rank."""
-
-    heights: list[float]
-    ticks: list[tuple[float, str]]
-
-    @classmethod
-    def of(cls, values: Sequence[Any]) -> "_Axis":
-        if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-            names = sorted({str(value) for value in values})
-            heights = [(k + 0.5) / len(names) for k in range(len(names))]
-            return cls([heights[names.index(str(value))] for value in values], list(zip(heights, names, strict=True)))
-        log = bool(values) and min(values) > 0 and max(values) > 20 * min(values)
-        places = np.log10(values) if log else np.array(values, float)
-        low, span = places.min(), np.ptp(places)
-        marks = np.unique(places) if len(set(values)) <= 6 else low + span * np.linspace(0, 1, 5)
-        heights, ticks = ((p - low) / span if span else np.full(len(p), 0.5) for p in (places, marks))
-        return cls(
-            heights.tolist(), [(y, _text(float(10**m if log else m))) for y, m in zip(ticks, marks, strict=True)]
-        )
+    factor of 20; names and flags by rank. And the heights of marks, with their texts."""
+    if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        names = sorted({str(value) for value in values})
+        heights = [(k + 0.5) / len(names) for k in range(len(names))]
+        return [heights[names.index(str(value))] for value in values], list(zip(heights, names, strict=True))
+    log = min(values) > 0 and max(values) > 20 * min(values)
+    places = np.log10(values) if log else np.array(values, float)
+    low, span = places.min(), np.ptp(places)
+    marks = np.unique(places) if len(set(values)) <= 6 else low + span * np.linspace(0, 1, 5)
+    heights, ticks = ((p - low) / span if span else np.full(len(p), 0.5) for p in (places, marks))
+    return heights.tolist(), [(y, _text(float(10**m if log else m))) for y, m in zip(ticks, marks, strict=True)]
 
 
 def _course(found: Sweep) -> Figure:

@@ -33,13 +33,9 @@ def _cell(figure: Figure, cell: Cell) -> str:
     """Mean ± spread over seeds, or a value and its interval."""
     if cell.mean == math.inf:
         return "not reached"
-    text = page.number(cell.mean, figure.digits)
     if math.isfinite(cell.spread):
-        return f"{text} ± {cell.spread:.{figure.digits}f}"
-    if cell.interval is not None:
-        low, high = (page.number(end, figure.digits) for end in cell.interval)
-        return f"{text} ({low}–{high})"
-    return text
+        return f"{page.number(cell.mean, figure.digits)} ± {cell.spread:.{figure.digits}f}"
+    return page.number(cell.mean, figure.digits, cell.interval)
 
 
 def alarm_table(found: Sequence[Evaluation], names: Sequence[str]) -> list[list[str]]:

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.data.intervals import LABELS, Interval
-from evslip.utils.errors import DataError
 
 CLASSES = (*LABELS, "unmarked")
 
@@ -22,7 +21,6 @@ class Agreement(NamedTuple):
     """Intersection over union of each kind: the time both say it over the time either does; nan where neither does."""
 
     def table(self) -> str:
-        """Lines for a person."""
         share = np.trace(self.seconds) / self.seconds.sum()
         lines = [f"{'A, down; B, across (s)':<24}" + "".join(f"{name:>12}" for name in CLASSES)]
         lines += [
@@ -33,12 +31,7 @@ class Agreement(NamedTuple):
 
 
 def agreement(a: Sequence[Interval], b: Sequence[Interval]) -> Agreement:
-    """Compare two lists of intervals exactly: the time line is cut wherever either changes.
-
-    Raises DataError where one is empty.
-    """
-    if not a or not b:
-        raise DataError("labels: a file without an interval cannot be compared")
+    """Compare two lists of intervals, none of them empty, exactly: the time line is cut wherever either changes."""
     edges = np.unique([time for interval in (*a, *b) for time in interval[:2]])
     middles, lengths = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 1e6
     seconds = np.zeros((len(CLASSES), len(CLASSES)))

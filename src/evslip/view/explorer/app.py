@@ -1,11 +1,8 @@
 """The pages and the data behind them, as a web application."""
 
 import threading
-from collections.abc import Callable
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
@@ -19,7 +16,9 @@ from evslip.utils.errors import EvslipError
 from evslip.view.explorer.labels import Labels
 from evslip.view.explorer.sample import Sample
 from evslip.view.explorer.shelf import Shelf
+from evslip.view.pictures.figures import space_time
 from evslip.view.web.guard import Guard
+from evslip.view.web.pages import page, static
 
 OPEN_SAMPLES = 3
 """Kept in memory; one is up to 100 MB."""
@@ -27,9 +26,6 @@ MOST_EVENTS = 400_000
 """Most events of one response."""
 CLOUD_EVENTS = 30_000
 FACTS_AT_ONCE = 50
-_SCRIPTS = ("list", "player", "stage", "chart", "events", "labels", "cloud", "clock", "page", "sample")
-STATIC = {"style.css": "text/css"} | {f"{name}.js": "text/javascript" for name in _SCRIPTS}
-"""All files that are given out, with their types."""
 
 
 class Explorer:
@@ -39,7 +35,7 @@ class Explorer:
         self.shelf, self.model, self.labels = shelf, model, labels
         self._opening = threading.Lock()
         self._open = lru_cache(maxsize=OPEN_SAMPLES)(
-            lambda position: Sample(shelf.read(position), shelf[position].label or "")
+            lambda position: Sample(shelf.read(position), shelf.items[position].label or "")
         )
         self._answers = lru_cache(maxsize=8)(self._detect)
 
@@ -51,25 +47,7 @@ class Explorer:
         with self._opening:
             return self._open(position)
 
-    def page(self, name: str, script: str) -> Callable[[Request], Response]:
-        """A page of static/, with what it shares with the others, and its script."""
-        folder = resources.files("evslip.view.explorer").joinpath("static")
-        head, player, page = (
-            Template(folder.joinpath(file).read_text(encoding="utf-8")) for file in ("head.html", "player.html", name)
-        )
-        text = page.substitute(head=head.substitute(script=script), player=player.template)
-        return lambda request: Response(text, media_type="text/html")
-
-    def static(self, request: Request) -> Response:
-        """A script or style sheet."""
-        name = request.path_params["name"]
-        if name not in STATIC:
-            raise HTTPException(404, "no such file")
-        data = resources.files("evslip.view.explorer").joinpath("static", name).read_bytes()
-        return Response(data, media_type=STATIC[name])
-
     def plotly(self, request: Request) -> Response:
-        """The library that draws the cloud."""
         from plotly.offline import get_plotlyjs
 
         return Response(get_plotlyjs(), media_type="text/javascript", headers={"cache-control": "max-age=86400"})
@@ -77,20 +55,18 @@ class Explorer:
     def items(self, request: Request) -> Response:
         """The list, without opening a file."""
         rows = [[item.name, item.split, item.label, item.events] for item in self.shelf.items]
-        return JSONResponse({"title": self.shelf.title, "items": rows, "labelling": self.labels is not None})
+        return JSONResponse({"title": self.shelf.title, "items": rows})
 
     def facts(self, request: Request) -> Response:
-        """Facts in the files of some samples."""
         first = _number(request, "first", 0, len(self.shelf))
         return JSONResponse(list(self.shelf.facts(first, FACTS_AT_ONCE)))
 
     def about(self, request: Request) -> Response:
-        """Facts and curves of a sample."""
         return JSONResponse({**self.sample(request).about(), "model": self.model is not None})
 
     def events(self, request: Request) -> Response:
         """Events of a span as bytes, see `sample.EVENT`; the header X-Events says how many there were."""
-        start, end = _number(request, "start_us", -(2**62), 2**62), _number(request, "end_us", -(2**62), 2**62)
+        start, end = _number(request, "start_us"), _number(request, "end_us")
         most = _number(request, "most", 0, MOST_EVENTS)
         packed, count = self.sample(request).packed(start, end, most)
         return Response(packed.tobytes(), media_type="application/octet-stream", headers={"x-events": str(count)})
@@ -98,14 +74,12 @@ class Explorer:
     def frame(self, request: Request) -> Response:
         """Picture of the camera at a time, as bytes, see `Sample.pixels`: between programs on one machine, packing and
         unpacking it would take longer than handing it over."""
-        t_us = _number(request, "t_us", -(2**62), 2**62)
+        t_us = _number(request, "t_us")
         return Response(self.sample(request).pixels(t_us).tobytes(), media_type="application/octet-stream")
 
     def cloud(self, request: Request) -> Response:
         """Events of a span in space and time, for Plotly."""
-        from evslip.view.pictures.figures import space_time
-
-        start, end = _number(request, "start_us", -(2**62), 2**62), _number(request, "end_us", -(2**62), 2**62)
+        start, end = _number(request, "start_us"), _number(request, "end_us")
         record = self.sample(request).record
         return JSONResponse(space_time(record.events.between(start, end), record.size, CLOUD_EVENTS))
 
@@ -150,7 +124,7 @@ class Explorer:
 
     def _labelled(self) -> str:
         """Name of what is labelled, unlike that of every other: the recording, and the file that its labels go to."""
-        return f"{self.shelf[0].path.absolute()}, {self._labels().path.absolute()}"
+        return f"{self.shelf.items[0].path.absolute()}, {self._labels().path.absolute()}"
 
     def _labels(self) -> Labels:
         if self.labels is None:
@@ -161,11 +135,11 @@ class Explorer:
 def make_app(explorer: Explorer, hosts: list[str]) -> Guard:
     """The application, which answers to the given values of the Host header alone."""
     at = "/api/samples/{position:int}"
-    first = ("label.html", "labels") if explorer.labels is not None else ("index.html", "list")
+    first = ("label", "labels") if explorer.labels is not None else ("index", "list")
     routes = [
-        Route("/", explorer.page(*first)),
-        Route("/sample/{position:int}", explorer.page("sample.html", "sample")),
-        Route("/static/{name}", explorer.static),
+        Route("/", lambda request: page(*first)),
+        Route("/sample/{position:int}", lambda request: page("sample", "sample")),
+        Route("/static/{name}", static),
         Route("/plotly.js", explorer.plotly),
         Route("/api/items", explorer.items),
         Route("/api/facts", explorer.facts),
@@ -184,7 +158,7 @@ def _explain(request: Request, error: Exception) -> Response:
     return PlainTextResponse(f"{' '.join(str(error).split())}\n", 422)
 
 
-def _number(request: Request, name: str, least: int, most: int) -> int:
+def _number(request: Request, name: str, least: int = -(2**62), most: int = 2**62) -> int:
     text = request.query_params.get(name, "")
     digits = text.removeprefix("-")
     if not digits.isascii() or not digits.isdigit() or len(digits) > 19 or not least <= int(text) <= most:

@@ -1,7 +1,6 @@
 """One opened record, and what the pages draw of it."""
 
 import threading
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from evslip.data.record import Record
 from evslip.events.stream import Events
 from evslip.physics.motion.phases import phase_times
+from evslip.view.pictures.figures import thinned
 from evslip.view.pictures.frame_source import FrameSource, span_of
 
 RATE_BINS = 600
@@ -30,16 +30,8 @@ class Sample:
         """`label`: slip or hold, as the data set has it; default: as the record has it."""
         self.record, self._label = record, label or record.label
         self._sight, self._lock = FrameSource(record), threading.Lock()
-
-    @cached_property
-    def span_us(self) -> tuple[int, int]:
+        self.span_us = span_of(record)
         """The time there is something to see."""
-        return span_of(self.record)
-
-    @property
-    def has_frames(self) -> bool:
-        """Whether `pixels` can draw."""
-        return self._sight.is_there
 
     def pixels(self, t_us: int) -> np.ndarray:
         """Picture of the camera at a time, as a canvas holds it: RGBA, uint8 of shape (height, width, 4). Raises
@@ -59,28 +51,25 @@ class Sample:
         """Facts that the page needs before it plays; times in microseconds."""
         record = self.record
         width, height = record.size
-        times = record.events.t_us
-        about: dict[str, Any] = {
+        times, truth = record.events.t_us, record.truth
+        slips = [[i.start_us, i.end_us, i.label] for i in record.intervals if i.label == "slip"]
+        held = [[i.start_us, i.end_us] for i in record.intervals if i.label == "hold"]
+        onset_us = None
+        if truth is not None and not record.intervals:
+            slips = [[episode.start_us, episode.end_us, episode.kind] for episode in truth.episodes]
+            held_us = truth.t_us[truth.held]
+            held = [[int(held_us[0]), int(held_us[-1])]] if len(held_us) else []
+            onset_us = truth.onset_us
+        phases = {} if truth is None or record.params is None else phase_times(record.params)
+        return {
             "name": record.name, "kind": record.kind, "width": width, "height": height, "events": record.events.count,
             "start_us": self.span_us[0], "end_us": self.span_us[1],
             "origin_us": 0 if record.truth is not None else self.span_us[0],
-            "first_event_us": int(times[0]) if len(times) else self.span_us[0], "frames": self.has_frames,
-            "bodies": record.events.body is not None, "facts": self._facts(), "phases": [], "slips": [], "held": [],
-            "curves": [self._rates()],
+            "first_event_us": int(times[0]) if len(times) else self.span_us[0], "frames": self._sight.is_there,
+            "bodies": record.events.body is not None, "facts": self._facts(),
+            "phases": [[name, *span] for name, span in phases.items()], "slips": slips, "held": held,
+            "curves": [*self._truth_curves(), self._rates()], "onset_us": onset_us,
         }  # fmt: skip
-        about["slips"] = [[i.start_us, i.end_us, i.label] for i in record.intervals if i.label == "slip"]
-        about["held"] = [[i.start_us, i.end_us] for i in record.intervals if i.label == "hold"]
-        truth = record.truth
-        if truth is not None:
-            about["curves"] = [*self._truth_curves(), self._rates()]
-        if truth is not None and record.params is not None:
-            about["phases"] = [[name, *span] for name, span in phase_times(record.params).items()]
-        if truth is not None and not record.intervals:
-            about["slips"] = [[episode.start_us, episode.end_us, episode.kind] for episode in truth.episodes]
-            held = np.flatnonzero(truth.held)
-            about["held"] = [[int(truth.t_us[held[0]]), int(truth.t_us[held[-1]])]] if len(held) else []
-            about["onset_us"] = truth.onset_us
-        return about
 
     def _facts(self) -> list[tuple[str, str]]:
         from evslip.utils.units import tell
@@ -121,7 +110,8 @@ class Sample:
 
     def _truth_curves(self) -> list[dict[str, Any]]:
         truth = self.record.truth
-        assert truth is not None  # asked before
+        if truth is None:
+            return []
         first, last = np.searchsorted(truth.t_us, self.span_us)
         keep = slice(int(first), int(last) + 1, max(1, (int(last) - int(first)) // CURVE_POINTS))
         t_us = truth.t_us[keep]
@@ -138,13 +128,6 @@ def curve(name: str, unit: str, t_us: np.ndarray, lines: dict[str, np.ndarray]) 
     """A small plot under the picture: lines over the same times."""
     rounded = {key: [float(f"{value:.5g}") for value in values] for key, values in lines.items()}
     return {"name": name, "unit": unit, "t_us": np.asarray(t_us, np.int64).tolist(), "lines": rounded}
-
-
-def thinned(events: Events, most: int) -> Events:
-    """At most `most` of the events, evenly."""
-    if events.count <= most:
-        return events
-    return events.select(np.linspace(0, events.count - 1, most).astype(np.int64))
 
 
 def pack(events: Events, start_us: int) -> np.ndarray:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from evslip.view.explorer.labels import Labels
 from evslip.view.explorer.shelf import Shelf
-from evslip.view.web.serving import check_port, require_server, serve
+from evslip.view.web.serving import require_server, serve
 
 
 def explore(
@@ -19,10 +19,9 @@ def explore(
 
     Raises ConfigError, DataError, MissingExtraError.
     """
-    require_server()
+    require_server(port)
     from evslip.view.explorer.app import Explorer, make_app
 
-    check_port(port)
     if model is not None:
         from evslip.learn import load_model
 

@@ -26,9 +26,6 @@ class Shelf:
     def __len__(self) -> int:
         return len(self.items)
 
-    def __getitem__(self, position: int) -> Listing:
-        return self.items[position]
-
     def read(self, position: int, events: bool = True) -> Record:
         """The record of an item; events=False leaves a sample's stream on disk. Raises DataError, IndexError."""
         item = self.items[position]
@@ -49,10 +46,9 @@ class Shelf:
                     yield {"position": position, "doubt": str(error)}
 
 
-def open_shelf(path: str | Path, camera: str = ALL_CAMERAS) -> Shelf:
+def open_shelf(path: Path, camera: str = ALL_CAMERAS) -> Shelf:
     """A data set, a folder of recordings, or a file of events of any known format; of samples that several cameras saw
     an item of each, or those of one. Raises DataError."""
-    path = Path(path)
     if path.is_file() or is_bag_folder(path):
         return open_recording(path, camera)
     samples = open_samples(path).seen_by(camera)
@@ -69,9 +65,8 @@ def _item(samples: Samples, position: int) -> Listing:
     return one if one.label is not None else one._replace(label=samples.read(position, events=False).label)
 
 
-def open_recording(path: str | Path, camera: str = ALL_CAMERAS) -> Shelf:
+def open_recording(path: Path, camera: str = ALL_CAMERAS) -> Shelf:
     """One file of events of any known format; camera: as of `open_shelf`. Raises DataError."""
-    path = Path(path)
     format_of(path)
     if not (path.is_file() or is_bag_folder(path)):
         raise DataError(f"{path}: no such file; expected a recording")

@@ -7,13 +7,7 @@ from evslip.exchange.live.feed import Feed
 from evslip.learn.streaming.live import LiveDetector, Note, Report
 from evslip.utils.errors import EvslipError
 from evslip.view.live.terminal import follow
-from evslip.view.web.serving import check_port, require_server, serve
-
-
-def check_page(port: int) -> None:
-    """Raise ConfigError for a port that cannot be one, MissingExtraError where the packages of pages are missing."""
-    require_server()
-    check_port(port)
+from evslip.view.web.serving import serve
 
 
 def serve_live(

@@ -12,7 +12,6 @@ GREY = "#8a8f98"
 
 
 def color(index: int) -> str:
-    """Colour of the model at a position."""
     return PALETTE[index % len(PALETTE)]
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +14,6 @@ from evslip.utils import atomic
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures.images import figure_png
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-UNITS = {"deg_s": "°/s", "mm_s": "mm/s"}
 MOST_POINTS = 20_000
 """Points of a curve; of more answers the greatest of every few are drawn."""
 BLOCK = 10_000
@@ -100,8 +95,17 @@ def detection_png(
     top.set(ylabel="slip probability", ylim=(-0.02, 1.02))
     top.set_title(title, loc="left")
     top.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
-    for axes, (name, unit, *speed) in zip(middle, speeds, strict=True):
-        _draw_speed(axes, name, unit, t_s, speed, None if truth is None else _true_speed(truth, name, detection))
+    for axes, (name, _, median, low, high) in zip(middle, speeds, strict=True):
+        color = "#0a8f6c" if name == "slide" else "#6a3d9a"
+        axes.fill_between(t_s, low, high, color=color, alpha=0.2, lw=0)
+        axes.plot(t_s, median, color=color, lw=1.2)
+        if truth is not None:
+            values = truth.angular_speed_deg_s if name == "rotation" else truth.linear_speed_mm_s
+            known = np.where(truth.held, values, np.nan)
+            true = np.interp(detection.t_us, truth.t_us, known, left=np.nan, right=np.nan)
+            axes.plot(t_s, true, color="0.2", lw=0.9, ls=":", label="true")
+            axes.legend(loc="upper left", frameon=False)
+        axes.set(ylabel=f"{name}\n{'mm/s' if name == 'slide' else '°/s'}", ylim=(0, None))
     bottom.fill_between(t_s, detection.events / 1e3, color="#1f77b4", alpha=0.6, lw=0)
     bottom.set(xlabel="time in s", ylabel="1000 events\nin the window", ylim=(0, None))
     if len(t_s) > 1:
@@ -122,25 +126,6 @@ def _thinned(detection: Detection) -> Detection:
         for speed in [getattr(detection, name)]
     }
     return replace(detection, t_us=detection.t_us[starts], p_slip=p_slip, events=events, **speeds)
-
-
-def _draw_speed(
-    axes: "Axes", name: str, unit: str, t_s: np.ndarray, speed: Sequence[np.ndarray], true: np.ndarray | None
-) -> None:
-    median, low, high = speed
-    color = "#0a8f6c" if name == "slide" else "#6a3d9a"
-    axes.fill_between(t_s, low, high, color=color, alpha=0.2, lw=0)
-    axes.plot(t_s, median, color=color, lw=1.2)
-    if true is not None:
-        axes.plot(t_s, true, color="0.2", lw=0.9, ls=":", label="true")
-        axes.legend(loc="upper left", frameon=False)
-    axes.set(ylabel=f"{name}\n{UNITS[unit]}", ylim=(0, None))
-
-
-def _true_speed(truth: Truth, name: str, detection: Detection) -> np.ndarray:
-    """True speed at each answer; nan outside of the held time."""
-    values = truth.angular_speed_deg_s if name == "rotation" else truth.linear_speed_mm_s
-    return np.interp(detection.t_us, truth.t_us, np.where(truth.held, values, np.nan), left=np.nan, right=np.nan)
 
 
 def _slips(truth: Truth | None) -> list[Interval]:

@@ -1,8 +1,7 @@
 """Distribution of every parameter of a configuration, training beside testing."""
 
-import math
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +17,7 @@ from evslip.physics.onset import onset_mass
 from evslip.utils.atomic import write_bytes
 from evslip.utils.errors import ConfigError
 from evslip.utils.units import SMALL, unit_of
-from evslip.view.pictures.images import figure_png
+from evslip.view.pictures.images import figure_png, panels
 
 COLORS = {"train": "#3b75af", "test": "#e07b28"}
 COLUMNS, BINS, MOST_BARS = 4, 16, 16
@@ -41,8 +40,9 @@ class Shares(NamedTuple):
 
 def varying(samples: Mapping[str, Sequence[Params]]) -> dict[str, Columns]:
     """Values of every key that differs between samples."""
-    keys = leaves(next(params for some in samples.values() for params in some))
-    columns = {key: {split: [_value(p, key) for p in some] for split, some in samples.items()} for key in keys}
+    rows = {split: [leaves(params) for params in some] for split, some in samples.items()}
+    keys = next(row for some in rows.values() for row in some)
+    columns = {key: {split: [_value(row[key]) for row in some] for split, some in rows.items()} for key in keys}
     return {key: column for key, column in columns.items() if len({v for some in column.values() for v in some}) > 1}
 
 
@@ -58,7 +58,8 @@ def shares(key: str, column: Columns) -> Shares:
         counts = {split: np.histogram(some, edges)[0] for split, some in known.items()}
         names = []
     else:
-        group = _grouping({str(value) for some in column.values() for value in some})
+        alone = len({str(value) for some in column.values() for value in some}) <= MOST_BARS
+        group = str if alone else lambda name: name.rpartition("-")[0] or Path(name).parent.name
         grouped = {split: Counter(group(str(value)) for value in some) for split, some in column.items()}
         unit, edges, names = "", np.empty(0), sorted({name for some in grouped.values() for name in some})
         counts = {split: np.array([some[name] for name in names]) for split, some in grouped.items()}
@@ -68,8 +69,6 @@ def shares(key: str, column: Columns) -> Shares:
 def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -> int:
     """Draw `counts` samples of each split and write a histogram of every key that varies, and of mass / onset, into a
     PNG file. Returns the number of keys. Raises ConfigError and StorageError."""
-    from matplotlib.figure import Figure
-
     if path.suffix.lower() != ".png":
         raise ConfigError(f"plot: {str(path)!r} has no suffix .png")
     drawn = {split: [draw(config, index, split) for index in range(count)] for split, count in counts.items()}
@@ -77,33 +76,22 @@ def write_distributions(path: Path, config: Config, counts: Mapping[str, int]) -
     if not varied:
         raise ConfigError("plot: nothing varies in this configuration")
     ratios = {split: [p.object.mass_kg / onset_mass(p) for p in some] for split, some in drawn.items()}
-    panels: dict[str, Columns] = {**varied, RATIO: ratios}
-    rows = math.ceil(len(panels) / COLUMNS)
-    figure = Figure(figsize=(3.4 * COLUMNS, 2.5 * rows), layout="constrained", dpi=100)
-    axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
-    for axis, (key, column) in zip(axes, panels.items(), strict=False):
+    shown: dict[str, Columns] = {**varied, RATIO: ratios}
+    figure, axes = panels(len(shown), COLUMNS, (3.4, 2.5), dpi=100)
+    for axis, (key, column) in zip(axes, shown.items(), strict=False):
         axis.set_title(key, fontsize=9, loc="left")
         axis.tick_params(labelsize=7)
-        axis.spines[["top", "right"]].set_visible(False)
         _panel(axis, shares(key, column), column)
-    for axis in axes[len(panels) :]:
-        axis.axis("off")
     for bound in (SURE_HOLD, SURE_SLIP):
-        axes[len(panels) - 1].axvline(bound, color="0.3", linewidth=0.8, linestyle=":")
+        axes[len(shown) - 1].axvline(bound, color="0.3", linewidth=0.8, linestyle=":")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False, fontsize=9)
     figure.supylabel("share of the split's samples", fontsize=9)
     write_bytes(path, figure_png(figure))
     return len(varied)
 
 
-def _value(params: Params, key: str) -> Any:
-    value = leaves(params)[key]
+def _value(value: Any) -> Any:
     return f"way-points: {len(value.root)}" if isinstance(value, Waypoints) else value
-
-
-def _grouping(names: Collection[str]) -> Callable[[str], str]:
-    """How names are counted: each alone or, where they are many, by families or folders."""
-    return str if len(names) <= MOST_BARS else lambda name: name.rpartition("-")[0] or Path(name).parent.name
 
 
 def _panel(axis: Any, found: Shares, column: Columns) -> None:

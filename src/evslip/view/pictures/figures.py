@@ -24,12 +24,19 @@ def array(values: np.ndarray) -> dict[str, str]:
     return {"dtype": values.dtype.str.lstrip("<|=>"), "bdata": base64.b64encode(values.tobytes()).decode()}
 
 
+def thinned(events: Events, most: int) -> Events:
+    """At most `most` of the events, evenly."""
+    if events.count <= most:
+        return events
+    return events.select(np.linspace(0, events.count - 1, most).astype(np.int64))
+
+
 def space_time(events: Events, size: tuple[int, int], most: int = 20_000) -> Figure:
     """A stream as points in (time, column, row), thinned evenly to at most `most`.
 
     Where events know their body, those of the object stand out: they tell a slip from a hold.
     """
-    shown = events.select(np.unique(np.linspace(0, max(0, events.count - 1), min(most, events.count)).astype(int)))
+    shown = thinned(events, most)
     on_object = np.ones(shown.count, bool) if shown.body is None else shown.body == OBJECT
     of = "" if shown.body is None else " of the object"
     kinds = (
@@ -99,7 +106,8 @@ def theta(
     for truth, color in ((slip, "rgba(224,123,0,0.09)"), (hold, "rgba(10,143,108,0.09)")):
         if truth is not None and truth.held.any():
             first_us, last_us = truth.t_us[truth.held][[0, -1]]
-            shapes.append(_band(first_us / 1e6, last_us / 1e6, color))
+            place = {"x0": first_us / 1e6, "x1": last_us / 1e6, "y0": 0, "y1": 1, "yref": "paper"}
+            shapes.append({"type": "rect", **place, "fillcolor": color, "line": {"width": 0}, "layer": "below"})
     for name, (start_us, end_us) in phases.items():
         start, stop = max(start_us / 1e6, begin), min(end_us / 1e6, end)
         if stop > start:
@@ -181,8 +189,3 @@ def _angle(truth: Truth, name: str, color: str, width: float, step: int, is_list
         "line": {"color": color, "width": width},
         "hovertemplate": "%{x:.3f} s: %{y:.3f}°<extra>" + name + "</extra>",
     }
-
-
-def _band(start: float, end: float, color: str) -> dict[str, Any]:
-    place = {"x0": start, "x1": end, "y0": 0, "y1": 1, "yref": "paper"}
-    return {"type": "rect", **place, "fillcolor": color, "line": {"width": 0}, "layer": "below"}

@@ -9,10 +9,8 @@ import numpy as np
 from evslip.events.overlay import OFF_COLOR, ON_COLOR
 from evslip.events.stream import Events
 from evslip.utils.errors import ConfigError
+from evslip.view.pictures.images import enlarged, enlarging
 from evslip.view.pictures.video import check_video, video
-
-_LEAST_WIDTH = 480
-"""Smaller sensors are enlarged by a whole number."""
 
 
 def check_preview(path: Path, picture_ms: float) -> None:
@@ -32,7 +30,7 @@ def preview(
     begins; picture_ms: time of one picture. Raises ConfigError, StorageError.
     """
     check_preview(path, picture_ms)
-    scale = max(1, -(-_LEAST_WIDTH // size[0])) if size[0] < _LEAST_WIDTH else 1
+    scale = enlarging(size[0])
     with video(path, (size[0] * scale, size[1] * scale)) as show:
         pictures = Accumulator(show, size, scale, start_us, 1e3 * picture_ms)
         yield lambda events, _: pictures.push(events)
@@ -49,7 +47,7 @@ class Accumulator:
         self._show, self._size, self._scale = show, size, scale
         self._counts = np.zeros((2, height * width), np.int64)
         self._end_us, self._picture_us = start_us + picture_us, picture_us
-        self._empty, self._any = True, False
+        self._any = False
 
     def push(self, events: Events) -> None:
         """The next events, in time order."""
@@ -60,21 +58,19 @@ class Accumulator:
             for polarity, counts in enumerate(self._counts):
                 chosen = place[first:last][events.p[first:last] == polarity]
                 counts += np.bincount(chosen, minlength=len(counts))
-            self._empty = self._empty and last == first
             first = last
             if last < events.count:
                 self._encode()
 
     def finish(self) -> None:
         """Show the picture that is not full yet."""
-        if not self._empty or not self._any:
+        if self._counts.any() or not self._any:
             self._encode()
 
     def _encode(self) -> None:
-        self._show(self.picture().repeat(self._scale, axis=0).repeat(self._scale, axis=1))
+        self._show(enlarged(self.picture(), self._scale))
         self._any = True
         self._counts[...] = 0
-        self._empty = True
         self._end_us += self._picture_us
 
     def picture(self) -> np.ndarray:

@@ -27,16 +27,10 @@ def rates_plot(path: Path, title: str, start_us: float) -> Iterator[Callable[[Ev
     """Yields what takes events piece by piece, and the time up to which there are no others; the plot appears when the
     block ends. Raises ConfigError, StorageError."""
     check_plot(path)
-    rates, count, end_us = Rates(start_us), 0, start_us
-
-    def push(events: Events, until_us: float) -> None:
-        nonlocal count, end_us
-        rates.push(events)
-        count, end_us = count + events.count, until_us
-
+    rates = Rates(start_us)
     with atomic.staged(path) as drawing:
-        yield push
-        atomic.write_into(drawing, rates.png(f"{title}: {count:,} events", end_us), path)
+        yield rates.push
+        atomic.write_into(drawing, rates.png(f"{title}: {rates.count:,} events"), path)
 
 
 class Rates:
@@ -46,14 +40,15 @@ class Rates:
         self.start_us = start_us
         self.bin_us = 1000.0
         self._counts = np.zeros((len(KINDS), _BINS), np.int64)
-        self._last_us = start_us
+        self._end_us = start_us
+        self.count = 0
+        """Events so far."""
 
-    def push(self, events: Events) -> None:
-        """The next events, in time order."""
-        if not events.count:
-            return
-        self._last_us = max(self._last_us, float(events.t_us[-1]))
-        while self._last_us - self.start_us >= _BINS * self.bin_us:
+    def push(self, events: Events, until_us: float = -np.inf) -> None:
+        """The next events, in time order, and a time up to which there are no others."""
+        last_us = float(events.t_us[-1]) if events.count else self.start_us
+        self._end_us, self.count = max(self._end_us, until_us, last_us), self.count + events.count
+        while last_us - self.start_us >= (most_us := _BINS * self.bin_us) or self._end_us - self.start_us > most_us:
             halved = self._counts.reshape(len(KINDS), -1, 2).sum(axis=2)
             self._counts = np.concatenate([halved, np.zeros_like(halved)], axis=1)
             self.bin_us *= 2
@@ -62,23 +57,20 @@ class Rates:
         for counts, chosen in zip(self._counts, (events.p, ~events.p, noise), strict=True):
             counts += np.bincount(bins[chosen], minlength=_BINS)
 
-    def per_second(self, end_us: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Middles of the bins in seconds, (n,), and events a second of each of KINDS, (3, n).
-
-        Up to `end_us`, or the last event. Noise is counted under its polarity too.
-        """
-        last_us = self._last_us if end_us is None else max(end_us, self._last_us)
+    def per_second(self) -> tuple[np.ndarray, np.ndarray]:
+        """Middles of the bins in seconds, (n,), and events a second of each of KINDS, (3, n), up to the last event or
+        the time that was said. Noise is counted under its polarity too."""
         # The last bin is shorter: what is left of the time.
-        edges = np.append(np.arange(0.0, last_us - self.start_us, self.bin_us), last_us - self.start_us)
+        edges = np.append(np.arange(0.0, self._end_us - self.start_us, self.bin_us), self._end_us - self.start_us)
         lengths_s = np.maximum(np.diff(edges), 1.0) / 1e6
         middles_s = (self.start_us + 0.5 * (edges[:-1] + edges[1:])) / 1e6
         return middles_s, self._counts[:, : len(lengths_s)] / lengths_s
 
-    def png(self, title: str, end_us: float | None = None) -> bytes:
+    def png(self, title: str) -> bytes:
         """A plot of the rates: ON up, OFF down, noise as a line."""
         from matplotlib.figure import Figure
 
-        t_s, (on, off, noise) = self.per_second(end_us)
+        t_s, (on, off, noise) = self.per_second()
         figure = Figure(figsize=(10, 3.8), layout="constrained")
         axes = figure.subplots()
         on_color, off_color = (tuple(c / 255 for c in color) for color in (ON_COLOR, OFF_COLOR))

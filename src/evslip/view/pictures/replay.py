@@ -22,8 +22,8 @@ from evslip.view.pictures.images import encoded
 from evslip.view.pictures.video import FPS, SUFFIXES, check_video, video
 
 CRF = 16
-MOST_S = 1e9
 """Constant rate factor of the videos: hardly visible losses."""
+MOST_S = 1e9
 
 
 def trajectory_of(record: Record) -> Trajectory:

@@ -12,14 +12,12 @@ from evslip.events.overlay import overlay
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.figures import HOLD_COLOR, SLIP_COLOR
 from evslip.view.pictures.film_settings import FilmSettings
-from evslip.view.pictures.frame_source import FrameSource
-from evslip.view.pictures.images import white
+from evslip.view.pictures.frame_source import FrameSource, span_of
+from evslip.view.pictures.images import enlarged, enlarging, white
 from evslip.view.pictures.video import FPS, check_video, video
 
 CAPTION, STRIP = 26, 96
 """Rows of the text above a picture and of the curve below it."""
-_LEAST_WIDTH = 480
-"""Smaller pictures are enlarged by a whole number."""
 _LEFT, _RIGHT = 52, 8
 """Columns beside the curve."""
 _HEAD = (200, 30, 30)
@@ -82,13 +80,11 @@ class Panel:
             raise DataError(f"{record.name}: has no frames, and no poses to draw them from; show its events")
         if record.truth is None and not record.events.count:
             raise DataError(f"{record.name}: has neither poses nor events")
-        if record.truth is not None:
-            self._origin, self.span_us = 0, record.truth.span_us
-        else:
-            self._origin = int(record.events.t_us[0])
-            self.span_us = 0, int(record.events.t_us[-1]) - self._origin + 1
+        first, last = span_of(record)
+        self._origin = first if record.truth is None else 0
+        self.span_us = first - self._origin, last - self._origin
         width, height = record.size
-        self._scale = max(1, -(-_LEAST_WIDTH // width)) if width < _LEAST_WIDTH else 1
+        self._scale = enlarging(width)
         self.width, self.height = width * self._scale, CAPTION + height * self._scale + STRIP
         check_sensor((self.width, self.height), record.name)
         self._strip = curve_strip(record, self._origin, self.span_us, self.width)
@@ -97,7 +93,7 @@ class Panel:
     def draw(self, t_us: int) -> np.ndarray:
         """The panel at a time, uint8 of shape (height, width, 3)."""
         inside = min(max(t_us, self.span_us[0]), self.span_us[1])
-        picture = self._picture(inside).repeat(self._scale, axis=0).repeat(self._scale, axis=1)
+        picture = enlarged(self._picture(inside), self._scale)
         strip = self._strip.copy()
         share = (inside - self.span_us[0]) / (self.span_us[1] - self.span_us[0])
         column = _LEFT + round(share * (self.width - _LEFT - _RIGHT - 2))

@@ -1,6 +1,5 @@
 """A contact sheet of textures."""
 
-import io
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -12,6 +11,7 @@ from evslip.scene.textures import library
 from evslip.utils.atomic import write_bytes
 from evslip.utils.errors import ConfigError
 from evslip.utils.progress import over
+from evslip.view.pictures.images import encoded
 
 SIDE_PX, GAP_PX, CAPTION_PX = 160, 6, 16
 COLUMNS = 12
@@ -24,9 +24,7 @@ def write_sheet(path: Path, names: Sequence[str]) -> None:
     if path.suffix.lower() not in formats:
         raise ConfigError(f"out: {str(path)!r} has no suffix of a picture, expected one of {', '.join(formats)}")
     kind, options = formats[path.suffix.lower()]
-    buffer = io.BytesIO()
-    contact_sheet(names).save(buffer, kind, **options)
-    write_bytes(path, buffer.getvalue())
+    write_bytes(path, encoded(np.asarray(contact_sheet(names)), kind, **options))
 
 
 def contact_sheet(names: Sequence[str]) -> Image.Image:

@@ -3,88 +3,58 @@
 import asyncio
 import json
 from dataclasses import asdict
-from importlib import resources
 from typing import Any
 
 from starlette.applications import Starlette
-from starlette.exceptions import HTTPException
-from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import JSONResponse
 from starlette.routing import Route, WebSocketRoute
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from evslip.utils.errors import EvslipError
 from evslip.view.play.messages import CURVES
 from evslip.view.play.settings import SETTINGS
 from evslip.view.play.world import World
 from evslip.view.web.guard import Guard
+from evslip.view.web.pages import page, static, talk
 
-FILES = {"play.html": "text/html", "play.js": "text/javascript", "curves.js": "text/javascript", "play.css": "text/css"}
 LOOK_S = 0.005
 """Time between two looks for a new message."""
 
 
-class PlayPage:
-    """Answers to the page about one world."""
+def make_app(world: World, hosts: list[str]) -> Any:
+    """The application, which answers to the given values of the Host header alone."""
+    about = {"settings": {name: asdict(one) for name, one in SETTINGS.items()}, "curves": CURVES}
 
-    def __init__(self, world: World):
-        self.world = world
-
-    def file(self, request: Request) -> Response:
-        """The page itself, or what belongs to it."""
-        name = request.path_params.get("name", "play.html")
-        if name == "style.css":
-            folder, kind = "evslip.view.explorer", "text/css"
-        elif name in FILES:
-            folder, kind = "evslip.view.play", FILES[name]
-        else:
-            raise HTTPException(404, "no such file")
-        return Response(resources.files(folder).joinpath("static", name).read_bytes(), media_type=kind)
-
-    def about(self, request: Request) -> Response:
-        """Settings, and the names of the curves."""
-        return JSONResponse({"settings": {name: asdict(one) for name, one in SETTINGS.items()}, "curves": CURVES})
-
-    async def stream(self, socket: WebSocket) -> None:
-        """Messages to one page, and its commands."""
-        await socket.accept()
-        self.world.viewers += 1
-        sending = asyncio.create_task(self._send(socket))
+    def take(text: str) -> str | None:
         try:
-            while True:
-                await self._take(socket, await socket.receive_text())
-        except WebSocketDisconnect:
-            pass
-        finally:
-            sending.cancel()
-            self.world.viewers -= 1
-
-    async def _take(self, socket: WebSocket, text: str) -> None:
-        try:
-            self.world.command(json.loads(text))
+            world.command(json.loads(text))
         except (ValueError, RecursionError):
-            await socket.send_text("expected JSON")
+            return "expected JSON"
         except EvslipError as error:
-            await socket.send_text(str(error))
+            return str(error)
+        return None
 
-    async def _send(self, socket: WebSocket) -> None:
+    async def send(socket: WebSocket) -> None:
         sequence = 0
         while True:
-            found = self.world.since(sequence)
+            found = world.since(sequence)
             if found is None:
                 await asyncio.sleep(LOOK_S)
                 continue
-            sequence, packed = found
-            await socket.send_bytes(packed)
+            sequence, message = found
+            await socket.send_bytes(message)
 
+    async def stream(socket: WebSocket) -> None:
+        world.viewers += 1
+        try:
+            await talk(socket, lambda: send(socket), take)
+        finally:
+            world.viewers -= 1
 
-def make_app(world: World, hosts: list[str]) -> Any:
-    """The application, which answers to the given values of the Host header alone."""
-    page = PlayPage(world)
     routes = [
-        Route("/", page.file),
-        Route("/static/{name}", page.file),
-        Route("/api/about", page.about),
-        WebSocketRoute("/api/stream", page.stream),
+        Route("/", lambda request: page("play", "play", "evslip play", "play.css")),
+        Route("/static/{name}", static),
+        Route("/api/about", lambda request: JSONResponse(about)),
+        WebSocketRoute("/api/stream", stream),
     ]
     return Guard(Starlette(routes=routes), hosts)

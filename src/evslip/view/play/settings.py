@@ -1,6 +1,7 @@
-"""Settings that can be changed while the hand holds its object."""
+"""Settings that can be changed while the hand holds its object, and all other commands of a page."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from evslip.control.controllers import CONTROLLERS
@@ -54,5 +55,34 @@ SETTINGS: dict[str, Slider | Choice] = {
     "sensor": Choice("sensor", tuple(PRESETS)),
 }
 """All of them, in the page's order. Lamp and room: times what the episode began with."""
-LIGHT_AND_SENSOR = ("lamp", "room", "sensor")
-"""Those after which the camera looks anew."""
+BUTTONS = Choice("buttons", ("left", "right", "down", "wet", "weight", "next"))
+
+
+def _settings(values: Any) -> dict[str, Any]:
+    if not isinstance(values, dict) or not set(values) <= set(SETTINGS):
+        raise ConfigError(f"set: expected some of {', '.join(SETTINGS)}")
+    return {name: SETTINGS[name].checked(name, value) for name, value in values.items()}
+
+
+def _way(value: Any) -> tuple[float, float]:
+    numbers = value if isinstance(value, list) and len(value) == 2 else [None]
+    if not all(isinstance(n, int | float) and not isinstance(n, bool) and abs(n) < 1e5 for n in numbers):
+        raise ConfigError("pull: expected two numbers of pixels")
+    return float(value[0]), float(value[1])
+
+
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ConfigError("pause: expected true or false")
+    return value
+
+
+_COMMANDS = {"set": _settings, "pull": _way, "press": partial(BUTTONS.checked, "press"), "pause": _flag}
+"""Functions that check the values of each command."""
+
+
+def checked(given: Any) -> dict[str, Any]:
+    """Commands by name, as they came from a page. Raises ConfigError."""
+    if not isinstance(given, dict) or not given or not set(given) <= set(_COMMANDS):
+        raise ConfigError(f"command: expected some of {', '.join(_COMMANDS)}")
+    return {name: _COMMANDS[name](value) for name, value in given.items()}

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from evslip.config.params import Params
 from evslip.control.candidates import Candidates
 from evslip.control.controllers import make_controller
 from evslip.control.controllers.constant import Constant
@@ -17,9 +16,8 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import matrices
 from evslip.utils.console import console
 from evslip.utils.errors import EvslipError
-from evslip.view.play.commands import checked
-from evslip.view.play.messages import Message, message
-from evslip.view.play.settings import CONTROLLER, LIGHT_AND_SENSOR, MANUAL
+from evslip.view.play.messages import Message
+from evslip.view.play.settings import CONTROLLER, MANUAL, checked
 
 STEP_US = 20_000
 SHOWN_US = 40_000
@@ -43,19 +41,18 @@ class World:
         self._candidates, self._model = Candidates(config, split=split), model
         self._controller_name = CONTROLLER.checked("controller", controller)
         self._commands: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-        self._lock, self._sequence = threading.Lock(), 0
         self._latest: tuple[int, bytes] = (0, b"")
-        self._index, self._paused, self.viewers = 0, False, 0
-        self._begin()
+        self._paused, self.viewers = False, 0
+        self._begin(0)
 
     def command(self, given: dict[str, Any]) -> None:
-        """Take what a page sends, see `commands`. Raises ConfigError for what makes no sense."""
+        """Take what a page sends, see `checked`. Raises ConfigError for what makes no sense."""
         self._commands.put(checked(given))
 
     def since(self, sequence: int) -> tuple[int, bytes] | None:
         """The latest message and its number, if it is another one than the one with this number."""
-        with self._lock:
-            return None if self._latest[0] == sequence else self._latest
+        latest = self._latest
+        return None if latest[0] == sequence else latest
 
     def run(self, stop: threading.Event) -> None:
         """Go on in real time until `stop` is set; wait while nobody looks."""
@@ -87,8 +84,7 @@ class World:
         self._obey()
         episode = self._episode
         if episode.is_over:
-            self._index = episode.params.index + 1
-            self._begin()
+            self._begin(episode.params.index + 1)
             return
         self._pull()
         force_n = (
@@ -104,10 +100,10 @@ class World:
         if episode.t_us - self._shown.since_us >= SHOWN_US or episode.is_over:
             self._publish()
 
-    def _begin(self) -> None:
-        """The next object that can be held."""
-        self._episode = episode = self._candidates.playable(self._index, STEP_US, sees=True)
-        self._params: Params = episode.params
+    def _begin(self, index: int) -> None:
+        """The next object that can be held, from an index on."""
+        self._episode = episode = self._candidates.playable(index, STEP_US, sees=True)
+        self._params = episode.params
         self._factors, self._pulled, self._pushed_until = {"lamp": 1.0, "room": 1.0}, np.zeros(2), -1
         self._push, self._force_n = np.zeros(2), episode.target_n
         self._answer = NO_ANSWER
@@ -152,7 +148,7 @@ class World:
                 simulation.disturb(friction=value)
             elif name != "sensor":
                 self._factors[name] = value
-        if any(name in values for name in LIGHT_AND_SENSOR):
+        if values.keys() & {"lamp", "room", "sensor"}:
             self._look_anew(values.get("sensor", self._params.sensor.preset))
 
     def _look_anew(self, sensor: str) -> None:
@@ -176,8 +172,7 @@ class World:
         elif button == "weight":
             simulation.disturb(mass_kg=simulation.mass_kg + WEIGHT_KG)
         elif button == "next":
-            self._index = self._episode.params.index + 1
-            self._begin()
+            self._begin(self._episode.params.index + 1)
         else:
             self._push = PUSH_N * np.array([{"left": -1.0, "right": 1.0}.get(button, 0.0), float(button == "down")])
             self._pushed_until = self._episode.t_us + PUSH_US
@@ -196,10 +191,7 @@ class World:
         episode.simulation.disturb(push_n=axes[:, 0] * force[0] - axes[:, 1] * force[1])
 
     def _publish(self) -> None:
-        packed = message(self._shown, self._episode, self._state())
-        with self._lock:
-            self._sequence += 1
-            self._latest = self._sequence, packed
+        self._latest = self._latest[0] + 1, self._shown.packed(self._episode, self._state())
         self._shown = Message(self._episode.t_us)
 
     def _state(self) -> dict[str, Any]:

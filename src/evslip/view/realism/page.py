@@ -1,19 +1,26 @@
 """Page about how near simulated events are to real ones."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from evslip.events.intervals import intervals_us
+from evslip.events.overlay import OFF_COLOR, ON_COLOR
+from evslip.events.stream import Events
 from evslip.learn.realism.realism import Pair, Realism
 from evslip.utils.version import __version__
 from evslip.view.pictures import charts
 from evslip.view.pictures.figures import Figure
-from evslip.view.realism.pictures import COLUMNS, FULL, MOMENT_US, strip
+from evslip.view.pictures.images import data_uri, per_pixel
 from evslip.view.realism.tables import figure_table, level_table, side_table
 from evslip.view.report import page
 
 SIDES = ("real", "simulated")
+MOMENT_US = 40_000
+MOMENTS, COLUMNS = 6, 3
+FULL = 3.0
+"""Events of a pixel in a moment from which on its colour is full."""
 _EDGES_MS = np.geomspace(0.1, 1000, 61)
 
 
@@ -30,15 +37,20 @@ def write_realism(out: Path, title: str, pair: Pair, found: Realism) -> None:
     )
     notes = "".join(f"<p>{page.text(note)}</p>" for note in found.notes)
     parts = [
-        page.section("Side by side", pictures, strip(shown)),
+        page.section("Side by side", pictures, _strip(shown)),
         page.section("Figures", "", page.table(*figure_table(found)) + page.table(*side_table(found)) + notes),
         page.section(
             "Intervals between successive events of a pixel", "", page.embed("intervals", _interval_chart(shown))
         ),
     ]
     if found.levels is not None:
-        charted = page.columns([page.embed("rates", _level_chart(found)), page.embed("on", _on_chart(found))])
-        parts.append(page.section("Rate and polarity by light", "", charted + page.table(*level_table(found))))
+        table = level_table(found)
+        rates, shares = zip(*((levels.rate_hz, levels.on_share) for levels in found.levels), strict=True)
+        charted = [
+            page.embed("rates", _bars(table, rates, "events a second and pixel")),
+            page.embed("on", _bars(table, shares, "share of ON")),
+        ]
+        parts.append(page.section("Rate and polarity by light", "", page.columns(charted) + page.table(*table)))
     parts.append(
         page.section(
             "Spectrum of the rate",
@@ -47,6 +59,40 @@ def write_realism(out: Path, title: str, pair: Pair, found: Realism) -> None:
         )
     )
     page.write_page(out, "evslip: realism", subtitle, parts, columns=COLUMNS)
+
+
+def _moments_us(pair: Pair) -> list[int]:
+    """Starts of the moments that are shown, evenly over the stretch."""
+    number = max(1, min(MOMENTS, (pair.end_us - pair.start_us) // MOMENT_US))
+    last_us = max(pair.start_us, pair.end_us - MOMENT_US)
+    return [round(time) for time in np.linspace(pair.start_us, last_us, number)]
+
+
+def _picture(events: Events, size: tuple[int, int]) -> np.ndarray:
+    """Events on white, uint8 of shape (height, width, 3): red what is more ON, blue what is more OFF."""
+    on, off = (per_pixel(events.select(events.p == p), size)[..., None] for p in (True, False))
+    colour = np.where(on >= off, ON_COLOR, OFF_COLOR)
+    return np.rint(255 + np.minimum((on + off) / FULL, 1.0) * (colour - 255.0)).astype(np.uint8)
+
+
+def _strip(pair: Pair) -> str:
+    """HTML of the moments: a column each, real, simulated and, where there are frames, the nearest one."""
+    columns = []
+    for start_us in _moments_us(pair):
+        images = [
+            _picture(events.between(start_us, start_us + MOMENT_US), pair.size)
+            for events in (pair.real, pair.simulated)
+        ]
+        names = ["real", "simulated"]
+        if pair.footage is not None:
+            images.append(pair.footage.at(start_us + MOMENT_US // 2))
+            names.append("frame")
+        shown = "".join(
+            f'<img src="{data_uri(image)}" alt="{name}" title="{name}" style="border: 1px solid #8a8f98">'
+            for name, image in zip(names, images, strict=True)
+        )
+        columns.append(f"<figure>{shown}<figcaption>{start_us / 1e6:.3f} s</figcaption></figure>")
+    return f'<div class="strip">{"".join(columns)}</div>'
 
 
 def _interval_chart(pair: Pair) -> Figure:
@@ -62,18 +108,8 @@ def _interval_chart(pair: Pair) -> Figure:
     return figure
 
 
-def _level_chart(found: Realism) -> Figure:
-    assert found.levels is not None
-    return _bars(found, [levels.rate_hz for levels in found.levels], "events a second and pixel")
-
-
-def _on_chart(found: Realism) -> Figure:
-    assert found.levels is not None
-    return _bars(found, [levels.on_share for levels in found.levels], "share of ON")
-
-
-def _bars(found: Realism, sides: list[np.ndarray], title: str) -> Figure:
-    names = [row[0] for row in level_table(found)[1:]]
+def _bars(table: Sequence[Sequence[str]], sides: Sequence[np.ndarray], title: str) -> Figure:
+    names = [row[0] for row in table[1:]]
     traces = [
         {"type": "bar", "name": name, "x": names, "y": charts.finite(values.tolist()), "marker": {"color": color}}
         for name, values, color in zip(SIDES, sides, map(charts.color, range(2)), strict=True)

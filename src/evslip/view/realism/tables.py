@@ -11,8 +11,6 @@ from evslip.view.report.page import number
 
 def figure_table(found: Realism) -> list[list[str]]:
     """Head and lines: a line a figure, with the value of a perfect simulator and the floor."""
-    hz, *powers = found.spectrum
-    del hz
     tested = found.two_sample
     accuracy = "–" if tested is None else f"{100 * tested.accuracy:.1f} % ± {100 * tested.error:.1f}"
     return [
@@ -28,17 +26,18 @@ def figure_table(found: Realism) -> list[list[str]]:
         ["intervals at a pixel: KS", number(found.ks, 2), "0",
          "–" if found.ks_floor is None else number(found.ks_floor, 2), "–"],
         ["two-sample test: accuracy", accuracy, "50 %", "–", "–"],
-        ["spectrum of the rate, dB", number(spectrum_distance_db(*powers), 1), "0", "–", "–"],
+        ["spectrum of the rate, dB", number(spectrum_distance_db(*found.spectrum[1:]), 1), "0", "–", "–"],
     ]  # fmt: skip
 
 
 def side_table(found: Realism) -> list[list[str]]:
     """Head and lines: real and simulated figures beside one another."""
-    rows = [["", "real", "simulated"]]
-    rows.append(["events", *(f"{count:,}" for count in found.events)])
-    rows.append(["share of ON", *(number(share) for share in found.on_share)])
-    rows.append(["variance over mean of the pixels' counts", *(number(value, 2) for value in found.variance_over_mean)])
-    return rows
+    return [
+        ["", "real", "simulated"],
+        ["events", *(f"{count:,}" for count in found.events)],
+        ["share of ON", *map(number, found.on_share)],
+        ["variance over mean of the pixels' counts", *(number(value, 2) for value in found.variance_over_mean)],
+    ]
 
 
 def level_table(found: Realism) -> list[list[str]]:

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from evslip.learn.evaluation.evaluation import Evaluation
 
 DESCRIPTION, EVALUATION, HISTORY = "model.json", "evaluation.json", "history.json"
-
 MOST_BYTES = 64 << 20
 
 

@@ -3,7 +3,7 @@
 import html
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -14,10 +14,12 @@ from evslip.view.pictures.figures import Figure
 
 def write_page(out: Path, title: str, subtitle: str, parts: Iterable[str], columns: int = 1) -> None:
     """Write a page of ready-made parts; `columns` is the number of pictures in a strip. Raises StorageError."""
+    from plotly.offline import get_plotlyjs
+
     template = Template(resources.files("evslip.view.report").joinpath("report.html").read_text(encoding="utf-8"))
     body = "\n".join(part for part in parts if part)
-    page = template.substitute(title=text(title), subtitle=text(subtitle), phases=columns, plotly=_plotly(), body=body)
-    atomic.write_text(out, page)
+    head = {"title": text(title), "subtitle": text(subtitle), "phases": columns}
+    atomic.write_text(out, template.substitute(head, plotly=get_plotlyjs(), body=body))
 
 
 def section(title: str, note: str, content: str) -> str:
@@ -37,27 +39,22 @@ def columns(parts: Sequence[str]) -> str:
     return f'<div class="columns">{"".join(f"<div>{part}</div>" for part in parts)}</div>' if parts else ""
 
 
-def table(head: Sequence[str], *rows: Sequence[str]) -> str:
-    """A table of plain texts; the first column names the rows."""
+def table(head: Sequence[str], *rows: Sequence[str], links: Mapping[str, str] = {}) -> str:
+    """A table of plain texts; the first column names the rows, of which some are linked to an address."""
     top = "".join(f"<th>{text(cell)}</th>" for cell in head)
+    names = {name: f'<a href="{text(address)}">{text(name)}</a>' for name, address in links.items()}
     lines = (
-        f"<tr><th>{text(first)}</th>{''.join(f'<td>{text(cell)}</td>' for cell in cells)}</tr>"
+        f"<tr><th>{names.get(first, text(first))}</th>{''.join(f'<td>{text(cell)}</td>' for cell in cells)}</tr>"
         for first, *cells in rows
     )
     return f'<div class="wide"><table><tr>{top}</tr>{"".join(lines)}</table></div>'
 
 
 def text(value: str) -> str:
-    """Plain text as HTML."""
     return html.escape(value)
 
 
-def number(value: float, digits: int = 3) -> str:
-    """A number for a person; a dash where it is not defined."""
-    return f"{value:.{digits}f}" if math.isfinite(value) else "–"
-
-
-def _plotly() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()
+def number(value: float, digits: int = 3, interval: tuple[float, float] | None = None) -> str:
+    """A number for a person, with the ends of its interval if it has one; a dash where it is not defined."""
+    text = f"{value:.{digits}f}" if math.isfinite(value) else "–"
+    return text if interval is None else f"{text} ({'–'.join(number(end, digits) for end in interval)})"

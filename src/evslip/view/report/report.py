@@ -94,15 +94,13 @@ def write_report(
     return out
 
 
-def is_model_or_evaluation(folder: str | Path) -> bool:
+def is_model_or_evaluation(folder: Path) -> bool:
     """Whether `write_model_report` is for it, and not `write_report`."""
-    folder = Path(folder)
     return not (folder / CONFIG).is_file() and any((folder / name).is_file() for name in (DESCRIPTION, EVALUATION))
 
 
-def write_model_report(out: str | Path, folder: str | Path) -> Path:
+def write_model_report(out: Path, folder: Path) -> Path:
     """Write the page of a model's folder, or of one that `evslip evaluate` filled. Raises DataError, StorageError."""
-    out, folder = Path(out), Path(folder)
     detector = read_detector(folder)
     model, items, settings = detector.description, [], ""
     if model is not None:
@@ -115,7 +113,7 @@ def write_model_report(out: str | Path, folder: str | Path) -> Path:
         key_figures(items) if items else "",
         f"<details><summary>Settings</summary><pre>{page.text(settings)}</pre></details>" if settings else "",
         training(detector.history),
-        *_examined(detector, None, WindowSettings()),
+        *_examined(detector, lambda name: None, WindowSettings()),
     ]
     kind = "A detector" if model is not None else "An evaluation of detectors"
     page.write_page(out, f"evslip: {folder.absolute().name}", f"{kind} of slip, by evslip {__version__}.", parts)
@@ -132,28 +130,20 @@ def _beside_real(dataset: Samples, found: Sequence[Surveyed], compare: Sequence[
     if not compare:
         return ""
     own = (dataset.read(sample.position) for sample in over("comparison", spread(list(found), MOST_COMPARED)))
-    signatures = [signature(dataset.root.absolute().name, own), *(signature(one.name, [one]) for one in compare)]
-    for record, its in zip(compare, signatures[1:], strict=True):
-        if its is None:
+    for record in compare:
+        if not record.events.count:
             raise DataError(f"compare: {record.name} holds no events")
+    signatures = [signature(dataset.root.absolute().name, own), *(signature(one.name, [one]) for one in compare)]
     return comparison([its for its in signatures if its is not None])
 
 
-def _examined(
-    detector: DetectorFiles, find: Callable[[str], Record | None] | None, settings: WindowSettings
-) -> list[str]:
-    """Sections on an evaluation."""
+def _examined(detector: DetectorFiles, find: Find, settings: WindowSettings) -> list[str]:
     if not detector.found:
         return []
-    from evslip.view.evaluation.sections import evaluation_parts
+    from evslip.view.evaluation.page import evaluation_parts
 
-    own = failures.from_folder(detector.folder / failures.FOLDER)
-    drawn = failures.from_records(find, settings) if find is not None else lambda failure: None
-
-    def show(failure: failures.Failure) -> str | None:
-        return own(failure) or drawn(failure)
-
-    return evaluation_parts(detector.found, show)
+    drawn = failures.from_records(find, settings)
+    return evaluation_parts(detector.found, failures.from_folder(detector.folder / failures.FOLDER, drawn))
 
 
 def _finder(dataset: Samples) -> Find:

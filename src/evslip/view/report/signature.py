@@ -6,7 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.data.record import Record
+from evslip.events.intervals import intervals_us
 from evslip.view.pictures.frame_source import span_of
+from evslip.view.pictures.images import per_pixel
 
 SLICE_US = 10_000
 MOST_EVENTS = 4_000_000
@@ -53,22 +55,25 @@ def signature(name: str, records: Iterable[Record]) -> Signature | None:
     parts = [_part(record) for record in records if record.events.count]
     if not parts:
         return None
-    gaps, slices, pixels = (np.concatenate([getattr(part, n) for part in parts]) for n in ("gaps", "slices", "pixels"))
-    events, seconds = sum(part.events for part in parts), sum(part.seconds for part in parts)
-    busiest = [np.sort(part.counts)[-max(1, len(part.counts) // 100) :].sum() for part in parts]
+    sizes, seconds, on, counts, *columns = zip(*parts, strict=True)
+    gaps, alike, slices = map(np.concatenate, columns)
+    pixels = np.concatenate([count / length_s for count, length_s in zip(counts, seconds, strict=True)])
+    pixel_seconds = sum(length_s * len(count) for count, length_s in zip(counts, seconds, strict=True))
+    busiest = sum(int(np.sort(count)[-max(1, len(count) // 100) :].sum()) for count in counts)
+    events = sum(int(count.sum()) for count in counts)
     return Signature(
         name=name,
         records=len(parts),
-        size=parts[0].size,
-        seconds=seconds,
+        size=sizes[0],
+        seconds=sum(seconds),
         events=events,
-        on_share=sum(part.on for part in parts) / events,
-        rate_hz=events / sum(part.seconds * len(part.counts) for part in parts),
+        on_share=sum(on) / events,
+        rate_hz=events / pixel_seconds,
         quiet_hz=float(np.quantile(slices, 0.05)),
         busy_hz=float(np.quantile(slices, 0.95)),
         silent_share=float((pixels == 0).mean()),
-        hot_share=float(sum(busiest)) / events,
-        turn_share=sum(part.turns for part in parts) / max(1, len(gaps)),
+        hot_share=busiest / events,
+        turn_share=int((~alike).sum()) / max(1, len(gaps)),
         interval_us=float(np.median(gaps)) if len(gaps) else float("nan"),
         intervals=np.histogram(gaps, INTERVAL_EDGES_US)[0],
         slices=np.histogram(slices, RATE_EDGES)[0],
@@ -76,35 +81,17 @@ def signature(name: str, records: Iterable[Record]) -> Signature | None:
     )
 
 
-class _Part(NamedTuple):
-    size: tuple[int, int]
-    seconds: float
-    events: int
-    on: int
-    turns: int
-    counts: np.ndarray
-    gaps: np.ndarray
-    slices: np.ndarray
-    pixels: np.ndarray
-
-
-def _part(record: Record) -> _Part:
+def _part(record: Record) -> tuple[tuple[int, int], float, int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Size of the sensor, seconds, number of ON events, events of each pixel, times between two events of a pixel and
+    whether both have one polarity, rates of the slices."""
     (width, height), (start, end) = record.size, span_of(record)
     if record.events.count > MOST_EVENTS:
         first = (record.events.count - MOST_EVENTS) // 2
         start, end = (int(t_us) for t_us in record.events.t_us[[first, first + MOST_EVENTS]])
     end = max(end, start + 1)
     events, seconds = record.events.between(start, end), (end - start) / 1e6
-    place = events.y.astype(np.uint32) * np.uint32(width) + events.x
-    order = np.argsort(place, kind="stable")  # each pixel's events together, in order of time
-    same = np.diff(place[order]) == 0
-    gaps = np.diff(events.t_us[order])[same]
-    turns = np.diff(events.p[order].astype(np.int8))[same] != 0
-    counts = np.bincount(place, minlength=width * height)
     number = max(1, (end - start) // SLICE_US)
     sliced = np.bincount((events.t_us - start) // SLICE_US, minlength=number)[:number]
-    length_s = min(SLICE_US / 1e6, seconds)
-    return _Part(
-        record.size, seconds, events.count, int(events.p.sum()), int(turns.sum()), counts, gaps,
-        sliced / length_s / (width * height), counts / seconds,
-    )  # fmt: skip
+    rates = sliced / min(SLICE_US / 1e6, seconds) / (width * height)
+    counts = per_pixel(events, record.size).ravel()
+    return record.size, seconds, int(events.p.sum()), counts, *intervals_us(events, width), rates

@@ -32,17 +32,13 @@ class Guard:
         self._app, self._hosts = app, frozenset(hosts)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or refuse it."""
-        if scope["type"] == "websocket":
+        if scope["type"] == "websocket" and not self._is_own_page(scope):
             # Browsers let any page connect, and say from where it comes.
-            if not self._is_own_page(scope):
-                await send({"type": "websocket.close", "code": 1008})
-                return
-            await self._app(scope, receive, send)
+            await send({"type": "websocket.close", "code": 1008})
             return
+        if scope["type"] in ("websocket", "lifespan"):
+            await self._app(scope, receive, send)
         if scope["type"] != "http":
-            if scope["type"] == "lifespan":
-                await self._app(scope, receive, send)
             return
 
         async def send_with_headers(message: Message) -> None:

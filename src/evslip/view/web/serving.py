@@ -12,20 +12,18 @@ from evslip.utils.errors import ConfigError, MissingExtraError
 ADDRESS = "127.0.0.1"
 
 
-def require_server() -> Any:
-    """The package that serves, where all that it takes is installed. Raises MissingExtraError."""
+def require_server(port: int) -> Any:
+    """The package that serves, where all that it takes is installed. Raises MissingExtraError, and ConfigError for a
+    port that cannot be one."""
     try:
         for name in ("starlette", "websockets"):
             import_module(name)
-        return import_module("uvicorn")
+        server = import_module("uvicorn")
     except ImportError as error:
         raise MissingExtraError(f"the pages need the package {error.name}: pip install 'evslip[view]'") from None
-
-
-def check_port(port: int) -> None:
-    """Raise ConfigError for a port that cannot be one."""
     if not 0 <= port <= 65535:
         raise ConfigError(f"port: {port} is out of range, expected 0 to 65535")
+    return server
 
 
 def serve(make_app: Callable[[list[str]], Any], *, port: int, browser: bool, streams: bool = False) -> None:
@@ -34,8 +32,7 @@ def serve(make_app: Callable[[list[str]], Any], *, port: int, browser: bool, str
     make_app: gives the application, from the values of the Host header that it shall answer to. streams: whether it has
     websockets. Raises ConfigError, MissingExtraError.
     """
-    uvicorn = require_server()
-    check_port(port)
+    uvicorn = require_server(port)
     with socket.socket() as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

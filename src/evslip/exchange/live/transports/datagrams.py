@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from evslip.events.stream import concatenate
 from evslip.exchange.live.source import Piece
-from evslip.exchange.live.transports.packet import Datagram, unpack
+from evslip.exchange.live.transports.packet import unpack
 
 
 class Receiver:
@@ -29,14 +29,11 @@ class Receiver:
         restart = newest != self._stream
         if restart:
             self._stream, self._number = newest, of_newest[0].number
-        return self._merged(of_newest, arrived_s, lost, damaged, restart)
-
-    def _merged(self, found: list[Datagram], arrived_s: float, lost: int, damaged: int, restart: bool) -> Piece:
-        for one in found:
+        for one in of_newest:
             # A datagram that comes late has been counted as lost; its events count as late from now on.
             lost += one.number - self._number if one.number >= self._number else -one.events.count
             self._number = max(self._number, one.number + one.events.count)
-        self.size = found[-1].size
-        until_us = max(one.until_us for one in found)
-        events = concatenate([one.events for one in found if one.events.count])
+        self.size = of_newest[-1].size
+        until_us = max(one.until_us for one in of_newest)
+        events = concatenate([one.events for one in of_newest if one.events.count])
         return Piece(events, arrived_s, until_us, lost, 0, damaged, restart)

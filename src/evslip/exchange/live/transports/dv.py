@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from evslip.codecs.source import events_of
 from evslip.events.stream import Events
 from evslip.exchange.live.address import Address
 from evslip.exchange.live.source import LiveSource, Piece, Unreachable
@@ -44,11 +45,6 @@ class DvSource(LiveSource):
         address.option({})
         self._host, self._port = address.host_and_port()
         self._package, self._reader = dv_processing(), None
-        self._size: tuple[int, int] | None = None
-
-    @property
-    def size(self) -> tuple[int, int] | None:
-        return self._size
 
     def open(self) -> None:
         self.close()
@@ -87,8 +83,7 @@ class DvSource(LiveSource):
         if not found:
             return None
         rows = np.concatenate(found)
-        columns = rows["timestamp"], rows["x"].astype(np.uint16), rows["y"].astype(np.uint16), rows["polarity"] == 1
-        return Piece(Events(*columns), time.monotonic())
+        return Piece(events_of(rows["timestamp"], rows["x"], rows["y"], rows["polarity"]), time.monotonic())
 
     def _batch(self) -> np.ndarray | None:
         reader: Any = self._reader
@@ -129,7 +124,6 @@ class DvTarget(EventTarget):
 
     @property
     def clients(self) -> int:
-        """Number of those who read."""
         return self._writer.getClientCount()
 
     def send(self, events: Events, until_us: int) -> None:

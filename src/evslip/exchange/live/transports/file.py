@@ -21,10 +21,6 @@ class FileSource(LiveSource):
         self._slices: Iterator[tuple[Events, int]] | None = None
         self._next: tuple[Events, int] | None = None
 
-    @property
-    def size(self) -> tuple[int, int] | None:
-        return self._size
-
     def open(self) -> None:
         self._pace = Pace()
         self._slices = self._pace.slices(lambda: open_recording(self.name)[1], self.name)

@@ -3,9 +3,7 @@
 import time
 from typing import Any
 
-import numpy as np
-
-from evslip.events.stream import Events
+from evslip.codecs.source import events_of
 from evslip.exchange.live.address import Address
 from evslip.exchange.live.source import LiveSource, Piece, Unreachable
 from evslip.utils.errors import MissingExtraError
@@ -28,11 +26,6 @@ class UsbSource(LiveSource):
         self._package: Any = neuromorphic_drivers
         self._serial = address.place or None
         self._device: Any = None
-        self._size: tuple[int, int] | None = None
-
-    @property
-    def size(self) -> tuple[int, int] | None:
-        return self._size
 
     def open(self) -> None:
         self.close()
@@ -63,5 +56,4 @@ class UsbSource(LiveSource):
         rows = None if packet is None else getattr(packet, "polarity_events", None)
         if rows is None or not len(rows):
             return None
-        columns = rows["x"].astype(np.uint16), rows["y"].astype(np.uint16), rows["on"].astype(bool)
-        return Piece(Events(rows["t"].astype(np.int64), *columns), time.monotonic())
+        return Piece(events_of(rows["t"], rows["x"], rows["y"], rows["on"]), time.monotonic())

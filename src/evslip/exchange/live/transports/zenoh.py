@@ -29,10 +29,7 @@ def open_session(address: Address) -> Any:
         import zenoh
     except ImportError as error:
         raise MissingExtraError(f"zenoh:// needs eclipse-zenoh ({error}): pip install 'evslip[live]'") from None
-    check_options(address)
     config = zenoh.Config()
-    if not address.place:
-        raise ConfigError(f"{address.text}: expected zenoh://KEY, such as zenoh://robot/events")
     for name, place in address.options.items():
         if name == "format":
             continue

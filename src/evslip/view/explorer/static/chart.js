@@ -1,4 +1,6 @@
 // Small plots over one time axis, with phases behind them and the playhead in front.
+import {color} from "./page.js";
+
 const LINES = ["--accent", "--slip"], HEIGHT = 74, LEFT = 66, RIGHT = 10, GAP = 15, FOOT = 20;
 
 export class Charts {
@@ -31,14 +33,12 @@ export class Charts {
     const height = this.curves.length * (HEIGHT + GAP) + FOOT;
     this.canvas.style.height = `${height}px`;
     [this.canvas.width, this.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
-    const style = getComputedStyle(document.documentElement);
-    const color = (name) => style.getPropertyValue(name).trim();
     const context = this.context;
     context.scale(ratio, ratio);
     context.font = "11.5px system-ui, sans-serif";
-    this.background(color, height);
-    this.curves.forEach((curve, i) => this.curve(curve, GAP + i * (HEIGHT + GAP), color));
-    this.axis(height, color);
+    this.background(height);
+    this.curves.forEach((curve, i) => this.curve(curve, GAP + i * (HEIGHT + GAP)));
+    this.axis(height);
     this.head();
   }
 
@@ -46,7 +46,7 @@ export class Charts {
     this.playhead.style.transform = `translateX(${this.x(this.clock.t) - 1}px)`;
   }
 
-  background(color, height) {
+  background(height) {
     const context = this.context;
     const band = (from, to, name, alpha) => {
       context.globalAlpha = alpha;
@@ -69,7 +69,7 @@ export class Charts {
     }
   }
 
-  curve({name, unit, t_us, lines}, top, color) {
+  curve({name, unit, t_us, lines}, top) {
     const context = this.context, values = Object.values(lines).flat();
     const most = Math.max(...values, 1e-9), least = Math.min(...values, 0);
     const y = (value) => top + HEIGHT - 2 - (value - least) / (most - least) * (HEIGHT - 6);
@@ -93,7 +93,7 @@ export class Charts {
     });
   }
 
-  axis(height, color) {
+  axis(height) {
     const context = this.context, {start_us, end_us, origin_us} = this.about;
     const seconds = (end_us - start_us) / 1e6;
     const step = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120, 300, 600]

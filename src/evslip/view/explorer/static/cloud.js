@@ -1,14 +1,13 @@
 // Events in space and time, drawn by Plotly, which is fetched when it is first asked for.
+import {color, element} from "./page.js";
+
 const SPAN_US = 600000;
 let library;
 
 function load() {
   library ??= new Promise((resolve, reject) => {
-    const script = document.createElement("script");
-    script.src = "/plotly.js";
-    script.onload = resolve;
-    script.onerror = () => reject(new Error("Plotly could not be loaded"));
-    document.head.append(script);
+    const onerror = () => reject(new Error("Plotly could not be loaded"));
+    document.head.append(element("script", {src: "/plotly.js", onload: resolve, onerror}));
   });
   return library;
 }
@@ -19,11 +18,10 @@ export async function drawCloud(place, position, about, t) {
     fetch(`/api/samples/${position}/cloud?start_us=${start}&end_us=${start + SPAN_US}`), load()]);
   if (!answer.ok) throw new Error(await answer.text());
   const figure = await answer.json();
-  const style = getComputedStyle(document.documentElement);
-  const layout = {...figure.layout, height: 460, paper_bgcolor: "rgba(0,0,0,0)", font: {color: style.getPropertyValue("--text").trim()}};
+  const layout = {...figure.layout, height: 460, paper_bgcolor: "rgba(0,0,0,0)", font: {color: color("--text")}};
   layout.scene = {...layout.scene};
   for (const axis of ["xaxis", "yaxis", "zaxis"])
-    layout.scene[axis] = {showbackground: false, gridcolor: style.getPropertyValue("--line").trim(), ...layout.scene[axis]};
+    layout.scene[axis] = {showbackground: false, gridcolor: color("--line"), ...layout.scene[axis]};
   await Plotly.react(place, figure.data, layout, {responsive: true, displaylogo: false});
   place.dataset.drawn = "yes";
 }

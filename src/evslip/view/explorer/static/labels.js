@@ -1,5 +1,5 @@
 // Marking intervals of slip and hold. Times in the file are seconds since the recording's first event.
-import {complain, get, place} from "./page.js";
+import {complain, element, get, place} from "./page.js";
 import {Player} from "./player.js";
 
 const KINDS = ["slip", "hold"];
@@ -20,10 +20,7 @@ class Labeller {
       Escape: () => { this.begun = null; this.show(); },
       "]": () => this.jump(1), "[": () => this.jump(-1),
     });
-    for (const kind of KINDS) place(kind).addEventListener("click", () => this.mark(kind));
-    place("delete").addEventListener("click", () => this.remove());
-    place("undo").addEventListener("click", () => this.travel(this.past, this.future));
-    place("redo").addEventListener("click", () => this.travel(this.future, this.past));
+    for (const id of [...KINDS, "delete", "undo", "redo"]) place(id).addEventListener("click", () => player.keys[id[0]]());
     this.show();
   }
 
@@ -100,16 +97,10 @@ class Labeller {
   }
 
   row(from, to, kind) {
-    const line = document.createElement("tr");
-    const name = line.insertCell();
-    const link = document.createElement("button");
-    link.textContent = kind;
-    link.className = kind;
+    const link = element("button", {className: kind}, kind);
     link.addEventListener("click", () => this.player.clock.seek(this.micros(from)));
-    name.className = "text";
-    name.append(link);
-    for (const time of [from, to]) line.insertCell().textContent = time.toFixed(3);
-    return line;
+    const times = [from, to].map((time) => element("td", {}, time.toFixed(3)));
+    return element("tr", {}, element("td", {className: "text"}, link), ...times);
   }
 }
 

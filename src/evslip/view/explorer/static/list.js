@@ -1,5 +1,5 @@
 // The list of samples: filtered, sorted, and completed in the background by what the files say.
-import {complain, get, place} from "./page.js";
+import {complain, element, get, place} from "./page.js";
 
 const number = (digits) => (value) => value == null ? "" : value.toLocaleString("en", {maximumFractionDigits: digits});
 const grams = (kg) => kg == null ? "" : number(1)(1000 * kg);
@@ -37,21 +37,14 @@ function shown() {
 }
 
 function row(item) {
-  const line = document.createElement("tr");
-  for (const column of COLUMNS) {
-    const cell = line.insertCell();
-    const value = item[column.key];
-    if (column.text) cell.className = "text";
-    if (column.key === "name") {
-      const link = document.createElement("a");
-      link.href = `/sample/${item.position}`;
-      link.textContent = value;
-      cell.append(link);
-    } else cell.textContent = column.show ? column.show(value) : value ?? "";
-    if (column.key === "label" && value) cell.classList.add(value);
-    if (column.key === "doubt" && value) cell.classList.add("warn");
-  }
-  return line;
+  return element("tr", {}, ...COLUMNS.map(({key, text, show}) => {
+    const value = item[key];
+    const shown = key === "name" ? element("a", {href: `/sample/${item.position}`}, value) : show ? show(value) : value ?? "";
+    const cell = element("td", {className: text ? "text" : ""}, shown);
+    if (key === "label" && value) cell.classList.add(value);
+    if (key === "doubt" && value) cell.classList.add("warn");
+    return cell;
+  }));
 }
 
 function draw() {
@@ -64,18 +57,15 @@ function draw() {
 
 function heads() {
   place("head").replaceChildren(...COLUMNS.map((column) => {
-    const head = document.createElement("th");
-    const button = document.createElement("button");
     const sorted = order.key === column.key;
-    button.textContent = column.title + (sorted ? (order.down ? " \u25be" : " \u25b4") : "");
-    if (column.text) head.className = "text";
-    if (sorted) head.setAttribute("aria-sort", order.down ? "descending" : "ascending");
+    const button = element("button", {}, column.title + (sorted ? (order.down ? " \u25be" : " \u25b4") : ""));
     button.addEventListener("click", () => {
       order = {key: column.key, down: sorted ? !order.down : !column.text};
       heads();
       draw();
     });
-    head.append(button);
+    const head = element("th", {className: column.text ? "text" : ""}, button);
+    if (sorted) head.setAttribute("aria-sort", order.down ? "descending" : "ascending");
     return head;
   }));
 }

@@ -1,18 +1,14 @@
 // A sample's page.
 import {drawCloud} from "./cloud.js";
-import {complain, get, place} from "./page.js";
+import {complain, element, get, place} from "./page.js";
 import {Player} from "./player.js";
 
 const position = Number(location.pathname.split("/").at(-1));
 
 function facts(rows) {
   for (const [name, value] of rows) {
-    const line = place("facts").insertRow();
-    const head = document.createElement("th");
-    head.textContent = name;
-    line.append(head);
-    const cell = line.insertCell();
-    cell.textContent = value;
+    const cell = element("td", {}, value);
+    place("facts").insertRow().append(element("th", {}, name), cell);
     if (name === "label") cell.classList.add(value);
     if (name === "doubt") cell.classList.add("warn");
   }

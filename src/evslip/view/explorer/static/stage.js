@@ -1,6 +1,7 @@
 // The picture: what the camera sees, and over it the events of the last milliseconds.
 const word = (r, g, b) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
-const OFF = word(41, 98, 255), ON = word(229, 57, 53), UNKNOWN = word(128, 128, 128);
+export const OFF = word(41, 98, 255), ON = word(229, 57, 53);
+const UNKNOWN = word(128, 128, 128);
 const BODY = [word(120, 130, 145), word(224, 123, 0), word(10, 143, 108), word(150, 90, 200)];
 const CAUSE = [OFF, BODY[1], ON, BODY[3]];
 const LIGHT = word(255, 255, 255), DARK = word(12, 14, 17);

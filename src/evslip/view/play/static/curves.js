@@ -1,4 +1,6 @@
 // Curves of the last seconds, each in a strip of its own.
+import {color} from "./page.js";
+
 const STRIPS = [
   {name: "slip probability", unit: "", least: 0, most: 1, lines: [["p_slip", "--accent", "detector"]]},
   {name: "rotation", unit: "deg/s", least: 0, most: 20, lines: [["true_deg_s", "--slip", "true"], ["found_deg_s", "--accent", "detector"]]},
@@ -35,15 +37,13 @@ export class Curves {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     context.font = "12px system-ui, sans-serif";
-    const style = getComputedStyle(document.documentElement);
-    this.color = (name) => style.getPropertyValue(name).trim();
     const end = Math.max(this.rows.at(-1)?.[0] ?? 0, SECONDS);
     const x = (t) => LEFT + (t - end + SECONDS) / SECONDS * (width - LEFT - RIGHT);
     this.strips.forEach((strip, k) => this.strip(strip, GAP + k * (HEIGHT + GAP), x, width));
   }
 
   strip({name, unit, least, most, lines}, top, x, width) {
-    const {context, rows, column, color} = this;
+    const {context, rows, column} = this;
     for (const [key] of lines) for (const row of rows) most = Math.max(most, row[column[key]] ?? 0);
     const y = (value) => top + HEIGHT - (value - least) / (most - least) * HEIGHT;
     context.fillStyle = color("--raised");

@@ -1,49 +1,31 @@
 // The page of `evslip play`: draws messages as they come, and sends back what is pulled, pushed and moved.
-import {Curves} from "/static/curves.js";
+import {Curves} from "./curves.js";
+import {element, get, place} from "./page.js";
+import {Picture, listen} from "./stream.js";
 
-const place = (id) => document.getElementById(id);
-const ON = 0xff3539e5, OFF = 0xffff6229, KEY_PX = 60;
+const KEY_PX = 60;
 const WAYS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
-const about = await (await fetch("/api/about")).json();
+const about = await get("/api/about");
 const curves = new Curves(place("curves"), about.curves);
-const stage = place("stage"), context = stage.getContext("2d", {willReadFrequently: true});
-let image = null, words = null, newest = null, paused = false;
+const stage = place("stage"), picture = new Picture(stage);
+let paused = false;
 
-const socket = new WebSocket(`ws://${location.host}/api/stream`);
-socket.binaryType = "arraybuffer";
+const take = ({rows}) => {
+  curves.add(rows);
+  pace(rows);
+};
+const socket = listen(take, draw, "The program has ended. Start evslip play again, and load this page anew.");
 const send = (command) => { if (socket.readyState === 1) socket.send(JSON.stringify(command)); };
-const complain = (text) => { place("problem").textContent = text; };
-socket.addEventListener("close", () => complain("The program has ended. Start evslip play again, and load this page anew."));
-socket.addEventListener("message", ({data}) => {
-  if (typeof data === "string") return complain(data);
-  const length = new DataView(data).getUint32(0, true);
-  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
-  const pixels = head.size[0] * head.size[1];
-  const grey = new Uint8Array(data, 4 + length, pixels);
-  const events = new Uint32Array(data.slice(4 + length + pixels));
-  curves.add(head.rows);
-  pace(head.rows);
-  if (newest === null) requestAnimationFrame(draw);
-  newest = {head, grey, events};
-});
 
-function draw() {
-  const {head, grey, events} = newest;
-  newest = null;
-  const [width, height] = head.size;
-  if (stage.width !== width || stage.height !== height || !image) {
-    [stage.width, stage.height] = [width, height];
-    image = context.createImageData(width, height);
-    words = new Uint32Array(image.data.buffer);
-  }
+function draw(head, rest) {
+  const words = picture.words(head.size), grey = new Uint8Array(rest, 0, words.length);
   // Paler than it is, so that events stand out.
   for (let k = 0; k < grey.length; k++) {
     const level = 60 + 0.72 * grey[k] | 0;
     words[k] = 0xff000000 | level << 16 | level << 8 | level;
   }
-  for (const event of events) words[(event >> 12 & 0xfff) * width + (event & 0xfff)] = event >> 24 & 1 ? ON : OFF;
-  context.putImageData(image, 0, 0);
+  picture.show(words, new Uint32Array(rest.slice(words.length)));
   curves.draw();
   place("title").textContent = head.title;
   place("state").textContent = head.lost ? "lost" : head.alarm ? "slip" : "";
@@ -65,20 +47,16 @@ function pace(rows) {
 // Settings: each as the program says it is, unless it is being moved.
 const inputs = {};
 for (const [name, {label, unit, names, least, most, step}] of Object.entries(about.settings)) {
-  const holder = document.createElement("label"), text = document.createElement("span"), output = document.createElement("output");
-  const input = document.createElement(names ? "select" : "input");
-  text.textContent = label;
-  if (names) for (const one of names) input.add(new Option(one));
-  else Object.assign(input, {type: "range", min: least, max: most, step});
-  input.id = `set-${name}`;
+  const id = `set-${name}`, output = element("output");
+  const input = names ? element("select", {id}, ...names.map((one) => new Option(one)))
+    : element("input", {id, type: "range", min: least, max: most, step});
   const value = () => names ? input.value : Number(input.value);
   input.addEventListener("input", () => {
     send({set: {[name]: value()}});
     output.value = names ? "" : `${input.value} ${unit}`;
     if (name === "controller") enable();
   });
-  holder.append(text, output, input);
-  place("settings").append(holder);
+  place("settings").append(element("label", {}, element("span", {}, label), output, input));
   inputs[name] = {input, output, unit, names};
 }
 const enable = () => { inputs.force_n.input.disabled = inputs.controller.input.value !== "off"; };

@@ -1,6 +1,6 @@
 """Event rates and polarity over time, and where and why pixels fire."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from evslip.events.stream import CAUSES, SIGNAL
 from evslip.view.pictures import figures
 from evslip.view.pictures.figures import Figure
 from evslip.view.pictures.frame_source import span_of
+from evslip.view.pictures.images import per_pixel
 from evslip.view.report import page
 
 STEP_US = 20_000
@@ -34,6 +35,10 @@ class Course(NamedTuple):
     off_per_s: np.ndarray
 
 
+Value = Callable[[Course], np.ndarray]
+"""What is drawn of a course."""
+
+
 class Activity:
     """Adds up records. Maps hold those whose sensor has the size of the first one."""
 
@@ -52,7 +57,6 @@ class Activity:
         """Events of each pixel, and those of a cause other than the signal; of shape (height, width)."""
 
     def add(self, record: Record) -> None:
-        """Count a record's events."""
         events, (width, height) = record.events, record.size
         start, end = span_of(record)
         seconds = (end - start) / 1e6
@@ -61,18 +65,15 @@ class Activity:
             self.causes += np.bincount(events.cause, minlength=len(CAUSES))[: len(CAUSES)]
             self.pixel_seconds += seconds * width * height
         if events.body is not None:
-            bodies = np.bincount(np.minimum(events.body, len(BODIES)), minlength=len(BODIES) + 1)
-            self.bodies += bodies
+            self.bodies += np.bincount(np.minimum(events.body, len(BODIES)), minlength=len(BODIES) + 1)
         if self.size is None:
             self.size = record.size
             self.all_map, self.noise_map = (np.zeros((height, width), np.int64) for _ in range(2))
         if record.size == self.size:
             self.seconds += seconds
-            place = events.y.astype(np.int64) * width + events.x
-            self.all_map += np.bincount(place, minlength=width * height).reshape(height, width)
+            self.all_map += per_pixel(events, record.size)
             if events.cause is not None:
-                noise = place[events.cause != SIGNAL]
-                self.noise_map += np.bincount(noise, minlength=width * height).reshape(height, width)
+                self.noise_map += per_pixel(events.select(events.cause != SIGNAL), record.size)
 
 
 def activity(found: Activity, of: int) -> str:
@@ -91,9 +92,7 @@ def activity(found: Activity, of: int) -> str:
 
 def rates(courses: Sequence[Course]) -> Figure:
     """Median and band of the event rate for each label."""
-    grouped = _by_label(courses).items()
-    bands = {label: _quantiles(some, lambda c: c.on_per_s + c.off_per_s) for label, some in grouped}
-    figure = _over_time(bands, LEAST_PER_S, "events/s")
+    figure = _over_time(courses, lambda course: course.on_per_s + course.off_per_s, LEAST_PER_S, "events/s")
     figure["layout"]["yaxis"] |= {"type": "log", "dtick": 1, "exponentformat": "SI"}
     return figure
 
@@ -105,16 +104,12 @@ def polarity(courses: Sequence[Course]) -> Figure:
         both = course.on_per_s + course.off_per_s
         return np.divide(course.on_per_s, both, out=np.full(len(both), np.nan), where=both > 0)
 
-    figure = _over_time({label: _quantiles(some, share) for label, some in _by_label(courses).items()}, 0.0, "share ON")
+    figure = _over_time(courses, share, 0.0, "share ON")
     figure["layout"]["yaxis"] |= {"range": [0, 1]}
     return figure
 
 
-def _by_label(courses: Sequence[Course]) -> dict[str, list[Course]]:
-    return {label: some for label in COLORS if (some := [course for course in courses if course.label == label])}
-
-
-def _quantiles(courses: Sequence[Course], value) -> tuple[np.ndarray, np.ndarray]:
+def _quantiles(courses: Sequence[Course], value: Value) -> tuple[np.ndarray, np.ndarray]:
     """Times of shape (n,), and the 10th, 50th and 90th percentile over the courses that reach them, (3, n)."""
     first, last = min(c.t_s[0] for c in courses), max(c.t_s[-1] for c in courses)
     grid = np.linspace(first, last, GRID)
@@ -123,18 +118,17 @@ def _quantiles(courses: Sequence[Course], value) -> tuple[np.ndarray, np.ndarray
     return grid[known], np.nanquantile(rows[:, known], (0.1, 0.5, 0.9), axis=0)
 
 
-def _over_time(curves: dict[str, tuple[np.ndarray, np.ndarray]], least: float, title: str) -> Figure:
+def _over_time(courses: Sequence[Course], value: Value, least: float, title: str) -> Figure:
     traces = []
-    for label, (t_s, (low, middle, high)) in curves.items():
+    for label in [label for label in COLORS if any(course.label == label for course in courses)]:
+        t_s, (low, middle, high) = _quantiles([course for course in courses if course.label == label], value)
         x = figures.array(t_s.astype(np.float32))
         shared = {"type": "scatter", "mode": "lines", "x": x, "legendgroup": label, "hoverinfo": "skip"}
-        for edge, fill in ((low, None), (high, "tonexty")):
-            y = figures.array(np.maximum(edge, least).astype(np.float32))
-            band = {"fill": fill, "fillcolor": PALE[label], "line": {"width": 0}, "showlegend": False}
-            traces.append({**shared, "y": y, **band})
-        y = figures.array(np.maximum(middle, least).astype(np.float32))
+        band = {"fillcolor": PALE[label], "line": {"width": 0}, "showlegend": False}
         line = {"name": label, "line": {"color": COLORS[label], "width": 2}, "hoverinfo": "x+y+name"}
-        traces.append({**shared, "y": y, **line})
+        for values, looks in ((low, {"fill": None, **band}), (high, {"fill": "tonexty", **band}), (middle, line)):
+            y = figures.array(np.maximum(values, least).astype(np.float32))
+            traces.append({**shared, "y": y, **looks})
     return {
         "data": traces,
         "layout": {
@@ -187,16 +181,14 @@ def pixel_map(counts: np.ndarray, seconds: float) -> Figure:
 
 def _tables(found: Activity) -> list[str]:
     tables = []
-    if found.causes.sum():
-        total = found.causes.sum()
+    if total := found.causes.sum():
         rows = [
             [name, f"{count:,}", f"{count / total:.2%}", f"{count / found.pixel_seconds:.3g}"]
             for name, count in zip(CAUSES, found.causes.tolist(), strict=True)
             if count or name == CAUSES[SIGNAL]
         ]
         tables.append(page.table(("cause", "events", "share", "Hz a pixel"), *rows))
-    if found.bodies.sum():
-        total = found.bodies.sum()
+    if total := found.bodies.sum():
         names = (*BODIES, "unknown")
         counts = zip(names, found.bodies.tolist(), strict=True)
         rows = [[name, f"{count:,}", f"{count / total:.2%}"] for name, count in counts if count]

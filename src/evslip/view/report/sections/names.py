@@ -16,16 +16,15 @@ def describe(label: str, record: Record) -> str:
     onset, params = record.onset_us, record.params
     if params is None or record.truth is None:
         seconds = (int(record.events.t_us[-1]) - int(record.events.t_us[0])) / 1e6 if record.events.count else 0.0
-        facts = [record.name, f"{seconds:.2f} s", *record.notes.values()]
-        return page.text(f"{label}: {', '.join(facts)}")
-    facts = [
-        record.name,
-        f"{1000 * params.object.mass_kg:.3g} g",
-        f"grip {params.grip.force_n:.3g} N, friction {params.grip.friction:.2g}",
-        "never slips" if onset is None else f"slips from {onset / 1e6:.2f} s",
-        f"turns by at most {float(record.truth.theta_deg[record.truth.held].max(initial=0)):.3g}°",
-    ]
-    return page.text(f"{label}: {', '.join(facts)}")
+        facts = [f"{seconds:.2f} s", *record.notes.values()]
+    else:
+        facts = [
+            f"{1000 * params.object.mass_kg:.3g} g",
+            f"grip {params.grip.force_n:.3g} N, friction {params.grip.friction:.2g}",
+            "never slips" if onset is None else f"slips from {onset / 1e6:.2f} s",
+            f"turns by at most {float(record.truth.theta_deg[record.truth.held].max(initial=0)):.3g}°",
+        ]
+    return page.text(f"{label}: {', '.join([record.name, *facts])}")
 
 
 def short(number: float) -> str:

@@ -15,8 +15,7 @@ def parameters(found: Sequence[Surveyed]) -> str:
     samples = [sample for sample in found if sample.params is not None]
     if len(samples) < 2:
         return ""
-    by_split = {split: [s for s in samples if s.split == split] for split in COLORS}
-    by_split = {split: some for split, some in by_split.items() if some}
+    by_split = {split: some for split in COLORS if (some := [s for s in samples if s.split == split])}
     varied = varying({split: [s.params for s in some if s.params is not None] for split, some in by_split.items()})
     charts = {key: _chart(key, column) for key, column in varied.items()}
     ratio = {split: [s.facts["mass_kg"] / s.facts["onset_mass_kg"] for s in some] for split, some in by_split.items()}

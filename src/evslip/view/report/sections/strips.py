@@ -67,18 +67,12 @@ def _cells(label: str, record: Record, pictures: Pictures) -> Iterator[str]:
     else:
         frames = pictures(record.trajectory, times_us)
     for (phase, t_us), frame in zip(shown, frames, strict=True):
-        yield _cell(record, phase, t_us, frame, source.is_there)
-
-
-def _cell(record: Record, phase: str, t_us: int, frame: np.ndarray, is_drawn: bool) -> str:
-    events = record.events.between(t_us - SHOWN_US, t_us)
-    angle = ""
-    if record.truth is not None:
-        angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
-    alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
-    shown = [(overlay(frame, events), ", with events")]
-    if is_drawn:
-        shown.insert(0, (frame, ""))
-    images = "".join(f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">' for image, what in shown)
-    caption = f"<b>{page.text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
-    return f"<figure>{images}<figcaption>{caption}</figcaption></figure>"
+        events, angle = record.events.between(t_us - SHOWN_US, t_us), ""
+        if record.truth is not None:
+            angle = f" · {float(np.interp(t_us, record.truth.t_us, record.truth.theta_deg)):.2f}°"
+        alt = f"{record.name}, {phase}, {t_us / 1e6:.2f} s"
+        drawn = [(frame, "")] if source.is_there else []
+        drawn.append((overlay(frame, events), ", with events"))
+        images = "".join(f'<img src="{data_uri(image)}" alt="{page.text(alt + what)}">' for image, what in drawn)
+        caption = f"<b>{page.text(phase)}</b> {t_us / 1e6:.2f} s{angle}<br>{events.count:,} events"
+        yield f"<figure>{images}<figcaption>{caption}</figcaption></figure>"

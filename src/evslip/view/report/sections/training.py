@@ -16,14 +16,11 @@ def training(epochs: Sequence[Mapping[str, Any]]) -> str:
     columns = []
     for quantity in ("loss", "accuracy"):
         names = [name for name in epochs[0] if name.endswith(quantity)]
-        lines = {name.replace("_", " "): [_number(epoch.get(name)) for epoch in epochs] for name in names}
-        traces = [
-            charts.line(name, numbers, y, i, marked=len(epochs) < 40) for i, (name, y) in enumerate(lines.items())
-        ]
+        traces = []
+        for i, name in enumerate(names):
+            found = (epoch.get(name) for epoch in epochs)
+            values = [value if isinstance(value, int | float) else math.nan for value in found]
+            traces.append(charts.line(name.replace("_", " "), numbers, values, i, marked=len(epochs) < 40))
         if traces:
             columns.append(page.embed(f"training-{quantity}", charts.chart(traces, "epoch", quantity)))
     return page.section("Training", "", page.columns(columns)) if columns else ""
-
-
-def _number(value: Any) -> float:
-    return value if isinstance(value, int | float) else math.nan

@@ -1,26 +1,59 @@
-"""Sections of the page of an evaluation."""
+"""Page of an evaluation, and its files. Begin with `write_evaluation`."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
+from evslip.learn.checkpoint import load_model
 from evslip.learn.evaluation.alarms import ALLOWED_PER_MIN
 from evslip.learn.evaluation.comparison import compare
 from evslip.learn.evaluation.evaluation import Evaluation
+from evslip.learn.evaluation.evaluation_data import EvaluationData
+from evslip.learn.evaluation.stored import FILE, save_evaluation
 from evslip.learn.scores.metrics import Metrics
+from evslip.utils.version import __version__
 from evslip.view.evaluation import failures
 from evslip.view.evaluation.charts import CurveChart, GroupChart, alarm_charts, error_bar, group_charts, window_charts
+from evslip.view.evaluation.plots import write_conditions_png, write_scores_png
 from evslip.view.evaluation.tables import alarm_table, comparison_table, cost_table, group_table, short_names
 from evslip.view.pictures import charts
 from evslip.view.report import page
+from evslip.windows.window_set import WindowSettings
 
 COST_NOTE = "From a window's events to its probability, one at a time on one core; in batches of 32 on all cores."
+
+
+def write_evaluation(folder: Path, found: Sequence[Evaluation], data: EvaluationData | None = None) -> None:
+    """evaluation.json, evaluation.html, scores.png, circumstances.png and, of what was examined, pictures of the worst
+    windows. Raises DataError, StorageError."""
+    names, first = short_names(found), found[0]
+    save_evaluation(folder / FILE, found)
+    if data is not None:
+        worst = [failure for one in found for failure in failures.worst(one.scores)]
+        settings = WindowSettings() if data.windows is not None else load_model(first.model)[1].windows
+        shown = failures.pictures(data, worst, settings, first.align or "centre")
+        failures.save_pictures(folder / failures.FOLDER, shown)
+    subtitle = (
+        f"{first.scores.windows} windows of {first.scores.trajectories} trajectories: {first.data}. "
+        f"Measured by evslip {__version__}."
+    )
+    parts = evaluation_parts(found, failures.from_folder(folder / failures.FOLDER))
+    page.write_page(folder / "evaluation.html", "evslip: detectors examined", subtitle, parts)
+    write_scores_png(folder / "scores.png", found, names)
+    write_conditions_png(folder / "circumstances.png", found, names)
 
 
 def evaluation_parts(found: Sequence[Evaluation], show: failures.Show) -> list[str]:
     """All sections about some detectors."""
     names = short_names(found)
+    note = (
+        "Models that differ in the seed alone are one column: mean ± standard deviation over the seeds. Of a single "
+        "model: the value and the range that 95 % of resamples of the trajectories give. Latency, detection and slip "
+        f"are at the lowest threshold with at most {ALLOWED_PER_MIN:g} false alarm a minute of holding, exact to "
+        f"{1e3 * found[0].hop_s:g} ms; a missed slip counts as infinitely late."
+    )
     worst = [(n, one.scores.threshold, failures.worst(one.scores)) for n, one in zip(names, found, strict=True)]
     return [
-        page.section("Comparison", _comparison_note(found[0]), page.table(*comparison_table(compare(found)))),
+        page.section("Comparison", note, page.table(*comparison_table(compare(found)))),
         _notes(found),
         _scores(found, names),
         _alarms(found, names),
@@ -30,21 +63,10 @@ def evaluation_parts(found: Sequence[Evaluation], show: failures.Show) -> list[s
     ]
 
 
-def _comparison_note(first: Evaluation) -> str:
-    return (
-        "Models that differ in the seed alone are one column: mean ± standard deviation over the seeds. Of a single "
-        "model: the value and the range that 95 % of resamples of the trajectories give. Latency, detection and slip "
-        f"are at the lowest threshold with at most {ALLOWED_PER_MIN:g} false alarm a minute of holding, exact to "
-        f"{1e3 * first.hop_s:g} ms; a missed slip counts as infinitely late."
-    )
-
-
 def _notes(found: Sequence[Evaluation]) -> str:
-    lines = {note: None for one in found for note in one.notes}
-    if not lines:
-        return ""
-    items = "".join(f"<li>{page.text(note)}</li>" for note in lines)
-    return page.section("To keep in mind", "", f"<ul>{items}</ul>")
+    notes = dict.fromkeys(note for one in found for note in one.notes)
+    items = "".join(f"<li>{page.text(note)}</li>" for note in notes)
+    return page.section("To keep in mind", "", f"<ul>{items}</ul>") if items else ""
 
 
 def _scores(found: Sequence[Evaluation], names: Sequence[str]) -> str:
