@@ -1,6 +1,5 @@
 """A robot from four sides, and in words."""
 
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +20,7 @@ from evslip.rendering.geometry.hand import assemble
 from evslip.rendering.geometry.links import link_poses, posed
 from evslip.utils.atomic import write_bytes
 from evslip.utils.errors import ConfigError
+from evslip.view.pictures.images import figure_png
 
 GREY, PALM, LEFT, RIGHT, PAD, SIGHT = "#b8bcc4", "#7f8794", "#d98c3f", "#4f86c6", "#c22f2f", "#3a9a5f"
 SIGHT_M = 0.08
@@ -49,9 +49,7 @@ def write_robot_sheet(path: Path, kind: str) -> str:
     robot = robot_of(spec)
     mount = "side" if robot.camera_m is None else "robot"
     camera = hand_camera(draw(load_config("simple", {"robot.kind": kind, "camera.mount": mount}), 0))
-    buffer = io.BytesIO()
-    _figure(robot, camera, kind, mount).savefig(buffer, format="png", dpi=100)
-    write_bytes(path, buffer.getvalue())
+    write_bytes(path, figure_png(_figure(robot, camera, kind, mount), dpi=100))
     return "\n".join(_facts(robot, spec, camera, mount)) + "\n"
 
 

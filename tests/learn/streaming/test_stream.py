@@ -125,6 +125,9 @@ def test_a_broken_clock_is_refused(model: Path, last_us: int) -> None:
     events = Events(np.array([-(2**62), last_us]), pixel, pixel, np.ones(2, bool))
     with pytest.raises(DataError, match=r"no event for .* s; expected no gap of over an hour"):
         detect(model, events, SIZE)
+    one = events.select(slice(1))
+    with pytest.raises(DataError, match=r"no event for .* s; expected no gap of over an hour"):
+        Detector(model, size=SIZE, hop_s=10.0).follow(one, last_us)
     hours = np.arange(2000) * 3_599_000_000
     events = Events(hours, *(np.full(2000, 100, np.uint16),) * 2, np.ones(2000, bool))
     with pytest.raises(DataError, match="at most 5,000,000 answers"):

@@ -143,8 +143,8 @@ class Detector:
             raise DataError(
                 f"events at {first} us pushed after {self._last_us} us; expected time order and no gap of over an hour"
             )
-        if events.count > 1:  # unsigned: times may lie farther apart than an int64 can say
-            silence_us = int(np.diff(events.t_us.view(np.uint64)).max())
+        if events.count:  # unsigned: times may lie farther apart than an int64 can say
+            silence_us = int(np.diff(events.t_us, append=last).view(np.uint64).max())
             if silence_us > MOST_SILENCE_US:
                 raise DataError(f"no event for {silence_us / 1e6:,.0f} s; expected no gap of over an hour")
         self._last_us = last
