@@ -235,10 +235,11 @@ def test_a_box_looks_the_same_as_cuboid_and_as_mesh(place, monkeypatch):
 
 
 @pytest.mark.parametrize("shape", ["cylinder", "ring"])
-def test_a_mesh_does_not_depend_on_what_was_drawn_before(shape, ring):
+@pytest.mark.parametrize("lowered_m", [(0.1, -0.1), (-0.1, 0.3)], ids=["in the grip", "past it"])
+def test_a_mesh_does_not_depend_on_what_was_drawn_before(shape, lowered_m, ring):
     params = sample(**(ring if shape == "ring" else {"object__shape": "cylinder"}))
     camera, traj = hand_camera(params), turning(params)
-    traj.object_pose[:, 2] -= np.linspace(0.1, -0.1, len(traj.t_us))
+    traj.object_pose[:, 2] -= np.linspace(*lowered_m, len(traj.t_us))
     poses = ScenePoses(traj, camera, np.arange(0, 1_000_001, 100_000))
     raycaster = Raycaster(params, camera, float(poses.travel_m[0]))
     every = [raycaster.draw(poses, index) for index in range(11)]

@@ -92,7 +92,7 @@ def trace(camera, turn, focal, place, axes, facets, raster, total, touched, full
     height, width = total.shape
     project(camera, turn, focal, place, axes, facets, raster, width, height)
     low, high = rows_of(raster, width, height)
-    # Rows that the mesh does not reach keep what an earlier frame left there; nobody looks at them.
+    # Rows that the mesh does not reach keep what an earlier frame left there; of these, `near` alone is looked at.
     first, last = max(0, low - 1), min(height, high + 1)
     raster.area[first:last] = 0.0
     for row in range(height):
@@ -100,7 +100,7 @@ def trace(camera, turn, focal, place, axes, facets, raster, total, touched, full
         touched[row, 0], touched[row, 1], full[row, 0], full[row, 1] = width, 0, 0, 0
         for column in range(width):
             total[row, column] = f32(0)
-    raster.near[first:last] = f32(0)
+    raster.near[:] = f32(0)
     raster.owner[first:last] = -1
     raster.slot[first:last] = -1
     if high <= low:
