@@ -1,5 +1,6 @@
 """Episodes that controllers play, and figures of them."""
 
+import gc
 import json
 import math
 import shutil
@@ -14,7 +15,7 @@ from evslip.config.loading import load_config
 from evslip.control.candidates import Candidates
 from evslip.control.controllers import make_controller
 from evslip.control.evaluation.episode_record import record_of
-from evslip.control.evaluation.games import earlier_outcomes, games_of, play_games
+from evslip.control.evaluation.games import earlier_outcomes, games_of, play_game, play_games
 from evslip.control.evaluation.outcome import Outcome
 from evslip.control.evaluation.play import play
 from evslip.control.evaluation.sources import source_of
@@ -258,6 +259,20 @@ def test_a_policy_that_was_edited_is_not_taken_for_the_one_that_has_played(tmp_p
     shutil.rmtree(held / "episodes" / "own_policy_Mine")
     anew = play_games(games_in(held, "own_policy:Mine", count=1), 1, print, lambda: None)
     assert anew[0] == played[0] and anew[1].mean_n > 1.5 * played[1].mean_n
+
+
+def test_a_policy_that_refers_to_itself_is_gone_when_the_next_game_begins(tmp_path, write):
+    circle = "setup.force_n; self.myself = self; alive.append(weakref.ref(self))"
+    write(own_policy=MINE.format(imports="import weakref\nalive = []", force=circle))
+    games = games_in(tmp_path / "held", "own_policy:Mine")
+    gc.disable()
+    try:
+        for game in games:
+            play_game(game)
+        alive = [known() for known in sys.modules["own_policy"].alive]
+    finally:
+        gc.enable()
+    assert len(alive) == 2 and alive[0] is None
 
 
 def test_a_detector_that_was_trained_again_is_not_taken_for_the_one_that_has_played(tmp_path):

@@ -1,5 +1,6 @@
 """Many episodes played by several controllers, in processes, each kept in a file of its own."""
 
+import gc
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -146,6 +147,7 @@ def _noted(path: Path) -> Any:
 
 def play_game(game: Game) -> None:
     """Play a game and write what became of it. Raises EvslipError."""
+    gc.collect()  # a policy of the last game that refers to itself holds, until then, some 100 MB
     try:
         played = _played(game, keep=game.records is not None)
     except (PlanRejected, GraspFailed) as error:
