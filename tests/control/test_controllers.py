@@ -107,6 +107,27 @@ def test_a_false_alarm_leaves_the_force_at_rest_as_it_was():
     assert at_rest(other, 300)[-1] == pytest.approx(at_rest(told, 300)[-1]) == pytest.approx(Relaxation().guard * 2.0)
 
 
+@pytest.mark.parametrize("belief", [0.25, 1.0])
+def test_an_alarm_moves_the_force_at_rest_as_far_as_it_is_believed(belief):
+    force = GripForce(SETUP, Relaxation(quiet_s=0.0, share_s=0.0, probe_s=0.0, guard=1.5, keep=0.9, return_s=0.02))
+    alarm(force, 3.0)
+    force.slipped(belief)
+    assert at_rest(force, 300)[-1] == pytest.approx(2.0 + belief * 1.0)
+    alarm(force, 8.0)
+    rested_n = force.value_n
+    force.held(belief)
+    assert at_rest(force, 300)[-1] == pytest.approx((2.0 + belief) * (1 - belief) + belief * 0.9 * rested_n)
+
+
+def test_the_search_stands_still_after_an_alarm_that_is_not_believed():
+    force = GripForce(SETUP, Relaxation(quiet_s=0.0, pause_s=1.0, probe_s=0.5, return_s=0.02))
+    alarm(force, 3.0)
+    force.slipped(belief=0.0)
+    steps = round(1e6 / SETUP.step_us)
+    assert at_rest(force, steps)[-1] == pytest.approx(2.0)
+    assert at_rest(force, steps)[-1] == pytest.approx(2.0 * np.exp(-0.5), rel=0.01)
+
+
 def test_a_force_follows_the_load_that_the_hand_feels():
     force = GripForce(SETUP, Relaxation())
     assert [force.command_n(senses(0, load=load)) for load in (1.0, 1.5, 5.0, 0.0)] == pytest.approx([2, 3, 4, 1.6])
@@ -223,7 +244,7 @@ def test_the_force_grows_with_the_speed_that_a_detector_estimates():
 
 
 def test_a_detector_without_speeds_is_used_in_steps_with_all_that_was_asked():
-    asked = {"model": "default-complex", "threshold": 0.3, "sure": 0.2, "relaxation.guard": 2.0}
+    asked = {"model": "default-complex", "threshold": 0.3, "doubt": 0.2, "relaxation.guard": 2.0}
     controller = make_controller("detector-pi", **asked)
     controller.reset(SETUP)
     assert vars(controller)["_steps"].parameters == make_controller("detector", **asked).parameters

@@ -19,7 +19,7 @@ class DetectorParameters:
         "threshold": (0, 1),
         "answers": (1, 1000),
         "deg_mm": (0.01, 1000),
-        "sure": (0, 1),
+        "doubt": (0, 1e6),
         "long_s": (0, 10),
         "fast_mm_s": (0, 1e6),
     }
@@ -32,8 +32,9 @@ class DetectorParameters:
     """Answers in a row that are an alarm."""
     deg_mm: float = 3.0
     """Degrees of turning that count as a millimetre of sliding."""
-    sure: float = 0.9
-    """Probability that an alarm reaches if it is believed."""
+    doubt: float = 3.0
+    """How many times rarer slips are among alarms than in training: by it the odds of an alarm's surest answer are
+    divided (Saerens, Latinne, Decaestecker 2002), which gives its belief. 0: every alarm is believed."""
     long_s: float = 0.065
     """Time beyond the detector's own, see `Signal.memory_s`, after which an alarm was of a slip that was not slow:
     what holds may be far more than the force at which it began."""
@@ -46,8 +47,8 @@ class DetectorControl(Controller):
     """Asks a slip detector at every step, and learns from each alarm what holds. Raises DataError for a model that
     cannot be read.
 
-    A slip stays in what the detector looks at for a while: an alarm that is over sooner, or never sure, was a false
-    one, and teaches nothing.
+    A slip stays in what the detector looks at for a while: an alarm that is over sooner was a false one. Any other
+    teaches as much as it is believed.
     """
 
     def __init__(self, parameters: DetectorParameters):
@@ -87,9 +88,8 @@ class DetectorControl(Controller):
 
     def _learn(self, lasted_s: float) -> None:
         own, beyond_s = self._asks, lasted_s - self._signal.memory_s
-        if self._surest < own.sure:
-            return
+        belief = self._surest / (self._surest + own.doubt * (1 - self._surest))
         if beyond_s >= own.long_s or self._fastest_mm_s >= own.fast_mm_s:
-            self._force.held()
-        elif beyond_s > 0:
-            self._force.slipped()
+            self._force.held(belief)
+        else:
+            self._force.slipped(belief if beyond_s > 0 else 0.0)

@@ -21,6 +21,7 @@ class Relaxation:
     LIMITS: ClassVar = {
         "most": (1, 100),
         "quiet_s": (0, 10),
+        "pause_s": (0, 100),
         "return_s": (0.001, 10),
         "guard": (1, 10),
         "keep": (0, 1),
@@ -34,6 +35,9 @@ class Relaxation:
     ones come in clusters."""
     quiet_s: float = 0.05
     """Time without an alarm after which the force begins to fall."""
+    pause_s: float = 1.0
+    """Time for which the resting force stands still after an alarm that is not believed at all: a perception that is
+    wrong now may miss a slow slip, too."""
     return_s: float = 0.05
     """Time constant with which a raised force falls to the resting one."""
     guard: float = 1.5
@@ -60,7 +64,7 @@ class GripForce:
     def __init__(self, setup: Setup, relaxation: Relaxation):
         self._setup, self._relaxation = setup, relaxation
         self.value_n = self._resting_n = self._first_n = self._begin_n = setup.force_n
-        self._searches, self._quiet_us = True, 0
+        self._searches, self._quiet_us, self._pause_us = True, 0, 0.0
 
     def command_n(self, senses: Senses) -> float:
         """Force to command, with the load that the hand feels now."""
@@ -80,14 +84,16 @@ class GripForce:
         most_n = self._relaxation.most * self._first_n
         self.value_n = self._setup.allowed(max(self.value_n, min(force_n, most_n)))
 
-    def slipped(self) -> None:
-        """The alarm was right: the object slipped at the force at which it began, and a little more holds it."""
-        self._rest_at(self._relaxation.guard * self._begin_n, searches=False)
+    def slipped(self, belief: float = 1.0) -> None:
+        """An alarm is over. So far as it is believed, 0 to 1, the object slipped at the force at which it began, and a
+        little more holds it."""
+        self._rest_at(self._relaxation.guard * self._begin_n, belief, searches=False)
 
-    def held(self) -> None:
-        """It was right, and the raised force holds the object; how much less would is not known."""
+    def held(self, belief: float = 1.0) -> None:
+        """An alarm is over. So far as it is believed, the raised force holds the object; how much less would is not
+        known."""
         own = self._relaxation
-        self._rest_at(max(own.keep * self.value_n, own.guard * self._begin_n), searches=True)
+        self._rest_at(max(own.keep * self.value_n, own.guard * self._begin_n), belief, searches=True)
 
     def rest(self) -> None:
         """A step in which nothing slips: after a while, give back a little."""
@@ -95,10 +101,14 @@ class GripForce:
         self._quiet_us += self._setup.step_us
         if self._quiet_us <= own.quiet_s * 1e6:
             return
-        share, raised_n = own.probe_s if self._searches else own.share_s, self.value_n - self._resting_n
-        self._resting_n = max(self._resting_n * (1 - share * seconds), self._setup.least_n)
+        raised_n = self.value_n - self._resting_n
+        if self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
+            share = own.probe_s if self._searches else own.share_s
+            self._resting_n = max(self._resting_n * (1 - share * seconds), self._setup.least_n)
         self.value_n = self._resting_n + raised_n * max(0.0, 1 - seconds / own.return_s)
 
-    def _rest_at(self, force_n: float, *, searches: bool) -> None:
-        self._resting_n = max(self._resting_n, self._setup.allowed(force_n))
-        self._searches = searches
+    def _rest_at(self, force_n: float, belief: float, *, searches: bool) -> None:
+        self._pause_us = (1 - belief) * self._relaxation.pause_s * 1e6
+        self._resting_n += belief * max(0.0, self._setup.allowed(force_n) - self._resting_n)
+        if belief >= 0.5:
+            self._searches = searches
