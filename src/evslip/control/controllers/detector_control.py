@@ -88,7 +88,8 @@ class DetectorControl(Controller):
 
     def _learn(self, lasted_s: float) -> None:
         own, beyond_s = self._asks, lasted_s - self._signal.memory_s
-        belief = self._surest / (self._surest + own.doubt * (1 - self._surest))
+        surest = max(self._surest, 1e-9)  # 0 where a threshold of 0 makes every answer an alarm
+        belief = surest / (surest + own.doubt * (1 - surest))
         if beyond_s >= own.long_s or self._fastest_mm_s >= own.fast_mm_s:
             self._force.held(belief)
         else:
