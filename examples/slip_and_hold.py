@@ -3,7 +3,7 @@
 python examples/slip_and_hold.py docs/figures/slip_and_hold.png
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -40,4 +40,6 @@ def main(out: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "slip_and_hold.png")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", nargs="?", default="slip_and_hold.png", help="picture to write (default: %(default)s)")
+    main(parser.parse_args().out)

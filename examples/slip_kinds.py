@@ -3,7 +3,7 @@
 python examples/slip_kinds.py docs/figures/slip_kinds.png
 """
 
-import sys
+import argparse
 from pathlib import Path
 from typing import Any
 
@@ -65,4 +65,6 @@ def _draw(axis: Any, params: evslip.Params, truth: evslip.Truth) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "slip_kinds.png")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", nargs="?", default="slip_kinds.png", help="picture to write (default: %(default)s)")
+    main(parser.parse_args().out)

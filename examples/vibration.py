@@ -3,7 +3,7 @@
 python examples/vibration.py docs/figures/scenes/vibration.png
 """
 
-import sys
+import argparse
 from pathlib import Path
 from typing import Any
 
@@ -86,4 +86,6 @@ def draw_events(axis: Any, trajectory: Trajectory) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "vibration.png")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", nargs="?", default="vibration.png", help="picture to write (default: %(default)s)")
+    main(parser.parse_args().out)
