@@ -22,7 +22,7 @@ SHOWN_US = 20_000
 def main(out: str) -> None:
     figure = Figure(figsize=(12.5, 4.5), layout="constrained")
     axes = figure.subplots(2, len(PHASES))
-    for row, (index, verdict) in enumerate(((4, "held"), (3, "slips"))):
+    for row, (index, verdict) in enumerate(((4, "held"), (23, "slips"))):
         params = evslip.draw(evslip.load_config("demo"), index)
         trajectory = evslip.simulate(params)
         truth = evslip.measure(trajectory)
