@@ -24,8 +24,7 @@ def main(*paths: str) -> None:
         for one in read_evaluation(Path(path) / FILE):
             label, p = np.asarray(one.scores.labels), np.asarray(one.scores.probabilities, float)
             share = float(np.mean(label == Label.SLIP))
-            corrected = p * share / (p * share + (1 - p) * (1 - share))
-            both = [weighted.distribution(label, each) for each in (p, corrected)]
+            both = [weighted.distribution(label, each) for each in (p, weighted.at_share(p, share))]
             cells = [f"{figure(each):.4f}" for figure in (weighted.calibration_error, weighted.brier) for each in both]
             print(f"| {one.model} | {share:.3f} | {' | '.join(cells)} |")
 

@@ -4,11 +4,14 @@ from abc import abstractmethod
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import numpy as np
+
 from evslip.control.controllers.controller import NO_ANSWER, Controller, Setup, SlipAnswer
 from evslip.control.controllers.grip_force import GripForce, Relaxation
 from evslip.control.controllers.slip_signal import MODEL, TRUTH, require_model, signal_of
 from evslip.control.senses import Senses
 from evslip.events.stream import Events
+from evslip.learn.scores.weighted import at_share
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class DetectorParameters:
     """Degrees of turning that count as a millimetre of sliding."""
     doubt: float = 3.0
     """How many times rarer slips are among alarms than in training: by it the odds of an alarm's surest answer are
-    divided (Saerens, Latinne, Decaestecker 2002), which gives its belief. 0: every alarm is believed."""
+    divided, which gives its belief, as of `weighted.at_share` (Saerens, Latinne, Decaestecker 2002). 0: every alarm is
+    believed."""
     long_s: float = 0.065
     """Time beyond the detector's own, see `Signal.memory_s`, after which an alarm was of a slip that was not slow:
     what holds may be far more than the force at which it began."""
@@ -88,8 +92,7 @@ class DetectorControl(Controller):
 
     def _learn(self, lasted_s: float) -> None:
         own, beyond_s = self._asks, lasted_s - self._signal.memory_s
-        surest = max(self._surest, 1e-9)  # 0 where a threshold of 0 makes every answer an alarm
-        belief = surest / (surest + own.doubt * (1 - surest))
+        belief = float(at_share(np.array(self._surest), 1 / (1 + own.doubt))) if own.doubt else 1.0
         if beyond_s >= own.long_s or self._fastest_mm_s >= own.fast_mm_s:
             self._force.held(belief)
         else:

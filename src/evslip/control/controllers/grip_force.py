@@ -110,5 +110,5 @@ class GripForce:
     def _rest_at(self, force_n: float, belief: float, *, searches: bool) -> None:
         self._pause_us = (1 - belief) * self._relaxation.pause_s * 1e6
         self._resting_n += belief * max(0.0, self._setup.allowed(force_n) - self._resting_n)
-        if belief >= 0.5:
+        if belief >= 0.5:  # more likely a slip than not
             self._searches = searches
