@@ -113,6 +113,27 @@ def test_a_signal_that_falls_into_a_destructor_is_not_lost(
     assert handlers == (signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGALRM), sys.unraisablehook)
 
 
+def test_what_a_signal_leaves_half_made_goes_in_silence():
+    program = """
+import signal, sys
+from evslip import cli
+
+class HalfMade:
+    def __init__(self):
+        signal.raise_signal(signal.SIGINT)
+        self.handle = 1
+
+    def __del__(self):
+        del self.handle
+
+cli.run = lambda words: HalfMade()
+sys.argv = ["evslip", "info"]
+cli.main()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "evslip: stopped; what was finished is kept\n")
+
+
 @pytest.mark.parametrize("suffix", known_suffixes())
 def test_a_pipe_is_refused_wherever_a_file_is_due(tmp_path: Path, suffix: str):
     pipe = tmp_path / f"pipe{suffix}"

@@ -56,6 +56,10 @@ def interrupts() -> Iterator[None]:
     signal.signal(signal.SIGTERM, raise_terminated)
     try:
         yield
+    except KeyboardInterrupt as stop:  # what it left half made goes here, and what its destructor says is no news
+        sys.unraisablehook = lambda _: None
+        traceback.clear_frames(stop.__traceback__)
+        raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         sys.unraisablehook = hook
