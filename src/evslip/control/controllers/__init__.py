@@ -21,7 +21,7 @@ CONTROLLERS = {
     "cone-oracle": "oracle:ConeOracle",
     "late-oracle": "oracle:LateOracle",
     "event-rate": "event_rate:EventRate",
-    "detector": "detector_steps:DetectorSteps",
+    "detector": "detector_ramp:DetectorRamp",
     "detector-pi": "detector_pi:DetectorPI",
 }
 """Module and class of each controller, whose class has its parameters as `Parameters`."""

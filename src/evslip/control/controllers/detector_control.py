@@ -25,6 +25,7 @@ class DetectorParameters:
         "doubt": (0, 1e6),
         "long_s": (0, 10),
         "fast_mm_s": (0, 1e6),
+        "late_s": (0, 0.1),
     }
 
     model: str = MODEL
@@ -44,6 +45,8 @@ class DetectorParameters:
     what holds may be far more than the force at which it began."""
     fast_mm_s: float = 15.0
     """Estimated speed from which on it was not slow either."""
+    late_s: float = 0.005
+    """Time, beyond half of the detector's own, by which an estimated speed is late."""
     relaxation: Relaxation = field(default_factory=Relaxation)
 
 
@@ -64,19 +67,22 @@ class DetectorControl(Controller):
         own = self._asks
         self._signal = signal_of(own.model, setup, own.threshold, own.answers)
         self._force, self.alarm, self.answer = GripForce(setup, own.relaxation), False, NO_ANSWER
-        self._begin_us, self._surest, self._fastest_mm_s = 0, 0.0, 0.0
+        self._begin_us, self._surest, self._fastest_mm_s, self._enough_n = 0, 0.0, 0.0, setup.force_n
 
     def step(self, events: Events, senses: Senses) -> float:
         was_alarm, self.answer = self.alarm, self._signal.push(events, senses.t_us)
         self.alarm = self.answer.alarm
+        self._force.feel(senses)
         if self.alarm:
             if not was_alarm:
                 self._begin_us, self._surest, self._fastest_mm_s = senses.t_us, 0.0, 0.0
                 self._force.alarm_begins()
             speed_mm_s = self._speed_mm_s(self.answer)
             self._surest = max(self.answer.p_slip, self._surest)
-            self._fastest_mm_s = max(speed_mm_s, self._fastest_mm_s)
-            self._slips(speed_mm_s, senses.t_us, is_new=not was_alarm)
+            if speed_mm_s >= self._fastest_mm_s:
+                self._fastest_mm_s = speed_mm_s
+                self._enough_n = self._force.felt_n(self._signal.memory_s / 2 + self._asks.late_s)
+            self._slips(speed_mm_s, is_new=not was_alarm)
         else:
             if was_alarm:
                 self._learn((senses.t_us - self._begin_us) / 1e6)
@@ -84,16 +90,20 @@ class DetectorControl(Controller):
         return self._force.command_n(senses)
 
     @abstractmethod
-    def _slips(self, speed_mm_s: float, now_us: int, is_new: bool) -> None:
+    def _slips(self, speed_mm_s: float, is_new: bool) -> None:
         """A step of an alarm, which may be its first: raise the force."""
 
     def _speed_mm_s(self, answer: SlipAnswer) -> float:
         return max(answer.slide_mm_s, answer.rotation_deg_s / self._asks.deg_mm)
 
+    @property
+    def _belief(self) -> float:
+        doubt = self._asks.doubt
+        return float(at_share(np.array(self._surest), 1 / (1 + doubt))) if doubt else 1.0
+
     def _learn(self, lasted_s: float) -> None:
-        own, beyond_s = self._asks, lasted_s - self._signal.memory_s
-        belief = float(at_share(np.array(self._surest), 1 / (1 + own.doubt))) if own.doubt else 1.0
+        own, beyond_s, belief = self._asks, lasted_s - self._signal.memory_s, self._belief
         if beyond_s >= own.long_s or self._fastest_mm_s >= own.fast_mm_s:
-            self._force.held(belief)
+            self._force.held(self._enough_n, belief)
         else:
             self._force.slipped(belief if beyond_s > 0 else 0.0)

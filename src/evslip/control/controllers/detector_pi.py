@@ -1,18 +1,15 @@
 """A slip detector, and a PI controller on the speed of the slip that it estimates."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar
 
 from evslip.control.controllers.controller import Setup, SlipAnswer
 from evslip.control.controllers.detector_control import DetectorControl, DetectorParameters
-from evslip.control.controllers.detector_steps import DetectorSteps
-from evslip.control.senses import Senses
-from evslip.events.stream import Events
 
 
 class DetectorPI(DetectorControl):
     """Asks for more force the faster the object slips: a part in proportion to the estimated speed, and one in
-    proportion to the way that it has slipped, which stays. A detector without speeds is used in steps."""
+    proportion to the way that it has slipped, which stays. A detector without speeds is used as by `detector`."""
 
     @dataclass(frozen=True)
     class Parameters(DetectorParameters):
@@ -24,32 +21,20 @@ class DetectorPI(DetectorControl):
         """Share of the force that is added for each mm/s of slip."""
         integral: float = 0.3
         """Share of the force that is added for each mm of slip."""
-        steps: DetectorSteps.Parameters | None = None
-        """Parameters for a detector without speeds; None: the usual ones, with this model."""
 
     def __init__(self, parameters: Parameters | None = None):
         self.parameters = parameters or self.Parameters()
         super().__init__(self.parameters)
-        self._steps: DetectorSteps | None = None
 
     def reset(self, setup: Setup) -> None:
         super().reset(setup)
-        own, self._steps = self.parameters, None
-        if not self._signal.has_speeds:
-            shared = {one.name: getattr(own, one.name) for one in fields(DetectorParameters)}
-            self._steps = DetectorSteps(own.steps or DetectorSteps.Parameters(**shared))
-            self._steps.reset(setup)
         self._seconds, self._base_n, self._way_mm = setup.step_us / 1e6, setup.force_n, 0.0
 
-    def step(self, events: Events, senses: Senses) -> float:
-        if self._steps is None:
-            return super().step(events, senses)
-        force_n = self._steps.step(events, senses)
-        self.alarm, self.answer = self._steps.alarm, self._steps.answer
-        return force_n
-
-    def _slips(self, speed_mm_s: float, now_us: int, is_new: bool) -> None:
+    def _slips(self, speed_mm_s: float, is_new: bool) -> None:
         own = self.parameters
+        if not self._signal.has_speeds:
+            self._force.raise_by(self._belief)
+            return
         if is_new:
             self._base_n, self._way_mm = self._force.value_n, 0.0
         self._way_mm += speed_mm_s * self._seconds

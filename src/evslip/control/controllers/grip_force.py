@@ -1,5 +1,6 @@
 """A force that alarms raise, that falls to what is known to hold while nothing slips, and follows the load."""
 
+from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,6 +11,10 @@ from evslip.control.senses import GRAVITY_M_S2, Senses
 
 LOADS = 0.8, 2.0
 """Least and most multiple of the load at rest that a force follows."""
+ENOUGH = 1.1
+"""Multiple of the force at which an object slows down that goes on slowing it down."""
+FELT_S = 0.2
+"""Time for which it is known what the pads felt."""
 FALLEN = 1.1
 """Multiple of the resting force at which a raised one counts as fallen."""
 
@@ -24,7 +29,6 @@ class Relaxation:
         "pause_s": (0, 100),
         "return_s": (0.001, 10),
         "guard": (1, 10),
-        "keep": (0, 1),
         "probe_s": (0, 10),
         "share_s": (0, 10),
         "follow": (0, 10),
@@ -41,12 +45,11 @@ class Relaxation:
     return_s: float = 0.05
     """Time constant with which a raised force falls to the resting one."""
     guard: float = 1.5
-    """Multiple of the force at which the object slipped that holds it: the resting force then."""
-    keep: float = 0.9
-    """Share of the raised force that is the resting one where it is not known how much less would hold."""
-    probe_s: float = 0.3
+    """Multiple of the force at which the object slipped, or began to slow down, that holds it: the resting force
+    then."""
+    probe_s: float = 0.6
     """Share of the resting force that is given back in a second in search of what holds: before the first slip, and
-    after one of which only the raised force is known to hold."""
+    after one that something else has caused."""
     share_s: float = 0.08
     """Share given back in a second where that is known: what made the object slip may be over."""
     follow: float = 1.0
@@ -65,12 +68,24 @@ class GripForce:
         self._setup, self._relaxation = setup, relaxation
         self.value_n = self._resting_n = self._first_n = self._begin_n = setup.force_n
         self._searches, self._quiet_us, self._pause_us = True, 0, 0.0
+        self._felt_n = deque([setup.force_n], maxlen=1 + round(FELT_S * 1e6 / setup.step_us))
 
     def command_n(self, senses: Senses) -> float:
         """Force to command, with the load that the hand feels now."""
+        return self._setup.allowed(self.value_n * self._load(senses))
+
+    def feel(self, senses: Senses) -> None:
+        """Take what the pads measure now."""
+        self._felt_n.append(float(np.mean(senses.pad_force_n)) / self._load(senses))
+
+    def felt_n(self, ago_s: float) -> float:
+        """Force that the pads felt some time ago, of at most FELT_S, at the load at rest."""
+        ago = min(round(ago_s * 1e6 / self._setup.step_us), len(self._felt_n) - 1)
+        return self._felt_n[-1 - ago]
+
+    def _load(self, senses: Senses) -> float:
         felt = float(np.linalg.norm(senses.acceleration_m_s2)) / GRAVITY_M_S2
-        load = min(max(1 + self._relaxation.follow * (felt - 1), LOADS[0]), LOADS[1])
-        return self._setup.allowed(self.value_n * load)
+        return min(max(1 + self._relaxation.follow * (felt - 1), LOADS[0]), LOADS[1])
 
     def alarm_begins(self) -> None:
         """An alarm begins, at the force of now."""
@@ -84,16 +99,25 @@ class GripForce:
         most_n = self._relaxation.most * self._first_n
         self.value_n = self._setup.allowed(max(self.value_n, min(force_n, most_n)))
 
+    def raise_by(self, share: float) -> None:
+        """Ask for at least this share, 0 to 1, of what alarms may raise the force by."""
+        self.raise_to(self._first_n * (1 + share * (self._relaxation.most - 1)))
+
+    def stay(self) -> None:
+        """Go on with what the pads feel now: a raised force, on its way, is enough."""
+        self._quiet_us = 0
+        self.value_n = min(self.value_n, max(self._begin_n, ENOUGH * self.felt_n(0.0)))
+
     def slipped(self, belief: float = 1.0) -> None:
         """An alarm is over. So far as it is believed, 0 to 1, the object slipped at the force at which it began, and a
         little more holds it."""
         self._rest_at(self._relaxation.guard * self._begin_n, belief, searches=False)
 
-    def held(self, belief: float = 1.0) -> None:
-        """An alarm is over. So far as it is believed, the raised force holds the object; how much less would is not
-        known."""
-        own = self._relaxation
-        self._rest_at(max(own.keep * self.value_n, own.guard * self._begin_n), belief, searches=True)
+    def held(self, force_n: float, belief: float = 1.0) -> None:
+        """An alarm is over. So far as it is believed, the object came to rest from about this force on; whether less
+        holds it again is not known."""
+        force_n = min(max(force_n, self._begin_n), max(self.value_n, self._begin_n))
+        self._rest_at(self._relaxation.guard * force_n, belief, searches=True)
 
     def rest(self) -> None:
         """A step in which nothing slips: after a while, give back a little."""
