@@ -187,6 +187,7 @@ def test_all_files_are_written_and_the_json_has_no_nan(found, tmp_path) -> None:
     assert stored["models"][0]["allowed"]["detection_rate"] == 1
     page = (tmp_path / "evaluation.html").read_text()
     assert "false alarms" in page and 'src="http' not in page and "Plotly" in page
+    assert "false alarm a minute of holding, exact to 20 ms; a missed" in page
     for name in ("scores.png", "circumstances.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
@@ -197,7 +198,8 @@ def test_an_evaluation_of_windows_is_stored_and_shown(model, tmp_path) -> None:
     save_evaluation(tmp_path / "evaluation.json", [found])
     (back,) = read_evaluation(tmp_path / "evaluation.json")
     assert back.scores == found.scores
-    assert "called hold" in "".join(evaluation_parts([back], lambda failure: None))
+    shown = "".join(evaluation_parts([back], lambda failure: None))
+    assert "called hold" in shown and "exact to" not in shown
 
 
 def test_speeds_are_scored_and_a_detector_without_them_is_not(found, tmp_path) -> None:

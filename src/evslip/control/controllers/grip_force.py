@@ -116,8 +116,7 @@ class GripForce:
     def held(self, force_n: float, belief: float = 1.0) -> None:
         """An alarm is over. So far as it is believed, the object came to rest from about this force on; whether less
         holds it again is not known."""
-        force_n = min(max(force_n, self._begin_n), max(self.value_n, self._begin_n))
-        self._rest_at(self._relaxation.guard * force_n, belief, searches=True)
+        self._rest_at(self._relaxation.guard * min(max(force_n, self._begin_n), self.value_n), belief, searches=True)
 
     def rest(self) -> None:
         """A step in which nothing slips: after a while, give back a little."""
