@@ -170,6 +170,18 @@ def test_false_alarms_in_a_cluster_do_not_add_up():
         at_rest(force, quiet)
 
 
+def test_alarms_in_a_cluster_teach_what_its_first_taught():
+    force = GripForce(SETUP._replace(most_n=50.0), Relaxation(guard=1.5, share_s=0.0, probe_s=0.0))
+    for _ in range(5):
+        alarm(force, 8.0)
+        force.slipped()
+        at_rest(force, 3)
+    assert at_rest(force, 300)[-1] == pytest.approx(1.5 * 2.0)
+    alarm(force, 8.0)  # the force had fallen: an alarm of its own
+    force.slipped()
+    assert at_rest(force, 300)[-1] == pytest.approx(1.5**2 * 2.0)
+
+
 def test_a_force_that_has_not_failed_yet_is_given_back_but_never_wholly():
     force = GripForce(SETUP, Relaxation(quiet_s=0.1, probe_s=0.1))
     course = at_rest(force, 3000)

@@ -66,7 +66,7 @@ class GripForce:
 
     def __init__(self, setup: Setup, relaxation: Relaxation):
         self._setup, self._relaxation = setup, relaxation
-        self.value_n = self._resting_n = self._first_n = self._begin_n = setup.force_n
+        self.value_n = self._resting_n = self._begin_n = setup.force_n
         self._searches, self._quiet_us, self._pause_us = True, 0, 0.0
         self._felt_n = deque([setup.force_n], maxlen=1 + round(FELT_S * 1e6 / setup.step_us))
 
@@ -88,20 +88,19 @@ class GripForce:
         return min(max(1 + self._relaxation.follow * (felt - 1), LOADS[0]), LOADS[1])
 
     def alarm_begins(self) -> None:
-        """An alarm begins, at the force of now."""
-        self._begin_n = self.value_n
+        """An alarm begins, at the force of now, or within a cluster: as its first did, or each would add to the rest."""
         if self.value_n <= FALLEN * self._resting_n:
-            self._first_n = self.value_n
+            self._begin_n = self.value_n
 
     def raise_to(self, force_n: float) -> None:
         """Ask for at least this force, as far as alarms may raise it."""
         self._quiet_us = 0
-        most_n = self._relaxation.most * self._first_n
+        most_n = self._relaxation.most * self._begin_n
         self.value_n = self._setup.allowed(max(self.value_n, min(force_n, most_n)))
 
     def raise_by(self, share: float) -> None:
         """Ask for at least this share, 0 to 1, of what alarms may raise the force by."""
-        self.raise_to(self._first_n * (1 + share * (self._relaxation.most - 1)))
+        self.raise_to(self._begin_n * (1 + share * (self._relaxation.most - 1)))
 
     def stay(self) -> None:
         """Go on with what the pads feel now: a raised force, on its way, is enough."""
