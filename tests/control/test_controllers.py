@@ -155,6 +155,16 @@ def test_the_search_stands_still_after_an_alarm_that_is_not_believed():
     assert at_rest(force, steps)[-1] == pytest.approx(2.0 * np.exp(-0.5), rel=0.01)
 
 
+@pytest.mark.parametrize(("p_slip", "searches"), [(0.0, True), (0.049, True), (0.05, False), (0.3, False)])
+def test_what_cannot_rule_out_a_slip_does_not_search(monkeypatch, p_slip, searches):
+    """Without an alarm."""
+    controller = make_controller("detector", unsure=0.05, **{"relaxation.probe_s": 0.5, "relaxation.quiet_s": 0.0})
+    controller.reset(SETUP)
+    monkeypatch.setattr(SlipSignal, "push", lambda *_: SlipAnswer(False, p_slip, 0.0, 0.0))
+    found = [controller.step(empty_events(), senses(k)) for k in range(200)]
+    assert found[-1] == pytest.approx(2.0 * np.exp(-0.5 * searches * 200 * SETUP.step_us / 1e6), rel=0.01)
+
+
 def test_a_force_follows_the_load_that_the_hand_feels():
     force = GripForce(SETUP, Relaxation())
     assert [force.command_n(senses(0, load=load)) for load in (1.0, 1.5, 5.0, 0.0)] == pytest.approx([2, 3, 4, 1.6])

@@ -23,6 +23,7 @@ class DetectorParameters:
         "answers": (1, 1000),
         "deg_mm": (0.01, 1000),
         "doubt": (0, 1e6),
+        "unsure": (0, 1),
         "long_s": (0, 10),
         "fast_mm_s": (0, 1e6),
         "late_s": (0, 0.1),
@@ -40,6 +41,9 @@ class DetectorParameters:
     """How many times rarer slips are among alarms than in training: by it the odds of an alarm's surest answer are
     divided, which gives its belief, as of `weighted.at_share` (Saerens, Latinne, Decaestecker 2002). 0: every alarm is
     believed."""
+    unsure: float = 0.05
+    """Probability of slip from which on the force at rest stands still: who cannot rule out a slow slip must not search
+    for it. In a quiet grip a sure detector answers a tenth of this."""
     long_s: float = 0.065
     """Time beyond the detector's own, see `Signal.memory_s`, after which an alarm was of a slip that was not slow:
     what holds may be far more than the force at which it began."""
@@ -86,7 +90,7 @@ class DetectorControl(Controller):
         else:
             if was_alarm:
                 self._learn((senses.t_us - self._begin_us) / 1e6)
-            self._force.rest()
+            self._force.rest(is_sure=self.answer.p_slip < self._asks.unsure)
         return self._force.command_n(senses)
 
     @abstractmethod

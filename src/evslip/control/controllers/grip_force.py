@@ -88,7 +88,7 @@ class GripForce:
         return min(max(1 + self._relaxation.follow * (felt - 1), LOADS[0]), LOADS[1])
 
     def alarm_begins(self) -> None:
-        """An alarm begins, at the force of now, or within a cluster: as its first did, or each would add to the rest."""
+        """An alarm begins at the force of now; within a cluster as its first did, for each would add to the rest."""
         if self.value_n <= FALLEN * self._resting_n:
             self._begin_n = self.value_n
 
@@ -117,14 +117,14 @@ class GripForce:
         holds it again is not known."""
         self._rest_at(self._relaxation.guard * min(max(force_n, self._begin_n), self.value_n), belief, searches=True)
 
-    def rest(self) -> None:
-        """A step in which nothing slips: after a while, give back a little."""
+    def rest(self, is_sure: bool = True) -> None:
+        """A step without an alarm: after a while, give back a little if it is sure that nothing slips."""
         own, seconds = self._relaxation, self._setup.step_us / 1e6
         self._quiet_us += self._setup.step_us
         if self._quiet_us <= own.quiet_s * 1e6:
             return
         raised_n = self.value_n - self._resting_n
-        if self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
+        if is_sure and self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
             share = own.probe_s if self._searches else own.share_s
             self._resting_n = max(self._resting_n * (1 - share * seconds), self._setup.least_n)
         self.value_n = self._resting_n + raised_n * max(0.0, 1 - seconds / own.return_s)

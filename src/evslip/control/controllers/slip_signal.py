@@ -54,8 +54,7 @@ class SlipSignal:
         self._detector = Detector(model, size=setup.size, hop_s=setup.step_us / 1e6)
         self._threshold = self._detector.description.threshold if threshold is None else threshold
         self._needed, self._in_a_row = answers, 0
-        self._latest = NO_ANSWER
-        self._known_us = 0
+        self._latest, self._known_us = NO_ANSWER, 0
 
     @property
     def has_speeds(self) -> bool:
@@ -76,10 +75,8 @@ class SlipSignal:
         for k in range(len(found.t_us)):
             p_slip = float(found.p_slip[k])
             self._in_a_row = self._in_a_row + 1 if p_slip >= self._threshold else 0
-            speeds = [
-                0.0 if estimate is None else float(estimate.median[k])
-                for estimate in (found.rotation_speed, found.slide_speed)
-            ]
+            estimates = found.rotation_speed, found.slide_speed
+            speeds = (0.0 if estimate is None else float(estimate.median[k]) for estimate in estimates)
             self._latest = SlipAnswer(self._in_a_row >= self._needed, p_slip, *speeds)
         return self._latest
 
