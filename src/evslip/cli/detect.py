@@ -1,6 +1,7 @@
 """Verbs that measure and use detectors, and controllers of the grip force."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,6 +24,10 @@ Parameters = Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME=VALUE
 _EXAMINED = (
     f"Folders of models, or {SHIPPED}; then what to examine them on: a data set, a record, a folder of records, or a "
     "file of `evslip windows` (scores alone: alarms and conditions need records)."
+)
+_LABELLED_UNLIKE = (
+    "the windows of each detector are labelled as those it was trained on, which differ: their scores are not of one "
+    "truth; a file of `evslip windows --no-balance` has one"
 )
 
 
@@ -66,16 +71,16 @@ def evaluate(
         register(network)
     own = len(models) == 1 and not is_shipped(models[0])
     folder = out or (models[0] if own else Path("evaluation"))
-    for model in models:
-        load_model(model)  # a wrong name shows now, not after the models before it
+    labellings = {load_model(model)[1].windows.labelling for model in models}  # a wrong name shows now
     require_place(folder / "evaluation.html")
     examined = open_evaluation_data(data, split, camera)
+    if len(labellings) > 1 and examined.windows is None:
+        examined = replace(examined, notes=(*examined.notes, _LABELLED_UNLIKE))
     found = []
     for model in models:
         with Step(f"evaluate {model.name}", examined.steps) as advance:
-            found.append(
-                evaluate_model(model, examined, hop_s=hop_s, resamples=resamples, align=align, progress=advance)
-            )
+            one = evaluate_model(model, examined, hop_s=hop_s, resamples=resamples, align=align, progress=advance)
+            found.append(one)
     write_evaluation(folder, found, examined)
     scores = found[0].scores
     console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {examined.name}")

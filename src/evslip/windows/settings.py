@@ -93,6 +93,11 @@ class WindowSettings:
         return self.label_s or self.length_s
 
     @property
+    def labelling(self) -> tuple[str | float, ...]:
+        """What decides on a window's label."""
+        return self.labels, self.labelled_s, self.slip_deg, self.slip_mm, self.hold_deg, self.hold_mm
+
+    @property
     def sensor(self) -> tuple[int, int]:
         """Width and height of the sensor."""
         return self.sensor_width, self.sensor_height

@@ -9,6 +9,7 @@ import torch
 
 from command_line import evslip
 from evslip.data.record import Record
+from evslip.data.record_file import write as write_record
 from evslip.learn import build_model, evaluate
 from evslip.learn.checkpoint import Description, load_model, save_model
 from evslip.learn.evaluation.comparison import compare
@@ -267,6 +268,27 @@ def test_the_command_line_evaluates_a_file_of_windows(model, tmp_path) -> None:
     assert alone.returncode == 2 and "expected one or more models" in alone.stderr
     missing = evslip("evaluate", model, "nothing", tmp_path / "w.h5")
     assert missing.returncode == 2 and "nothing" in missing.stderr and not missing.stdout
+
+
+@pytest.mark.slow
+def test_detectors_whose_labels_differ_are_not_compared_without_a_word(model, tmp_path) -> None:
+    fine, records = tmp_path / "fine", tmp_path / "records"
+    network, description = load_model(model)
+    save_model(fine, network, replace(description, windows=replace(description.windows, slip_deg=0.5)))
+    records.mkdir()
+    for number, record in enumerate(slip_records(2)):
+        write_record(records / f"{number}.h5", replace(record, kind="recording"))
+    windows_of(slip_records(2), WindowSettings()).save(tmp_path / "w.h5")
+    words = "labelled as those it was trained on, which differ"
+    for models, data, is_said in (
+        ((model, fine), records, True),
+        ((model,), records, False),
+        ((model, fine), "w.h5", False),
+    ):
+        done = evslip("evaluate", *models, tmp_path / data, "--out", tmp_path / "out", "--resamples", 0)
+        assert done.returncode == 0, done.stderr
+        assert (words in " ".join(done.stdout.split())) == is_said
+        assert (words in (tmp_path / "out" / "evaluation.html").read_text()) == is_said
 
 
 def test_answers_begin_with_the_hold_though_their_windows_begin_before(model) -> None:

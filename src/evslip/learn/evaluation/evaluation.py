@@ -115,16 +115,8 @@ def evaluate_model(
         hop_s = min(hop_s, settings.length_s)
         found = predictions.on_records(network, settings, _counted(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
-    scores = measured(
-        clear.label,
-        clear.names,
-        clear.start_us,
-        clear.recent,
-        clear.p_slip,
-        description.threshold,
-        resamples,
-        trained_share,
-    )
+    answers = clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip
+    scores = measured(*answers, description.threshold, resamples, trained_share)
     draws = bootstrap.draws(len(found.tracks), resamples)
     own = allowed = curve = None
     if found.hop_us and (found.label == Label.HOLD).any():
@@ -219,17 +211,13 @@ def _notes(found: Predictions, own: Alarms | None, records: int, description: De
         notes.append(
             f"{records - len(found.tracks)} of {records} records have no ground truth or hold nothing: left out"
         )
-    missing = [
-        text
-        for text, known in {
-            "events on the object": (found.object_events != UNKNOWN).any(),
-            "phases": (found.conditions.phase != 255).any(),
-            "speed of the arm": np.isfinite(found.conditions.arm_speed_m_s).any(),
-            "light and shading": np.isfinite(found.conditions.light_ratio).any(),
-        }.items()
-        if not known
-    ]
-    if missing and found.hop_us:
+    known = {
+        "events on the object": (found.object_events != UNKNOWN).any(),
+        "phases": (found.conditions.phase != 255).any(),
+        "speed of the arm": np.isfinite(found.conditions.arm_speed_m_s).any(),
+        "light and shading": np.isfinite(found.conditions.light_ratio).any(),
+    }
+    if found.hop_us and (missing := [what for what, is_known in known.items() if not is_known]):
         notes.append(f"the records do not tell: {', '.join(missing)}")
     validated = {plain_name(name) for name in description.training.get("validation_trajectories", [])}
     seen = validated & {plain_name(track.name) for track in found.tracks}
