@@ -27,7 +27,7 @@ _EXAMINED = (
 )
 _LABELLED_UNLIKE = (
     "the windows of each detector are labelled as those it was trained on, which differ: their scores are not of one "
-    "truth; a file of `evslip windows --no-balance` has one"
+    "truth; --labelled-as MODEL labels all alike"
 )
 
 
@@ -40,6 +40,7 @@ def evaluate(
     resamples: int = 1000,
     camera: str | None = None,
     align: Align | None = None,
+    labelled_as: Path | None = None,
     network: str | None = None,
 ) -> None:
     """Examine detectors on data that they have not been trained on, and compare them.
@@ -55,6 +56,7 @@ def evaluate(
         camera: Of samples that two cameras saw, the one whose events are examined: left or right.
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,
             or from its corner. Without it such data are refused.
+        labelled_as: Detector as whose training windows those of records are labelled; default: of each, its own.
         network: Class of the models' network, module:Class, where it is of another package that does not offer it.
     """
     from evslip.learn.checkpoint import is_shipped, load_model
@@ -71,16 +73,19 @@ def evaluate(
         register(network)
     own = len(models) == 1 and not is_shipped(models[0])
     folder = out or (models[0] if own else Path("evaluation"))
-    labellings = {load_model(model)[1].windows.labelling for model in models}  # a wrong name shows now
+    trained = [load_model(model)[1].windows for model in models]  # a wrong name shows now
+    alike = None if labelled_as is None else load_model(labelled_as)[1].windows
     require_place(folder / "evaluation.html")
     examined = open_evaluation_data(data, split, camera)
-    if len(labellings) > 1 and examined.windows is None:
+    if alike and examined.windows is not None:
+        raise ConfigError(f"labelled-as: the windows of {data} are labelled already; expected it with records")
+    if not alike and examined.windows is None and any(one != one.labelled_as(trained[0]) for one in trained):
         examined = replace(examined, notes=(*examined.notes, _LABELLED_UNLIKE))
     found = []
     for model in models:
         with Step(f"evaluate {model.name}", examined.steps) as advance:
-            one = evaluate_model(model, examined, hop_s=hop_s, resamples=resamples, align=align, progress=advance)
-            found.append(one)
+            how = {"hop_s": hop_s, "resamples": resamples, "align": align, "labelled_as": alike, "progress": advance}
+            found.append(evaluate_model(model, examined, **how))
     write_evaluation(folder, found, examined)
     scores = found[0].scores
     console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {examined.name}")

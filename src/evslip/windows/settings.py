@@ -11,6 +11,8 @@ Align = Literal["centre", "corner"]
 """How the crop lies on a sensor of another size: as far from its centre, or from its first pixel, as it did."""
 OFF_CENTRE_PX = 5
 """The usual crop lies so many rows below the centre, and reaches beyond a sensor that is hardly higher than it."""
+LABELLING = "labels", "label_s", "slip_deg", "slip_mm", "hold_deg", "hold_mm"
+"""What decides on a window's label."""
 MOST_PIXELS = 1 << 21
 """Pixels of a crop, 1920x1080 and more: the network with the most weights, `mlp`, then takes 1 GB."""
 
@@ -92,10 +94,9 @@ class WindowSettings:
         """Time up to a window's end in which movement counts, in seconds."""
         return self.label_s or self.length_s
 
-    @property
-    def labelling(self) -> tuple[str | float, ...]:
-        """What decides on a window's label."""
-        return self.labels, self.labelled_s, self.slip_deg, self.slip_mm, self.hold_deg, self.hold_mm
+    def labelled_as(self, other: "WindowSettings") -> "WindowSettings":
+        """These settings with the labels of others."""
+        return replace(self, **{name: getattr(other, name) for name in LABELLING})
 
     @property
     def sensor(self) -> tuple[int, int]:

@@ -280,15 +280,28 @@ def test_detectors_whose_labels_differ_are_not_compared_without_a_word(model, tm
         write_record(records / f"{number}.h5", replace(record, kind="recording"))
     windows_of(slip_records(2), WindowSettings()).save(tmp_path / "w.h5")
     words = "labelled as those it was trained on, which differ"
-    for models, data, is_said in (
-        ((model, fine), records, True),
-        ((model,), records, False),
-        ((model, fine), "w.h5", False),
-    ):
+    both = model, fine
+    for models, data, is_said in ((both, "records", True), ((model,), "records", False), (both, "w.h5", False)):
         done = evslip("evaluate", *models, tmp_path / data, "--out", tmp_path / "out", "--resamples", 0)
         assert done.returncode == 0, done.stderr
         assert (words in " ".join(done.stdout.split())) == is_said
         assert (words in (tmp_path / "out" / "evaluation.html").read_text()) == is_said
+    alike = "--labelled-as", fine
+    done = evslip("evaluate", *both, records, "--out", tmp_path / "out", "--resamples", 0, *alike)
+    assert done.returncode == 0 and words not in " ".join(done.stdout.split())
+    one, other = (found.scores for found in read_evaluation(tmp_path / "out" / "evaluation.json"))
+    assert one.windows == other.windows and one.confusion == other.confusion
+    done = evslip("evaluate", *both, tmp_path / "w.h5", *alike)
+    assert done.returncode == 2 and "labelled already" in done.stderr
+
+
+def test_windows_of_records_may_be_labelled_as_those_of_another_detector(model) -> None:
+    """Of a slip of 2 degrees in a second a window of .16 s has a third of a degree: hold, slip, or neither."""
+    records = Records([slip_record("slow", turning(700, 1700, 2.0))])
+    for slip_deg, slips in ((0.3, True), (1.0, False)):
+        labels = replace(WindowSettings(), slip_deg=slip_deg)
+        found = evaluate_model(model, records, resamples=0, labelled_as=labels).scores
+        assert bool(found.confusion[1][0] + found.confusion[1][1]) == slips
 
 
 def test_answers_begin_with_the_hold_though_their_windows_begin_before(model) -> None:

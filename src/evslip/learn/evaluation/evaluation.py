@@ -98,11 +98,12 @@ def evaluate_model(
     hop_s: float = HOP_S,
     resamples: int = bootstrap.RESAMPLES,
     align: Align | None = None,
+    labelled_as: WindowSettings | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Evaluation:
     """Examine a saved detector. `progress` is called with how many more records, or windows, are done with. Raises
     DataError, ConfigError; DataError for another sensor than it was trained on, too, unless `align` says how the crop
-    lies on that one."""
+    lies on that one. The windows of records are labelled as its training windows, or as those of `labelled_as`."""
     if not 0.001 <= hop_s <= 10 or resamples < 0:
         raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
     network, description = load_model(model)
@@ -111,7 +112,7 @@ def evaluate_model(
         check_windows(data.windows, description.windows, align)
         found, settings = predictions.on_windows(network, data.windows, progress), data.windows.settings
     else:
-        settings = description.windows
+        settings = description.windows.labelled_as(labelled_as or description.windows)
         hop_s = min(hop_s, settings.length_s)
         found = predictions.on_records(network, settings, _counted(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
@@ -122,12 +123,8 @@ def evaluate_model(
     if found.hop_us and (found.label == Label.HOLD).any():
         swept = alarms.sweep(found)
         own, allowed = alarms.alarms_at(found, description.threshold), alarms.at_allowed_rate(swept)
-        curve = AlarmCurve(
-            [at.threshold for at in swept],
-            [at.false_per_min for at in swept],
-            [at.detection_rate for at in swept],
-            [alarms.quantile(at.latency_s, 0.5) for at in swept],
-        )
+        rows = [(at.threshold, at.false_per_min, at.detection_rate, alarms.quantile(at.latency_s, 0.5)) for at in swept]
+        curve = AlarmCurve(*map(list, zip(*rows, strict=True)))
     return Evaluation(
         model=str(model),
         network=description.model,
@@ -207,10 +204,8 @@ def _notes(found: Predictions, own: Alarms | None, records: int, description: De
         notes.append("no object is held still, so there are no false alarms to count")
     elif own.holding_min < 3:
         notes.append(f"{60 * own.holding_min:.0f} s of holding: too little to tell 1 false alarm a minute from none")
-    if found.hop_us and len(found.tracks) < records:
-        notes.append(
-            f"{records - len(found.tracks)} of {records} records have no ground truth or hold nothing: left out"
-        )
+    if found.hop_us and (without := records - len(found.tracks)) > 0:
+        notes.append(f"{without} of {records} records have no ground truth or hold nothing: left out")
     known = {
         "events on the object": (found.object_events != UNKNOWN).any(),
         "phases": (found.conditions.phase != 255).any(),
