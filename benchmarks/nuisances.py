@@ -3,10 +3,11 @@
 python benchmarks/nuisances.py OUT --model old=default --model new=models/a-0 --model new=models/a-1
 
 Every nuisance of experiments/worlds.py, at each strength, is a small test set: the preset with its keys replaced. Draws
-are keyed by the index, so all have the same scenes. Models of one name are seeds of one detector. Written after every
-nuisance: OUT/nuisances.json, nuisances.md and nuisances.png. Run it again after a stop, or with more models: what is
-finished is not done again. `--middle` asks for the middle strengths alone, a quarter of the work. Samples and
-evaluations are made by evslip's own commands, each printed before it runs.
+are keyed by the index, so all have the same scenes. Models of one name are seeds of one detector. All windows are
+labelled alike, as those of the first model. Written after every nuisance: OUT/nuisances.json, nuisances.md and
+nuisances.png. Run it again after a stop, or with more models: what is finished is not done again. `--middle` asks for
+the middle strengths alone, a quarter of the work. Samples and evaluations are made by evslip's own commands, each
+printed before it runs.
 """
 
 import argparse
@@ -75,9 +76,11 @@ class Point:
 class Curves:
     """The test sets and evaluations of one run, in one folder."""
 
-    def __init__(self, plan: Plan, preset: str, count: int, models: dict[str, list[str]], only_middle: bool):
+    def __init__(
+        self, plan: Plan, preset: str, count: int, models: dict[str, list[str]], labelled_as: str, only_middle: bool
+    ):
         self.plan, self.preset, self.count, self.models = plan, preset, count, models
-        self._only_middle = only_middle
+        self._labelled_as, self._only_middle = labelled_as, only_middle
         self._runner = Runner(plan.out, plan.jobs)
 
     def run(self, nuisance: str) -> None:
@@ -112,17 +115,19 @@ class Curves:
 
     def _evaluated(self, model: str, name: str, made: Step) -> Step:
         out, data = self._evaluation(model, name), self.plan.data(name)
-        words = ("evaluate", model, str(data), "--split", "test", "--out", str(out))
+        words = ("evaluate", model, str(data), "--split", "test", "--labelled-as", self._labelled_as, "--out", str(out))
         more = ("--hop-s", f"{self.plan.hop_s:g}", "--resamples", str(self.plan.resamples))
         title = f"evaluate {'-'.join(out.parts[-3:])}"
         return Step(title, (*words, *more), out / FILE, (made,), may_refuse=True)
 
     def _evaluation(self, model: str, name: str) -> Path:
-        """Folder of a model's evaluation, by what the model is: `default` may be another one tomorrow."""
+        """Folder of a model's evaluation, by what the model and the labels are: `default` may be another one
+        tomorrow."""
         folder = model_folder(model)
         content = hashlib.sha256()
         for path in sorted(folder.glob("model.*")):
             content.update(path.read_bytes())
+        content.update(repr(load_model(self._labelled_as)[1].windows).encode())
         own = f"{folder.name}-{content.hexdigest()[:8]}"
         return self.plan.out / "evaluations" / own / f"{self.count} samples" / name.replace("/", "-")
 
@@ -264,6 +269,7 @@ def main() -> None:
     add = parser.add_argument
     add("out", type=Path)
     add("--model", action="append", default=[], metavar="[NAME=]FOLDER", help='or "default"; may be given again')
+    add("--labelled-as", metavar="FOLDER", help="model as whose training windows all are labelled; default: the first")
     add("--preset", default="complex", help="name or path of the configuration that the nuisances are added to")
     add("--set", nargs="*", default=[], metavar="KEY=VALUE", help="keys replaced in every world")
     add("--count", type=int, default=24, help="samples of each world")
@@ -288,12 +294,15 @@ def main() -> None:
         jobs=options.jobs,
     )
     load_config(options.preset, dict(map(parse_override, options.set)))
-    curves = Curves(plan, options.preset, options.count, models, options.middle)
+    labelled_as = options.labelled_as or next(iter(models.values()))[0]
+    load_model(labelled_as)
+    curves = Curves(plan, options.preset, options.count, models, labelled_as, options.middle)
     about = {
         "preset": options.preset,
         "keys": options.set,
         "count": options.count,
         "models": models,
+        "labelled_as": labelled_as,
         "machine": facts(),
     }
     curves.run(NONE)
