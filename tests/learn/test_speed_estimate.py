@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evslip.learn.networks.speed_network import estimates, speed_loss
-from evslip.learn.speed_estimate import SpeedEstimate
+from evslip.learn.speed_estimate import FASTEST, SpeedEstimate
 
 scales = st.floats(0.05, 1.5)
 speeds = st.floats(0.0, 400.0)
@@ -49,6 +49,11 @@ def test_the_loss_finds_median_and_scale() -> None:
     found = estimates(weights.detach()[None])[0].numpy()
     np.testing.assert_allclose(found[::2], [20, 5], rtol=0.05)
     np.testing.assert_allclose(found[1::2], spreads, rtol=0.1)
+
+
+def test_no_speed_is_beyond_what_a_hand_can_lose() -> None:
+    found = estimates(torch.tensor([[7.0, 0.0, 12.0, 0.0], [-3.0, 0.0, 100.0, 0.0]]))[:, ::2].numpy()
+    np.testing.assert_allclose(found, [[np.expm1(7.0), FASTEST], [0.0, FASTEST]], rtol=1e-5)
 
 
 @pytest.mark.parametrize("speed", [torch.nan, 0.0, 1.0])

@@ -71,8 +71,7 @@ def evaluate(
     *models, data = models_and_data
     if network is not None:
         register(network)
-    own = len(models) == 1 and not is_shipped(models[0])
-    folder = out or (models[0] if own else Path("evaluation"))
+    folder = out or (models[0] if len(models) == 1 and not is_shipped(models[0]) else Path("evaluation"))
     trained = [load_model(model)[1].windows for model in models]  # a wrong name shows now
     alike = None if labelled_as is None else load_model(labelled_as)[1].windows
     require_place(folder / "evaluation.html")

@@ -7,6 +7,8 @@ import numpy as np
 
 LEAST_SCALE, MOST_SCALE = 0.01, 4.0
 """Bounds of the scale: a certain estimate is of 1 %, an utterly uncertain one of a factor of 50."""
+FASTEST = 2000.0
+"""Most that is estimated, in deg/s or mm/s, as in 0.2 s of free fall. A network says anything of what it never saw."""
 SLIPPING = 1.0
 """Speed in deg/s or mm/s above which an object slips now."""
 

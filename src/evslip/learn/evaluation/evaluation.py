@@ -215,8 +215,7 @@ def _notes(found: Predictions, own: Alarms | None, records: int, description: De
     if found.hop_us and (missing := [what for what, is_known in known.items() if not is_known]):
         notes.append(f"the records do not tell: {', '.join(missing)}")
     validated = {plain_name(name) for name in description.training.get("validation_trajectories", [])}
-    seen = validated & {plain_name(track.name) for track in found.tracks}
-    if seen:
+    if seen := validated & {plain_name(track.name) for track in found.tracks}:
         notes.append(
             f"{len(seen)} trajectories are called as some it was validated on; if they are the same, it is flattered"
         )

@@ -1,12 +1,13 @@
 """Base of detectors that also estimate how fast the object slips."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import torch
 
 from evslip.learn.networks.network import Geometry, Network
-from evslip.learn.speed_estimate import LEAST_SCALE, MOST_SCALE, learned_from
+from evslip.learn.speed_estimate import FASTEST, LEAST_SCALE, MOST_SCALE, learned_from
 
 
 class SpeedNetwork(Network):
@@ -63,7 +64,7 @@ def speed_loss(columns: torch.Tensor, speeds: torch.Tensor) -> torch.Tensor:
 
 def estimates(columns: torch.Tensor) -> torch.Tensor:
     """Median speed and scale of either speed from its centre and logarithm of the scale, (windows, 4) both."""
-    pairs = torch.expm1(columns[:, ::2].clamp(0, 20)), _scale(columns[:, 1::2])
+    pairs = torch.expm1(columns[:, ::2].clamp(0, math.log1p(FASTEST))), _scale(columns[:, 1::2])
     return torch.stack(pairs, 2).flatten(1)
 
 
