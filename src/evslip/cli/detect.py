@@ -78,7 +78,9 @@ def evaluate(
     examined = open_evaluation_data(data, split, camera)
     if alike and examined.windows is not None:
         raise ConfigError(f"labelled-as: the windows of {data} are labelled already; expected it with records")
-    if not alike and examined.windows is None and any(one != one.labelled_as(trained[0]) for one in trained):
+    if alike:
+        examined = replace(examined, name=f"{examined.name}, labelled as for {labelled_as}")
+    elif examined.windows is None and any(one != one.labelled_as(trained[0]) for one in trained):
         examined = replace(examined, notes=(*examined.notes, _LABELLED_UNLIKE))
     found = []
     for model in models:

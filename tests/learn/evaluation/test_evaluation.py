@@ -289,6 +289,7 @@ def test_detectors_whose_labels_differ_are_not_compared_without_a_word(model, tm
     alike = "--labelled-as", fine
     done = evslip("evaluate", *both, records, "--out", tmp_path / "out", "--resamples", 0, *alike)
     assert done.returncode == 0 and words not in " ".join(done.stdout.split())
+    assert f"records, labelled as for {fine}" in " ".join(done.stdout.split())
     one, other = (found.scores for found in read_evaluation(tmp_path / "out" / "evaluation.json"))
     assert one.windows == other.windows and one.confusion == other.confusion
     done = evslip("evaluate", *both, tmp_path / "w.h5", *alike)

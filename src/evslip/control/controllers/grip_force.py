@@ -95,8 +95,7 @@ class GripForce:
     def raise_to(self, force_n: float) -> None:
         """Ask for at least this force, as far as alarms may raise it."""
         self._quiet_us = 0
-        most_n = self._relaxation.most * self._begin_n
-        self.value_n = self._setup.allowed(max(self.value_n, min(force_n, most_n)))
+        self.value_n = self._setup.allowed(max(self.value_n, min(force_n, self._relaxation.most * self._begin_n)))
 
     def raise_by(self, share: float) -> None:
         """Ask for at least this share, 0 to 1, of what alarms may raise the force by."""

@@ -107,7 +107,6 @@ def evaluate_model(
     if not 0.001 <= hop_s <= 10 or resamples < 0:
         raise ConfigError(f"hop_s {hop_s:g}, resamples {resamples}: expected 0.001 to 10, and 0 or more")
     network, description = load_model(model)
-    trained_share = slip_share(description.training, description.windows)
     if data.windows is not None:
         check_windows(data.windows, description.windows, align)
         found, settings = predictions.on_windows(network, data.windows, progress), data.windows.settings
@@ -117,7 +116,7 @@ def evaluate_model(
         found = predictions.on_records(network, settings, _counted(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
     answers = clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip
-    scores = measured(*answers, description.threshold, resamples, trained_share)
+    scores = measured(*answers, description.threshold, resamples, slip_share(description.training, description.windows))
     draws = bootstrap.draws(len(found.tracks), resamples)
     own = allowed = curve = None
     if found.hop_us and (found.label == Label.HOLD).any():
