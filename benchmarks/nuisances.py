@@ -127,7 +127,7 @@ class Curves:
         content = hashlib.sha256()
         for path in sorted(folder.glob("model.*")):
             content.update(path.read_bytes())
-        content.update(repr(load_model(self._labelled_as)[1].windows).encode())
+        content.update(repr(load_model(self._labelled_as)[1].windows.labelling).encode())
         own = f"{folder.name}-{content.hexdigest()[:8]}"
         return self.plan.out / "evaluations" / own / f"{self.count} samples" / name.replace("/", "-")
 

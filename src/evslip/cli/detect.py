@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -80,13 +81,13 @@ def evaluate(
         raise ConfigError(f"labelled-as: the windows of {data} are labelled already; expected it with records")
     if alike:
         examined = replace(examined, name=f"{examined.name}, labelled as for {labelled_as}")
-    elif examined.windows is None and any(one != one.labelled_as(trained[0]) for one in trained):
+    elif examined.windows is None and any(one.labelling != trained[0].labelling for one in trained):
         examined = replace(examined, notes=(*examined.notes, _LABELLED_UNLIKE))
+    examine = partial(evaluate_model, data=examined, hop_s=hop_s, resamples=resamples, align=align, labelled_as=alike)
     found = []
     for model in models:
         with Step(f"evaluate {model.name}", examined.steps) as advance:
-            how = {"hop_s": hop_s, "resamples": resamples, "align": align, "labelled_as": alike, "progress": advance}
-            found.append(evaluate_model(model, examined, **how))
+            found.append(examine(model, progress=advance))
     write_evaluation(folder, found, examined)
     scores = found[0].scores
     console.print(f"{scores.windows} windows of {scores.trajectories} trajectories: {examined.name}")

@@ -11,8 +11,6 @@ Align = Literal["centre", "corner"]
 """How the crop lies on a sensor of another size: as far from its centre, or from its first pixel, as it did."""
 OFF_CENTRE_PX = 5
 """The usual crop lies so many rows below the centre, and reaches beyond a sensor that is hardly higher than it."""
-LABELLING = "labels", "label_s", "slip_deg", "slip_mm", "hold_deg", "hold_mm"
-"""What decides on a window's label."""
 MOST_PIXELS = 1 << 21
 """Pixels of a crop, 1920x1080 and more: the network with the most weights, `mlp`, then takes 1 GB."""
 
@@ -94,9 +92,10 @@ class WindowSettings:
         """Time up to a window's end in which movement counts, in seconds."""
         return self.label_s or self.length_s
 
-    def labelled_as(self, other: "WindowSettings") -> "WindowSettings":
-        """These settings with the labels of others."""
-        return replace(self, **{name: getattr(other, name) for name in LABELLING})
+    @property
+    def labelling(self) -> dict[str, Any]:
+        """Those that decide on a window's label, by name."""
+        return {k: getattr(self, k) for k in ("labels", "label_s", "slip_deg", "slip_mm", "hold_deg", "hold_mm")}
 
     @property
     def sensor(self) -> tuple[int, int]:

@@ -292,6 +292,11 @@ def test_detectors_whose_labels_differ_are_not_compared_without_a_word(model, tm
     assert f"records, labelled as for {fine}" in " ".join(done.stdout.split())
     one, other = (found.scores for found in read_evaluation(tmp_path / "out" / "evaluation.json"))
     assert one.windows == other.windows and one.confusion == other.confusion
+    save_model(fine, network, replace(description, windows=replace(description.windows, length_s=0.4, label_s=0.4)))
+    done = evslip("evaluate", fine, model, records, "--out", tmp_path / "out", "--resamples", 0)
+    assert done.returncode == 0 and words in " ".join(done.stdout.split()), done.stderr
+    done = evslip("evaluate", model, records, *alike)
+    assert done.returncode == 2 and "label_s 0.4: expected 0.001 to length_s, 0.16" in done.stderr
     done = evslip("evaluate", *both, tmp_path / "w.h5", *alike)
     assert done.returncode == 2 and "labelled already" in done.stderr
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +111,7 @@ def evaluate_model(
         check_windows(data.windows, description.windows, align)
         found, settings = predictions.on_windows(network, data.windows, progress), data.windows.settings
     else:
-        settings = description.windows.labelled_as(labelled_as or description.windows)
+        settings = replace(description.windows, **(labelled_as or description.windows).labelling)
         hop_s = min(hop_s, settings.length_s)
         found = predictions.on_records(network, settings, _counted(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
