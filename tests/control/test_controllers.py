@@ -80,7 +80,7 @@ def at_rest(force, steps):
 
 
 def test_a_force_falls_to_a_guard_above_where_the_object_slipped():
-    force = GripForce(SETUP, Relaxation(quiet_s=0.0, probe_s=0.0, guard=1.2, return_s=0.1))
+    force = GripForce(SETUP, Relaxation(quiet_s=0.0, share_s=0.0, guard=1.2, return_s=0.1))
     alarm(force, 4.0)
     force.slipped()
     course = at_rest(force, 500)
@@ -127,7 +127,7 @@ def test_what_the_pads_felt_is_remembered_at_the_load_at_rest():
 
 
 def test_a_false_alarm_leaves_the_force_at_rest_as_it_was():
-    told, other = (GripForce(SETUP, Relaxation(probe_s=0.0)) for _ in range(2))
+    told, other = (GripForce(SETUP, Relaxation(share_s=0.0)) for _ in range(2))
     for force in (told, other):
         alarm(force, 4.0)
         force.slipped()
@@ -153,34 +153,6 @@ def test_the_search_stands_still_after_an_alarm_that_is_not_believed():
     steps = round(1e6 / SETUP.step_us)
     assert at_rest(force, steps)[-1] == pytest.approx(2.0)
     assert at_rest(force, steps)[-1] == pytest.approx(2.0 * np.exp(-0.5), rel=0.01)
-
-
-@pytest.mark.parametrize(("again_n", "searches"), [(2.0, False), (1.7, False), (1.5, True), (2.3, False), (2.6, True)])
-def test_the_search_ends_where_two_slips_agree_on_the_force(again_n, searches):
-    """One alone may be a false alarm."""
-    force = GripForce(SETUP, Relaxation(quiet_s=0.0, share_s=0.0, probe_s=0.5, guard=1.5, return_s=0.02))
-    alarm(force, 3.0)
-    force.slipped()
-    course = at_rest(force, 300)
-    assert course[-1] < 0.5 * course[0]
-    force.value_n = force._resting_n = again_n
-    alarm(force, 3.0)
-    force.slipped()
-    found = at_rest(force, 100)[50:]
-    assert found[0] == pytest.approx(1.5 * again_n * (0.995**50 if searches else 1), rel=0.02)
-    assert (found[-1] < 0.9 * found[0]) == searches
-
-
-def test_what_cannot_rule_out_a_slip_gives_back_what_alarms_have_added_to_the_force_of_the_start():
-    force = GripForce(SETUP, Relaxation(quiet_s=0.0, share_s=0.5, probe_s=0.5, return_s=0.02))
-    alarm(force, 3.0)
-    force.slipped()
-    course = []
-    for _ in range(300):
-        force.rest(is_sure=False)
-        course.append(force.value_n)
-    assert max(course) == pytest.approx(3.0, rel=0.01)
-    assert course[-1] == 2.0
 
 
 @pytest.mark.parametrize(("p_slip", "searches"), [(0.0, True), (0.049, True), (0.05, False), (0.3, False)])
@@ -396,6 +368,6 @@ def test_the_truth_in_place_of_a_detector_is_acted_on_at_once():
         controller = make_controller(name, model="truth")
         assert not controller.sees
         found = np.array(forces(controller, [0] * 50, setup))
-        assert found[19] <= 2.0 and found[20] > 1.2 * found[19]
+        assert found[19] <= 2.0 < found[20]
     with pytest.raises(ConfigError, match="truth"):
         make_controller("detector", model="truth").reset(SETUP)

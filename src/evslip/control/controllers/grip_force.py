@@ -15,10 +15,6 @@ ENOUGH = 1.1
 """Multiple of the force at which an object slows down that goes on slowing it down."""
 FELT_S = 0.2
 """Time for which it is known what the pads felt."""
-AGREE = 1.25
-"""Ratio of two forces at which the object slipped up to which they are the same."""
-LIKELY = 0.5
-"""Belief from which on an alarm was rather of a slip than not."""
 FALLEN = 1.1
 """Multiple of the resting force at which a raised one counts as fallen."""
 
@@ -41,19 +37,19 @@ class Relaxation:
     most: float = 4.0
     """Most multiple of the force before to which alarms raise it, those too that come before it has fallen again: false
     ones come in clusters."""
-    quiet_s: float = 0.02
+    quiet_s: float = 0.05
     """Time without an alarm after which the force begins to fall."""
     pause_s: float = 1.0
     """Time for which the resting force stands still after an alarm that is not believed at all: a perception that is
     wrong now may miss a slow slip, too."""
-    return_s: float = 0.025
+    return_s: float = 0.05
     """Time constant with which a raised force falls to the resting one."""
     guard: float = 1.5
     """Multiple of the force at which the object slipped, or began to slow down, that holds it: the resting force
     then."""
-    probe_s: float = 1.2
-    """Share of the resting force that is given back in a second in search of what holds: until two slips agree on it,
-    and after one that something else has caused."""
+    probe_s: float = 0.6
+    """Share of the resting force that is given back in a second in search of what holds: before the first slip, and
+    after one that something else has caused."""
     share_s: float = 0.08
     """Share given back in a second where that is known: what made the object slip may be over."""
     follow: float = 1.0
@@ -71,7 +67,7 @@ class GripForce:
     def __init__(self, setup: Setup, relaxation: Relaxation):
         self._setup, self._relaxation = setup, relaxation
         self.value_n = self._resting_n = self._begin_n = setup.force_n
-        self._searches, self._slipped_n, self._quiet_us, self._pause_us = True, 0.0, 0, 0.0
+        self._searches, self._quiet_us, self._pause_us = True, 0, 0.0
         self._felt_n = deque([setup.force_n], maxlen=1 + round(FELT_S * 1e6 / setup.step_us))
 
     def command_n(self, senses: Senses) -> float:
@@ -112,11 +108,8 @@ class GripForce:
 
     def slipped(self, belief: float = 1.0) -> None:
         """An alarm is over. So far as it is believed, 0 to 1, the object slipped at the force at which it began, and a
-        little more holds it. The search ends where two in a row agree: one alone may be a false alarm, or of a push."""
-        least_n, most_n = sorted((self._begin_n, self._slipped_n))
-        self._rest_at(self._relaxation.guard * self._begin_n, belief, searches=most_n > AGREE * least_n)
-        if belief >= LIKELY:
-            self._slipped_n = self._begin_n
+        little more holds it."""
+        self._rest_at(self._relaxation.guard * self._begin_n, belief, searches=False)
 
     def held(self, force_n: float, belief: float = 1.0) -> None:
         """An alarm is over. So far as it is believed, the object came to rest from about this force on; whether less
@@ -124,21 +117,19 @@ class GripForce:
         self._rest_at(self._relaxation.guard * min(max(force_n, self._begin_n), self.value_n), belief, searches=True)
 
     def rest(self, is_sure: bool = True) -> None:
-        """A step without an alarm: after a while, give back a little; unless it is sure that nothing slips, no more
-        than alarms have added to the force of the start."""
+        """A step without an alarm: after a while, give back a little if it is sure that nothing slips."""
         own, seconds = self._relaxation, self._setup.step_us / 1e6
         self._quiet_us += self._setup.step_us
         if self._quiet_us <= own.quiet_s * 1e6:
             return
         raised_n = self.value_n - self._resting_n
-        if self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
+        if is_sure and self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
             share = own.probe_s if self._searches else own.share_s
-            least_n = self._setup.least_n if is_sure else min(self._setup.force_n, self._resting_n)
-            self._resting_n = max(self._resting_n * (1 - share * seconds), least_n)
+            self._resting_n = max(self._resting_n * (1 - share * seconds), self._setup.least_n)
         self.value_n = self._resting_n + raised_n * max(0.0, 1 - seconds / own.return_s)
 
     def _rest_at(self, force_n: float, belief: float, *, searches: bool) -> None:
         self._pause_us = (1 - belief) * self._relaxation.pause_s * 1e6
         self._resting_n += belief * max(0.0, self._setup.allowed(force_n) - self._resting_n)
-        if belief >= LIKELY:
+        if belief >= 0.5:  # more likely a slip than not
             self._searches = searches
