@@ -91,7 +91,7 @@ class DetectorControl(Controller):
             if was_alarm:
                 self._learn((senses.t_us - self._begin_us) / 1e6)
             self._force.rest(is_sure=self.answer.p_slip < self._asks.unsure)
-        return self._force.command_n(senses)
+        return self._force.value_n
 
     @abstractmethod
     def _slips(self, speed_mm_s: float, is_new: bool) -> None:
