@@ -80,9 +80,10 @@ def at_rest(force, steps):
     return np.array(found)
 
 
-@pytest.mark.parametrize("least_n", [0.8, 1.5, 3.0])
-def test_a_force_falls_to_a_little_more_than_where_the_object_slips_and_stays_there(least_n):
-    """An object that slips whenever the force is less than holds it, seen 50 ms long."""
+@pytest.mark.parametrize(("least_n", "most_slips"), [(0.8, 5), (1.5, 5), (3.0, 25)])
+def test_a_force_comes_to_a_little_more_than_where_the_object_slips_and_stays_there(least_n, most_slips):
+    """An object that slips whenever the force is less than holds it, seen 50 ms long. Where the force of the start is not
+    enough, the slips follow each other so soon that all count as the first, until the force has fallen once."""
     force, slips, course = GripForce(SETUP, Relaxation()), 0, []
     while len(course) < 1000:
         force.feel(senses(len(course), force_n=force.value_n))
@@ -92,7 +93,7 @@ def test_a_force_falls_to_a_little_more_than_where_the_object_slips_and_stays_th
             force.slipped()
         force.rest()
         course.append(force.value_n)
-    assert least_n < np.median(course[300:]) < 1.45 * least_n and slips <= 10
+    assert least_n < np.median(course[300:]) < 1.45 * least_n and slips <= most_slips
 
 
 def test_a_raised_force_is_given_back_gradually():
@@ -101,7 +102,7 @@ def test_a_raised_force_is_given_back_gradually():
     assert force.value_n == 4.0
     force.slipped()
     course = at_rest(force, 50)
-    assert (np.diff(course) < 1e-9).all() and 3.0 < course[9] < 4.0
+    assert (np.diff(course) < 1e-9).all() and 3.0 < course[5] < 3.5
     alarm(force, 100.0)
     assert force.value_n == pytest.approx(4 * course[-1])
 

@@ -42,8 +42,8 @@ class DetectorParameters:
     divided, which gives its belief, as of `weighted.at_share` (Saerens, Latinne, Decaestecker 2002). 0: every alarm is
     believed."""
     unsure: float = 0.05
-    """Probability of slip from which on the force at rest stands still: who cannot rule out a slow slip must not search
-    for it. In a quiet grip a sure detector answers a tenth of this."""
+    """Probability of slip from which on nothing is searched for: who cannot rule out a slow slip must not let it
+    happen. In a quiet grip a sure detector answers a tenth of this."""
     long_s: float = 0.065
     """Time beyond the detector's own, see `Signal.memory_s`, after which an alarm was of a slip that was not slow:
     what holds may be far more than the force at which it began."""

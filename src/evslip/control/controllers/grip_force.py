@@ -124,17 +124,22 @@ class GripForce:
         if self._quiet_us <= own.quiet_s * 1e6:
             return
         if is_sure:
-            acceleration = self._felt[-1][1]
-            before_n = self._multiple * self._believed_n(acceleration)
-            self._belief.held(*self._felt_at(SEEN_S), seconds)
-            self._multiple = max(min(1.0, self._multiple), before_n / self._believed_n(acceleration))
-            if self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
-                least_n, most_n = self._belief.quantiles_n(acceleration, (0.1, 0.9))
-                rests_at = 1 / own.guard if most_n > WIDE * least_n else 1.0
-                step = own.probe_s * seconds
-                self._multiple += min(max(rests_at - self._multiple, -step * self._multiple), step * self._multiple)
+            self._search(seconds)
         self._raised_n *= max(0.0, 1 - seconds / own.return_s)
         self._follow()
+
+    def _search(self, seconds: float) -> None:
+        """Note that the force of now holds, and come nearer to what is believed to hold."""
+        own, acceleration = self._relaxation, self._felt[-1][1]
+        force_n = self._multiple * self._believed_n(acceleration)
+        self._belief.held(*self._felt_at(SEEN_S), seconds)
+        # What is believed falls by what was noted. The force must not fall with it at once.
+        self._multiple = max(min(1.0, self._multiple), force_n / self._believed_n(acceleration))
+        if self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
+            least_n, most_n = self._belief.quantiles_n(acceleration, (0.1, 0.9))
+            aim = 1 / own.guard if most_n > WIDE * least_n else 1.0
+            most = own.probe_s * seconds * self._multiple
+            self._multiple += min(max(aim - self._multiple, -most), most)
 
     def _learn(self, force_n: float, spread: float, belief: float) -> None:
         self._pause_us = (1 - belief) * self._relaxation.pause_s * 1e6
