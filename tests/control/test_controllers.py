@@ -82,8 +82,8 @@ def at_rest(force, steps):
 
 @pytest.mark.parametrize(("least_n", "most_slips"), [(0.8, 5), (1.5, 5), (3.0, 25)])
 def test_a_force_comes_to_a_little_more_than_where_the_object_slips_and_stays_there(least_n, most_slips):
-    """An object that slips whenever the force is less than holds it, seen 50 ms long. Where the force of the start is not
-    enough, the slips follow each other so soon that all count as the first, until the force has fallen once."""
+    """An object that slips whenever the force is less than holds it, seen 50 ms long. Where the force of the start is
+    not enough, the slips follow each other so soon that all count as the first, until the force has fallen once."""
     force, slips, course = GripForce(SETUP, Relaxation()), 0, []
     while len(course) < 1000:
         force.feel(senses(len(course), force_n=force.value_n))
