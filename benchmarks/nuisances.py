@@ -280,6 +280,9 @@ def main() -> None:
     add("--workers", type=int, help="processes that generate; default: one a core")
     add("--jobs", type=int, default=1, help="evaluations at the same time")
     options = parser.parse_args()
+    for name in ("count", "resamples", "jobs"):
+        if getattr(options, name) < 1:
+            parser.error(f"--{name} is {getattr(options, name)}; expected 1 or more")
     models: dict[str, list[str]] = {}
     for text in options.model or ["default"]:
         name, _, folder = text.rpartition("=")
