@@ -31,26 +31,26 @@ class Relaxation:
     LIMITS: ClassVar = {
         "most": (1, 100),
         "quiet_s": (0, 10),
-        "pause_s": (0, 100),
+        "slow_s": (0.001, 100),
         "return_s": (0.001, 10),
         "quantile": (0, 1),
         "guard": (1, 10),
         "probe_s": (0, 10),
     }
 
-    most: float = 4.0
+    most: float = 8.0
     """Most multiple of the force before to which alarms raise it, those too that come before it has fallen again: false
     ones come in clusters."""
     quiet_s: float = 0.01
     """Time without an alarm after which the force begins to fall."""
-    pause_s: float = 0.5
-    """Time for which the resting force stands still after an alarm that is not believed at all: a perception that is
-    wrong now may miss a slow slip, too."""
+    slow_s: float = 3.0
+    """Time without an alarm in which the search comes to its full speed: what made the object slip may go on, and a
+    perception that was wrong may miss a slow slip, too."""
     return_s: float = 0.02
     """Time constant with which a raised force falls to the resting one."""
     quantile: float = 0.6
     """Probability with which a force is believed to hold, for it to be the least that does."""
-    guard: float = 1.3
+    guard: float = 1.45
     """Multiple of that to rest at."""
     probe_s: float = 1.2
     """Most share of the resting force that is given back in a second, beside what the hand's motion gives back."""
@@ -69,7 +69,7 @@ class GripForce:
         self._belief, upward = GripBelief(setup.force_n), np.array([0.0, 0.0, GRAVITY_M_S2])
         self._multiple = max(1.0, setup.force_n / self._believed_n(upward))
         self._resting_n, self._raised_n, self._begin_n = setup.force_n, 0.0, setup.force_n
-        self._quiet_us, self._pause_us = 0, 0.0
+        self._quiet_us = relaxation.slow_s * 1e6
         self._felt = deque([(setup.force_n, upward)], maxlen=1 + round(FELT_S * 1e6 / setup.step_us))
         self._begin = self._felt[-1]
 
@@ -135,14 +135,13 @@ class GripForce:
         self._belief.held(*self._felt_at(SEEN_S), seconds)
         # What is believed falls by what was noted. The force must not fall with it at once.
         self._multiple = max(min(1.0, self._multiple), force_n / self._believed_n(acceleration))
-        if self._quiet_us > own.quiet_s * 1e6 + self._pause_us:
-            least_n, most_n = self._belief.quantiles_n(acceleration, (0.1, 0.9))
-            aim = 1 / own.guard if most_n > WIDE * least_n else 1.0
-            most = own.probe_s * seconds * self._multiple
-            self._multiple += min(max(aim - self._multiple, -most), most)
+        least_n, most_n = self._belief.quantiles_n(acceleration, (0.1, 0.9))
+        aim = 1 / own.guard if most_n > WIDE * least_n else 1.0
+        speed = own.probe_s * min(1.0, self._quiet_us / 1e6 / own.slow_s)
+        most = speed * seconds * self._multiple
+        self._multiple += min(max(aim - self._multiple, -most), most)
 
     def _learn(self, force_n: float, spread: float, belief: float) -> None:
-        self._pause_us = (1 - belief) * self._relaxation.pause_s * 1e6
         if belief > 0:
             value_n = self.value_n
             self._belief.slipped(force_n, self._begin[1], spread, belief)
