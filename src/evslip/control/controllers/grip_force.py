@@ -67,7 +67,7 @@ class GripForce:
     def __init__(self, setup: Setup, relaxation: Relaxation):
         self._setup, self._relaxation = setup, relaxation
         self._belief, upward = GripBelief(setup.force_n), np.array([0.0, 0.0, GRAVITY_M_S2])
-        self._multiple = max(1.0, setup.force_n / self._believed_n(upward))
+        self._multiple = setup.force_n / self._believed_n(upward)
         self._resting_n, self._raised_n, self._begin_n = setup.force_n, 0.0, setup.force_n
         self._quiet_us = relaxation.slow_s * 1e6
         self._felt = deque([(setup.force_n, upward)], maxlen=1 + round(FELT_S * 1e6 / setup.step_us))
