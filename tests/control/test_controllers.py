@@ -58,7 +58,7 @@ def test_constant_and_strong_stay():
 def test_an_event_rate_beyond_the_usual_raises_the_force_and_silence_gives_it_back():
     controller = make_controller("event-rate", **{"relaxation.quiet_s": 0.1, "relaxation.return_s": 0.2})
     found = np.array(forces(controller, [300] * 50 + [6000] * 5 + [300] * 100))
-    assert (found[:10] == 2.0).all() and (found[:50] <= 2.0).all()
+    assert (found[:50] <= 2.0).all()
     assert found[53] > 1.4 * found[49]
     assert found[-1] < found[60]
 
@@ -102,9 +102,9 @@ def test_a_raised_force_is_given_back_gradually():
     assert force.value_n == 4.0
     force.slipped()
     course = at_rest(force, 50)
-    assert (np.diff(course) < 1e-9).all() and 3.0 < course[5] < 3.5
+    assert (np.diff(course) < 0.01).all() and 3.0 < course[5] < 3.8
     alarm(force, 100.0)
-    assert force.value_n == pytest.approx(4 * course[-1])
+    assert force.value_n == pytest.approx(min(8 * course[-1], SETUP.most_n))
 
 
 def test_a_quick_slip_is_held_by_more_than_slowed_it_down_and_then_searched_below():
@@ -124,7 +124,7 @@ def test_what_held_a_slip_is_no_less_than_it_began_at():
 
 
 def test_a_force_that_is_enough_stays_at_what_the_pads_feel():
-    force = GripForce(SETUP, Relaxation(guard=1.2))
+    force = GripForce(SETUP, Relaxation(guard=1.2, most=4.0))
     force.alarm_begins()
     force.raise_by(1.0)
     assert force.value_n == 8.0
@@ -145,7 +145,7 @@ def test_what_the_pads_felt_is_remembered():
 
 @pytest.mark.parametrize("learn", ["slipped", "held"])
 def test_an_alarm_that_is_not_believed_teaches_nothing(learn):
-    told, other = (GripForce(SETUP, Relaxation(pause_s=0.0)) for _ in range(2))
+    told, other = (GripForce(SETUP, Relaxation(slow_s=0.001)) for _ in range(2))
     alarm(told, 8.0)
     getattr(told, learn)(*[4.0] * (learn == "held"), belief=0.0)
     assert at_rest(told, 100)[-1] == pytest.approx(at_rest(other, 100)[-1], rel=0.1)
@@ -161,13 +161,18 @@ def test_an_alarm_moves_the_force_at_rest_the_further_the_more_it_is_believed():
     assert (np.diff(rests) > -1e-9).all() and rests[0] < 2.1 and rests[-1] > 5.0
 
 
-def test_the_search_stands_still_after_an_alarm_that_is_not_believed():
-    force = GripForce(SETUP, Relaxation(quiet_s=0.0, pause_s=1.0, probe_s=0.5, return_s=0.02))
-    alarm(force, 3.0)
-    force.slipped(belief=0.0)
-    steps = round(1e6 / SETUP.step_us)
-    assert at_rest(force, steps)[-1] == pytest.approx(2.0)
-    assert at_rest(force, steps)[-1] < 1.6
+def test_the_search_is_slow_after_an_alarm():
+    found = {}
+    for has_alarm in (False, True):
+        force = GripForce(SETUP, Relaxation(quiet_s=0.0, slow_s=2.0, probe_s=0.5, return_s=0.001))
+        if has_alarm:
+            alarm(force, 3.0)
+            force.slipped(belief=0.0)
+        found[has_alarm] = at_rest(force, 500)
+    half_s = round(0.5e6 / SETUP.step_us)
+    assert found[False][half_s] == pytest.approx(2.0 * np.exp(-0.25), rel=0.02)
+    assert found[True][half_s] == pytest.approx(2.0 * np.exp(-0.25 / 8), rel=0.02)
+    assert found[True][-1] < 0.6 * found[True][half_s]
 
 
 @pytest.mark.parametrize(("p_slip", "searches"), [(0.0, True), (0.049, True), (0.05, False), (0.3, False)])
@@ -207,7 +212,7 @@ def test_false_alarms_in_a_cluster_do_not_add_up():
 
 
 def test_alarms_in_a_cluster_are_of_the_force_of_the_first():
-    force = GripForce(SETUP._replace(most_n=50.0), Relaxation())
+    force = GripForce(SETUP._replace(most_n=50.0), Relaxation(most=4.0))
     for _ in range(5):
         alarm(force, 100.0)
         force.slipped()
@@ -256,15 +261,15 @@ def test_a_detector_is_asked_at_every_step(name):
     found = np.array(
         forces(make_controller(name, model="default-complex", threshold=0.0, **{"relaxation.probe_s": 0.0}), [40] * 80)
     )
-    first = int(np.flatnonzero(found > 2.0)[0])
+    first = int(np.flatnonzero(found > 2.01)[0])
     assert 15 <= first <= 17  # the first window of 0.16 s is complete
-    assert 2.0 < found[first] < 8.0 and (np.diff(found) >= 0).all()  # as far as it is believed, of four times
+    assert 2.0 < found[first] < 8.0 and (np.diff(found) > -1e-9).all()  # as far as it is believed
 
 
 def test_an_alarm_raises_the_force_until_the_object_slows_down():
     def forces_asked(slowing: float) -> list[float]:
         truth = GripTruth(True, 3.0, True, rotation_deg_s=30.0)
-        controller = make_controller("detector", model="truth", falling=0.8)
+        controller = make_controller("detector", model="truth", falling=0.8, **{"relaxation.most": 4.0})
         controller.reset(SETUP._replace(truth=lambda: truth))
         found = []
         for k in range(6):
@@ -279,7 +284,7 @@ def test_an_alarm_raises_the_force_until_the_object_slows_down():
 
 @pytest.mark.parametrize(("p_slip", "asked_n"), [(1.0, 8.0), (0.9, 6.5), (0.75, 5.0)])
 def test_an_alarm_raises_the_force_as_far_as_it_is_believed(monkeypatch, p_slip, asked_n):
-    controller = make_controller("detector", doubt=3.0)
+    controller = make_controller("detector", doubt=3.0, **{"relaxation.most": 4.0})
     controller.reset(SETUP)
     monkeypatch.setattr(SlipSignal, "push", lambda *_: SlipAnswer(True, p_slip, 30.0, 0.0))
     assert controller.step(empty_events(), senses(1)) == pytest.approx(asked_n)
