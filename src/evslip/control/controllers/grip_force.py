@@ -20,6 +20,11 @@ FALLEN = 1.1
 """Multiple of the resting force at which a raised one counts as fallen."""
 SLOW_SPREAD, QUICK_SPREAD = 0.12, 0.3
 """How far the least force may be, in ln units, from that at which a slow slip began, and a quick one was fastest."""
+KEPT = 1.2
+"""Multiple of what is believed to hold that a search keeps to once a slip was found: a slide that is too slow to be seen
+would go on at that force."""
+LIKELY = 0.5
+"""Belief from which on an alarm was rather of a slip than not."""
 WIDE = 1.4
 """Ratio of the forces that hold with probabilities of 90 % and 10 % from which on what holds is searched for."""
 
@@ -71,7 +76,7 @@ class GripForce:
         self._resting_n, self._raised_n, self._begin_n = setup.force_n, 0.0, setup.force_n
         self._quiet_us = relaxation.slow_s * 1e6
         self._felt = deque([(setup.force_n, upward)], maxlen=1 + round(FELT_S * 1e6 / setup.step_us))
-        self._begin = self._felt[-1]
+        self._begin, self._is_found = self._felt[-1], False
 
     @property
     def value_n(self) -> float:
@@ -136,12 +141,14 @@ class GripForce:
         # What is believed falls by what was noted. The force must not fall with it at once.
         self._multiple = max(min(1.0, self._multiple), force_n / self._believed_n(acceleration))
         least_n, most_n = self._belief.quantiles_n(acceleration, (0.1, 0.9))
-        aim = 1 / own.guard if most_n > WIDE * least_n else 1.0
+        tried = (KEPT if self._is_found else 1.0) / own.guard
+        aim = min(1.0, tried) if most_n > WIDE * least_n else 1.0
         speed = own.probe_s * min(1.0, self._quiet_us / 1e6 / own.slow_s)
         most = speed * seconds * self._multiple
         self._multiple += min(max(aim - self._multiple, -most), most)
 
     def _learn(self, force_n: float, spread: float, belief: float) -> None:
+        self._is_found |= belief >= LIKELY
         if belief > 0:
             value_n = self.value_n
             self._belief.slipped(force_n, self._begin[1], spread, belief)
