@@ -193,7 +193,7 @@ def control(
         controller: constant, strong, oracle, cone-oracle, late-oracle, event-rate, detector or detector-pi; may be
             given several times. Default: detector.
         policy: A controller of your own, module:Class, in the current folder or installed.
-        parameter: Parameter of the controller, such as model=my_model or relaxation.probe_s=0.6; may be given several
+        parameter: Parameter of the controller, such as model=my_model or relaxation.share_s=0.2; may be given several
             times.
         config: Preset or TOML file that the episodes are drawn from.
         set: Override of the configuration, such as object.mass_kg=0.05; may be given several times.

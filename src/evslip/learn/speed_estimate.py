@@ -23,7 +23,8 @@ class SpeedEstimate(NamedTuple):
     """Estimates of a slip's speed, the mean of the last 20 ms, for n windows: how fast if it slips, which the
     probability tells. Given a window in which it does, log(1 + speed) has a Laplace distribution: its median, and every
     quantile, is that of the speed by exp(.) - 1, so that errors count as shares of a fast slip's speed, and as they are
-    of a slow one's. All nan from a detector that does not estimate it."""
+    of a slow one's. All nan from a detector that does not estimate it.
+    """
 
     median: np.ndarray
     """Speed that is exceeded with probability 1/2, in deg/s or mm/s, float32 of shape (n,)."""

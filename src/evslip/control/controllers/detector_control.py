@@ -42,8 +42,8 @@ class DetectorParameters:
     divided, which gives its belief, as of `weighted.at_share` (Saerens, Latinne, Decaestecker 2002). 0: every alarm is
     believed."""
     unsure: float = 0.05
-    """Probability of slip from which on nothing is searched for: who cannot rule out a slow slip must not let it
-    happen. In a quiet grip a sure detector answers a tenth of this."""
+    """Probability of slip from which on the force at rest stands still: who cannot rule out a slow slip must not search
+    for it. In a quiet grip a sure detector answers a tenth of this."""
     long_s: float = 0.065
     """Time beyond the detector's own, see `Signal.memory_s`, after which an alarm was of a slip that was not slow:
     what holds may be far more than the force at which it began."""
@@ -91,7 +91,7 @@ class DetectorControl(Controller):
             if was_alarm:
                 self._learn((senses.t_us - self._begin_us) / 1e6)
             self._force.rest(is_sure=self.answer.p_slip < self._asks.unsure)
-        return self._force.value_n
+        return self._force.command_n(senses)
 
     @abstractmethod
     def _slips(self, speed_mm_s: float, is_new: bool) -> None:

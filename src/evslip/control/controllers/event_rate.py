@@ -27,6 +27,8 @@ class EventRate(Controller):
             "multiple": (1, 1000),
             "least_hz": (0, 1e9),
             "memory_s": (0.001, 1000),
+            "gain": (1, 100),
+            "wait_s": (0, 10),
         }
 
         window_s: float = 0.02
@@ -37,6 +39,10 @@ class EventRate(Controller):
         """Rate below which nothing is an alarm."""
         memory_s: float = 2.0
         """Time of which the usual rate is the median."""
+        gain: float = 1.5
+        """Multiple of the force that an alarm asks for."""
+        wait_s: float = 0.08
+        """Time that a raised force is given to stop the slip before it is raised again."""
         relaxation: Relaxation = field(default_factory=Relaxation)
 
     def __init__(self, parameters: Parameters | None = None):
@@ -48,6 +54,7 @@ class EventRate(Controller):
         self._counts: list[int] = []
         self._steps = max(1, round(own.window_s * 1e6 / setup.step_us))
         self._memory = max(self._steps, round(own.memory_s * 1e6 / setup.step_us))
+        self._raised_us: int | None = None
 
     def step(self, events: Events, senses: Senses) -> float:
         own = self.parameters
@@ -55,14 +62,14 @@ class EventRate(Controller):
         seconds = self._setup.step_us / 1e6
         rate = sum(self._counts[-self._steps :]) / (min(self._steps, len(self._counts)) * seconds)
         usual = float(np.median(self._counts)) / seconds
-        self._force.feel(senses)
         was_alarm, self.alarm = self.alarm, rate > max(own.least_hz, own.multiple * usual)
-        if self.alarm:
-            if not was_alarm:
-                self._force.alarm_begins()
-            self._force.raise_by(1.0)
-        else:
+        if self.alarm and not was_alarm:
+            self._force.alarm_begins()
+        if not self.alarm:
             if was_alarm:
                 self._force.slipped()
             self._force.rest()
-        return self._force.value_n
+        elif self._raised_us is None or senses.t_us - self._raised_us >= own.wait_s * 1e6:
+            self._force.raise_to(own.gain * self._force.value_n)
+            self._raised_us = senses.t_us
+        return self._force.command_n(senses)
