@@ -1,5 +1,5 @@
 """How the least force that holds changes within an episode that nothing disturbs: with nothing known of the hand, with
-the load that its accelerometer feels, and by the law of an ellipsoid limit surface, fitted to the episode.
+the load that its accelerometer feels, and by an ellipsoid for the pads' limit surface, fitted to the episode.
 
 Along the pads, the load is a force and a torque, both linear in the reading (x, z) of the accelerometer: the least
 force is the root of a form a x^2 + b x z + c z^2, with three numbers that are the object's own.
@@ -34,13 +34,13 @@ class Listener(ConeOracle):
 
 
 def variations(least_n: np.ndarray, acceleration: np.ndarray) -> list[float]:
-    """Spread over mean, in %, of the least force, of it over the load, and of it over the law."""
+    """Spread over mean, in %, of the least force, of it over the load, and of it over the ellipsoid's."""
     x, z = acceleration[:, 0], acceleration[:, 2]
     # Its square is linear in the three numbers.
     terms = np.stack([x * x, x * z, z * z], axis=1) / least_n[:, None]
     fitted = np.linalg.lstsq(terms, least_n, rcond=None)[0]
-    law = np.sqrt(np.maximum(terms @ fitted * least_n, 1e-12))
-    ratios = least_n, least_n / np.linalg.norm(acceleration, axis=1), least_n / law
+    ellipsoid = np.sqrt(np.maximum(terms @ fitted * least_n, 1e-12))
+    ratios = least_n, least_n / np.linalg.norm(acceleration, axis=1), least_n / ellipsoid
     return [100 * float(ratio.std() / ratio.mean()) for ratio in ratios]
 
 
@@ -62,7 +62,7 @@ def main() -> None:
         hangs = played.hangs & (played.least_n > 0)
         tilted = bool(np.ptp(listener.tilts_deg) >= TILTED_DEG)
         rows[tilted].append(variations(played.least_n[hangs], np.array(listener.accelerations)[hangs]))
-    print("| hand | episodes | least force, % | over the load, % | over the law, % |\n|---|---|---|---|---|")
+    print("| hand | episodes | least force, % | over the load, % | over the ellipsoid's, % |\n|---|---|---|---|---|")
     for tilted, found in rows.items():
         cells = " | ".join(f"{value:.1f}" for value in np.median(found, axis=0)) if found else "– | – | –"
         print(f"| {f'tilts by {TILTED_DEG:g}° or more' if tilted else 'is level'} | {len(found)} | {cells} |")
