@@ -61,7 +61,7 @@ TABLES = {
     "live": "live.py",
     "control": "control.py",
     "limits": "control.py --limits OUT",
-    "load cone": "load_cone.py --count 40",
+    "load-cone": "load_cone.py --count 40",
     "view": "view.py",
 }
 """Scripts of this folder, with their arguments."""
