@@ -50,11 +50,11 @@ MISSED = """() => [...document.querySelectorAll("a[href], button, input, select,
 
 
 @contextmanager
-def serving(verb: str, subject: str) -> Iterator[str]:
-    """Address of a page that evslip serves, as long as it is open."""
+def serving(verb: str, subject: str, *more: str) -> Iterator[str]:
+    """Address of a page that evslip serves, as long as it is open. more: further words of the command."""
     words = {"play": ["play", "--model", subject], "live": ["live", subject, "--page", "0"]}.get(verb, [verb, subject])
     options = [] if verb == "live" else ["--no-browser", "--port", "0"]
-    command = [sys.executable, "-m", "evslip", *words, *options]
+    command = [sys.executable, "-m", "evslip", *words, *more, *options]
     unbuffered = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(command, env=unbuffered, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
