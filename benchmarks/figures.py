@@ -4,13 +4,15 @@ python benchmarks/figures.py [OUT] [--only TABLE ...] [--recordings FOLDER]
 
 A table is what one command prints. OUT/TABLE.md has it, with the command, the machine, the commit and the time that it
 took; OUT/TABLE.log has what the command said else. Run it again after a stop: what this commit has printed is not done
-again. A table that needs recordings of real sensors is left out without --recordings, and said so. Exit code 1: a
-command failed. `--list` prints the commands. All of it takes many hours; the experiment, `make reproduce`, is apart.
+again. A table that needs recordings of real sensors is left out without --recordings, one that needs an NVIDIA GPU
+without one, and said so. Exit code 1: a command failed. `--list` prints the commands. All of it takes many hours; the
+experiment, `make reproduce`, is apart.
 """
 
 import argparse
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import time
@@ -63,6 +65,7 @@ TABLES = {
     "limits": "control.py --limits OUT",
     "load-cone": "load_cone.py --count 40",
     "view": "view.py",
+    "gpu": "gpu.py",
 }
 """Scripts of this folder, with their arguments."""
 
@@ -105,6 +108,8 @@ def main() -> int:
             print(f"{name}: there")
         elif RECORDINGS in TABLES[name] and asked.recordings is None:
             print(f"{name}: left out; it needs --recordings FOLDER")
+        elif name == "gpu" and shutil.which("nvidia-smi") is None:
+            print(f"{name}: left out; it needs an NVIDIA GPU")
         else:
             print(f"{name}: python benchmarks/{TABLES[name]}", flush=True)
             if not run(name, out, asked.recordings and asked.recordings.resolve(), known):
