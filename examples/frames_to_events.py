@@ -7,6 +7,7 @@ python examples/frames_to_events.py docs/figures/frames_to_events.png [FOLDER]
 FOLDER keeps the files: slip.npz (frames of a renderer, here evslip's own), slip.h5, slip.mp4 and rates.png.
 """
 
+import argparse
 import subprocess
 import sys
 import tempfile
@@ -51,7 +52,7 @@ def draw(folder: Path, out: str) -> None:
     figure.savefig(out, dpi=100)
 
 
-def main(out: str, folder: Path) -> None:
+def main(out: Path, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     write_clip(folder / "slip.npz")
     command = f"events slip.npz slip.h5 --preview slip.mp4 --preview-ms {PICTURE_MS} --plot rates.png"
@@ -61,6 +62,9 @@ def main(out: str, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    out = sys.argv[1] if len(sys.argv) > 1 else "frames_to_events.png"
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path, nargs="?", default=Path("frames_to_events.png"))
+    parser.add_argument("folder", type=Path, nargs="?")
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
-        main(out, Path(sys.argv[2] if len(sys.argv) > 2 else temporary))
+        main(options.out, options.folder or Path(temporary))

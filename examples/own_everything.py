@@ -8,6 +8,7 @@ sample).
 About a minute on two cores, once evslip is compiled. docs/tutorials/own-everything.md goes through it.
 """
 
+import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -225,4 +226,6 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "own_everything"))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path, nargs="?", default=Path("own_everything"))
+    main(parser.parse_args().out)

@@ -3,7 +3,7 @@
 A slip in five phases, and light from bright with hard shadows to dim with none. Needs the extra [photo].
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -70,13 +70,17 @@ def lights(spp: int) -> np.ndarray:
     return np.concatenate(columns, 1)
 
 
-def main(folder: str = "docs/figures", spp: str = "96") -> None:
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("docs/figures"))
+    parser.add_argument("spp", type=int, nargs="?", default=96, help="paths a pixel (default: 96)")
+    options = parser.parse_args()
     print(describe())
     for name, make in (("rendering_phases", phases), ("rendering_lights", lights)):
-        path = Path(folder) / f"{name}.jpg"
-        Image.fromarray(make(int(spp))).save(path, quality=QUALITY, optimize=True)
+        path = options.folder / f"{name}.jpg"
+        Image.fromarray(make(options.spp)).save(path, quality=QUALITY, optimize=True)
         print(path, flush=True)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()

@@ -4,7 +4,7 @@ Every shape on the table under a small and a large lamp, then held and turned, e
 the lens does, with what a frame holds besides light.
 """
 
-import sys
+import argparse
 import tempfile
 from pathlib import Path
 
@@ -106,7 +106,10 @@ def lens_figure() -> np.ndarray:
     return np.concatenate([np.concatenate(above, 1), np.concatenate(below, 1)])
 
 
-def main(folder: str = "docs/figures") -> None:
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("docs/figures"))
+    folder = parser.parse_args().folder
     with tempfile.TemporaryDirectory() as scratch:
         ring = trimesh.creation.torus(0.027, 0.011, major_sections=64, minor_sections=32)
         ring.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
@@ -131,13 +134,13 @@ def main(folder: str = "docs/figures") -> None:
                 image = picture(params, traj)
                 rows.append(np.concatenate([image, enlarged(image, traj, params)], 1))
     strip = [np.concatenate(rows[k : k + 3], 1) for k in range(0, len(rows), 3)]
-    path = Path(folder) / "rendering_shapes.jpg"
+    path = folder / "rendering_shapes.jpg"
     Image.fromarray(np.concatenate(strip)).save(path, quality=88)
     print(path)
-    path = Path(folder) / "rendering_lens.png"
+    path = folder / "rendering_lens.png"
     Image.fromarray(lens_figure()).save(path, optimize=True)
     print(path)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()

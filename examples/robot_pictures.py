@@ -4,7 +4,7 @@ A robot a row: the camera on its hand by the fast renderer and by the path trace
 [photo].
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -43,11 +43,15 @@ def row(robot: dict[str, str], spp: int) -> np.ndarray:
     return np.concatenate([next(pictures(traj, lifted, size=SIZE, view=v, renderer=r)) for v, r in VIEWS], 1)
 
 
-def main(folder: str = "docs/figures", spp: str = "16") -> None:
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    sheet = np.concatenate([row(robot, int(spp)) for robot in ROBOTS], 0)
-    Image.fromarray(sheet).save(Path(folder) / "robots.jpg", quality=QUALITY)
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("docs/figures"))
+    parser.add_argument("spp", type=int, nargs="?", default=16, help="paths a pixel (default: 16)")
+    options = parser.parse_args()
+    options.folder.mkdir(parents=True, exist_ok=True)
+    sheet = np.concatenate([row(robot, options.spp) for robot in ROBOTS], 0)
+    Image.fromarray(sheet).save(options.folder / "robots.jpg", quality=QUALITY)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()
