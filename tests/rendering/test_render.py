@@ -169,3 +169,18 @@ def test_slow_motion_near_the_table_makes_no_jumps(azimuth, motion):
     assert jump.max() < 0.25
     assert np.mean((jump > 0.12 * contrast) & (jump > 0.02)) < 4e-4  # what is left lies at the foot of a rising object
     assert np.all((jump < 0.3 * contrast) | (jump < 0.02))
+
+
+def test_the_blur_of_a_shadow_does_not_change_with_what_the_object_covers():
+    """While the cylinder turns, the runs of pixels beside it begin at other columns; the edge of its shadow, far from
+    it, hardly moves."""
+    lamp = {"light__azimuth_deg": 150.0, "light__polar_deg": 55.0, "light__radius_m": 0.3}
+    scene = {"object__shape": "cylinder", "light__luminance_cd_m2": 5e7, "background__luminance_cd_m2": 600.0, **SOFT}
+    params = sample(**lamp, **scene)
+    traj = standing(params, 40, lift_px=0.02, turn_px=0.05)
+    frames = list(render(traj, times_us=traj.t_us[27:37]))
+    log = np.log([frame.luminance for frame in frames])
+    beside = np.all([frame.bodies == SURFACE for frame in frames], axis=0)
+    beside[:, :95] = False
+    assert np.ptp(log[0][beside]) > 0.5  # the shadow is there
+    assert np.abs(np.diff(log, axis=0))[:, beside].max() < 0.08

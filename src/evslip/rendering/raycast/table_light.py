@@ -13,7 +13,7 @@ from evslip.rendering.geometry.plane import meet_plane
 from evslip.rendering.materials.paint import WIDTH
 from evslip.rendering.raycast.setting import Setting, table_origin, table_plane
 from evslip.rendering.raycast.uncovered import Uncovered, aim_rays, look_below_horizon
-from evslip.rendering.scratch import ONE, ZERO, Scratch, blocks, f32, kernel
+from evslip.rendering.scratch import ONE, ZERO, Scratch, blocks, f32, formula, kernel
 from evslip.rendering.shading.environment_reflection import glint, mirror
 from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.shading.sphere import meet_sphere
@@ -24,8 +24,9 @@ from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESUL
 from evslip.rendering.viewpoint import View
 from evslip.utils.refcount import without_refcount
 
-NEAR_ROWS, NEAR_COLUMNS, MOST = 8, 32, 512
-"""Runs that look for casters together begin so near to each other, and have at most so many points."""
+NEAR_ROWS, NEAR_COLUMNS, MOST = 8, 16, 512
+"""Size in pixels of the blocks of the image. Runs whose middles lie in the same one look for casters together, up to so
+many points."""
 
 
 class TablePoints(NamedTuple):
@@ -120,17 +121,21 @@ def _node_rays(height: int, width: int, focal: float) -> np.ndarray:
 
 @kernel
 def _neighbours(runs, starts):
-    """First of each few runs that lie close together, then the number of all; starts: first point of each run."""
+    """First of each few runs of one block, then the number of all; starts: first point of each run."""
     firsts, count = np.zeros(runs.shape[0] + 1, np.int64), 0
     for r in range(runs.shape[0]):
-        first = runs[firsts[count - 1]]
-        down, across = runs[r, 0] - first[0], abs(runs[r, 1] - first[1])
-        apart = down < 0 or down >= NEAR_ROWS or across > NEAR_COLUMNS
-        if count == 0 or apart or starts[r + 1] - starts[firsts[count - 1]] > MOST:
+        first = firsts[count - 1]
+        if count == 0 or _block(runs[r]) != _block(runs[first]) or starts[r + 1] - starts[first] > MOST:
             firsts[count] = r
             count += 1
     firsts[count] = runs.shape[0]
     return firsts[: count + 1]
+
+
+@formula
+def _block(run):
+    """Row and column, among the blocks of the image, of the one that the middle of a run lies in."""
+    return run[0] // NEAR_ROWS, (run[1] + run[2]) // 2 // NEAR_COLUMNS
 
 
 @kernel
@@ -179,13 +184,14 @@ def _put(runs, starts, received, mirrored, out):
 
 @kernel
 def _step(runs, firsts, own, size, patches):
-    """Fill in the steps from one pixel to the next, right and down, where the ray (x, y, -1) in the middle of each
-    patch meets the surface, and the plane itself."""
+    """Fill in the steps from one pixel to the next, right and down, where the ray (x, y, -1) through the middle of each
+    patch's block meets the surface, and the plane itself. The block's, not the runs': these change from frame to frame
+    with what is drawn and what is covered, and the blur of a shadow's edge must not change with them."""
     plane = own.plane
     for p in range(firsts.size - 1):
-        middle = runs[(firsts[p] + firsts[p + 1]) // 2]
-        row, start, past = middle[0], middle[1], middle[2]
-        ray = ((start + past - size[1]) / 2 / own.focal, (size[0] / 2 - row - 0.5) / own.focal, -1.0)
+        row, column = _block(runs[firsts[p]])
+        x, y = NEAR_COLUMNS * (column + 0.5) - size[1] / 2, size[0] / 2 - NEAR_ROWS * (row + 0.5)
+        ray = (x / own.focal, y / own.focal, -1.0)
         facing = min(plane[0] * ray[0] + plane[1] * ray[1] - plane[2], -1e-4)
         away = plane[9] / facing / own.focal
         for m in range(2):
