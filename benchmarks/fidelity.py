@@ -121,7 +121,7 @@ def true_cover(scene: MitsubaScene, poses: ScenePoses, camera: Camera) -> np.nda
 
 def fast_cover(raycaster: Raycaster, poses: ScenePoses) -> np.ndarray:
     """The same share, as the fast renderer has it after `draw`."""
-    layers = raycaster._opening(poses.travel_m[0]).layers
+    layers = raycaster._openings.at(poses.travel_m[0]).layers
     share = np.zeros(raycaster.camera.width * raycaster.camera.height)
     pixels = np.repeat(layers.pixels, np.diff(layers.starts))
     np.add.at(share, pixels, layers.fragments[SHARE])

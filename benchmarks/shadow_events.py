@@ -33,8 +33,9 @@ def no_links(lamp, radius_m, boxes, parts, numbers, outlines):
     return CAST(lamp, radius_m, Boxes(*(part[kept] for part in boxes)), parts[kept], numbers[kept], outlines)
 
 
-def no_blockers(view, setting, casters, blockers, parts):
-    return ILLUMINATE(view, setting, casters, Boxes(*(part[:0] for part in blockers)), parts[:0])
+def no_blockers(view, sky_turn, setting, casters, blockers, parts, standing):
+    none = Boxes(*(part[:0] for part in blockers))
+    return ILLUMINATE(view, sky_turn, setting, casters, none, parts[:0], standing)
 
 
 VARIANTS: dict[str, tuple[Any, Any]] = {
