@@ -13,7 +13,7 @@ from evslip.rendering.geometry.plane import meet_plane
 from evslip.rendering.materials.paint import WIDTH
 from evslip.rendering.raycast.setting import Setting, table_origin, table_plane
 from evslip.rendering.raycast.uncovered import Uncovered, aim_rays, look_below_horizon
-from evslip.rendering.scratch import ONE, ZERO, Scratch, blocks, f32, formula, kernel
+from evslip.rendering.scratch import ONE, TILE_W, ZERO, Scratch, blocks, f32, kernel
 from evslip.rendering.shading.environment_reflection import glint, mirror
 from evslip.rendering.shading.illumination import Illumination
 from evslip.rendering.shading.sphere import meet_sphere
@@ -24,9 +24,8 @@ from evslip.rendering.slots import GLOSS, GROUND, LIT, OPEN, RAY_X, RAY_Y, RESUL
 from evslip.rendering.viewpoint import View
 from evslip.utils.refcount import without_refcount
 
-NEAR_ROWS, NEAR_COLUMNS, MOST = 8, 16, 512
-"""Size in pixels of the blocks of the image. Runs whose middles lie in the same one look for casters together, up to so
-many points."""
+ROWS, MOST = 8, 512
+"""Height in pixels of the tiles of the image, TILE_W wide, whose points look for casters together, up to so many."""
 
 
 class TablePoints(NamedTuple):
@@ -85,11 +84,11 @@ def light_table(
     shine = np.float32(table.reflectance), table.reflection
     own = TableView(plane, *camera, *strength, *shine, nodes, between_columns(nodes, width))
     starts = np.concatenate([[0], np.cumsum(runs[:, 2] - runs[:, 1])])
-    count, firsts = int(starts[-1]), _neighbours(runs, starts)
+    count, (firsts, tiles) = int(starts[-1]), _tiles(runs, starts)
     points = TablePoints(np.empty((3, count), np.float32), *np.empty((5, count), np.float32))
-    patches = Patches(starts[firsts], np.zeros((len(firsts) - 1, 2, 3)), np.zeros((len(firsts) - 1, 4)))
+    patches = Patches(firsts, np.zeros((len(tiles), 2, 3)), np.zeros((len(tiles), 4)))
     _gather(scratch, runs, starts, own, uncovered, points)
-    _step(runs, firsts, own, uncovered.total.shape, patches)
+    _step(tiles, own, uncovered.total.shape, patches)
     parts = np.full(count, NO_PART, np.float32)
     seen = lamp_share(scratch, light.casters, points.places, points.rooms, parts, points.lit, patches, False)
     found = received_light(table.ambient, points.opened, points.lit, seen, points.glossy, points.mirrored)
@@ -120,22 +119,23 @@ def _node_rays(height: int, width: int, focal: float) -> np.ndarray:
 
 
 @kernel
-def _neighbours(runs, starts):
-    """First of each few runs of one block, then the number of all; starts: first point of each run."""
-    firsts, count = np.zeros(runs.shape[0] + 1, np.int64), 0
+def _tiles(runs, starts):
+    """First point of each patch, which lies in one tile, then the number of all points; and the row and
+    the column of the tile of each. starts: first point of each run."""
+    firsts, tiles = np.zeros(2 * runs.shape[0] + 1, np.int64), np.empty((2 * runs.shape[0], 2), np.int64)
+    count, row, column = 0, -1, -1
     for r in range(runs.shape[0]):
-        first = firsts[count - 1]
-        if count == 0 or _block(runs[r]) != _block(runs[first]) or starts[r + 1] - starts[first] > MOST:
-            firsts[count] = r
-            count += 1
-    firsts[count] = runs.shape[0]
-    return firsts[: count + 1]
-
-
-@formula
-def _block(run):
-    """Row and column, among the blocks of the image, of the one that the middle of a run lies in."""
-    return run[0] // NEAR_ROWS, (run[1] + run[2]) // 2 // NEAR_COLUMNS
+        at = runs[r, 1]
+        while at < runs[r, 2]:
+            own_row, own_column = runs[r, 0] // ROWS, at // TILE_W
+            end, point = min((own_column + 1) * TILE_W, runs[r, 2]), starts[r] + at - runs[r, 1]
+            if own_row != row or own_column != column or point + end - at - firsts[count - 1] > MOST:
+                row, column = own_row, own_column
+                firsts[count], tiles[count, 0], tiles[count, 1] = point, row, column
+                count += 1
+            at = end
+    firsts[count] = starts[runs.shape[0]]
+    return firsts[: count + 1], tiles[:count]
 
 
 @kernel
@@ -183,14 +183,13 @@ def _put(runs, starts, received, mirrored, out):
 
 
 @kernel
-def _step(runs, firsts, own, size, patches):
+def _step(tiles, own, size, patches):
     """Fill in the steps from one pixel to the next, right and down, where the ray (x, y, -1) through the middle of each
-    patch's block meets the surface, and the plane itself. The block's, not the runs': these change from frame to frame
-    with what is drawn and what is covered, and the blur of a shadow's edge must not change with them."""
+    patch's tile meets the surface, and the plane itself. The tile's middle, not the points': which points are drawn
+    together changes from frame to frame, and the blur of a shadow's edge must not change with it."""
     plane = own.plane
-    for p in range(firsts.size - 1):
-        row, column = _block(runs[firsts[p]])
-        x, y = NEAR_COLUMNS * (column + 0.5) - size[1] / 2, size[0] / 2 - NEAR_ROWS * (row + 0.5)
+    for p in range(tiles.shape[0]):
+        x, y = TILE_W * (tiles[p, 1] + 0.5) - size[1] / 2, size[0] / 2 - ROWS * (tiles[p, 0] + 0.5)
         ray = (x / own.focal, y / own.focal, -1.0)
         facing = min(plane[0] * ray[0] + plane[1] * ray[1] - plane[2], -1e-4)
         away = plane[9] / facing / own.focal
