@@ -15,6 +15,7 @@ import argparse
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
@@ -63,6 +64,7 @@ def events() -> bool:
     """Print the rows of films; whether the GPU's events are those of the CPU."""
     from events import Film, make_clip, rendered_films
 
+    EventCamera("clean", size=(8, 8), device="cuda")  # a missing GPU is said before anything is drawn
     clip = make_clip((1280, 720), 120)
     films = [*rendered_films([1]), Film("square 1280x720", 500.0 * np.arange(len(clip)), clip)]
     cores = len(os.sched_getaffinity(0))
@@ -99,7 +101,7 @@ def difference(cpu: Events, gpu: Events) -> int | None:
     if cpu.count != gpu.count:
         return None
     orders = [np.lexsort((one.t_us, one.x, one.y)) for one in (cpu, gpu)]
-    for name in ("x", "y", "p"):
+    for name in ("x", "y", "p", "cause"):
         a, b = (getattr(one, name)[order] for one, order in zip((cpu, gpu), orders, strict=True))
         if not np.array_equal(a, b):
             return None
@@ -129,10 +131,9 @@ def training() -> bool:
     print("|---|---|---|---|---|---|")
     agree = True
     for name in NETWORKS:
-        steps = [step_on(device, name, windows) for device in ("cpu", "cuda")]
-        if None in steps:
+        cpu, gpu = (step_on(device, name, windows) for device in ("cpu", "cuda"))
+        if cpu is None or gpu is None:
             continue
-        cpu, gpu = steps
         agree = agree and bool(np.isclose(cpu.loss, gpu.loss, rtol=1e-3, atol=1e-4))
         print(
             f"| `{name}` | {cpu.ms:.1f} | {gpu.ms:.1f} | {cpu.ms / gpu.ms:.1f} | {gpu.preparing_ms:.1f} "
@@ -178,8 +179,6 @@ def step_on(device: str, name: str, windows: list) -> Step | None:
 
 def tracer() -> bool:
     """Print the rows of variants; whether the GPU traced."""
-    import tempfile
-
     print(f"| variant | s a frame of {PATHS} paths a pixel | correlation with {MANY} paths |")
     print("|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:

@@ -29,7 +29,6 @@ from evslip.data.record import Record
 
 TRAIN, TEST = 16, 8
 WIDE, NARROW, GAP = (1280, 800), (390, 844), 10
-DARK = "dark"
 QUALITY = 85
 STEPS = 6
 """Of 10 ms each, after the onset of a slip: it is fast then, and not over."""
@@ -52,7 +51,10 @@ def main() -> None:
     parser.add_argument("--real", type=Path, required=True)
     parser.add_argument("--out", type=Path, default=Path("docs/figures"))
     options = parser.parse_args()
+    if not options.real.exists():
+        parser.error(f"--real: {options.real} is not there; expected a recording of a real camera")
     chromium, work, out = find_chromium(), options.work, options.out
+    out.mkdir(parents=True, exist_ok=True)
     data, model = prepare(work)
     shown = work / "complex"
     shutil.rmtree(shown, ignore_errors=True)
@@ -199,16 +201,14 @@ def explorer(browser: Browser, shown: Path, model: Path, slip: Record, out: Path
     place = [one.name for one in open_dataset(shown).listing].index(slip.name)
     narrow = []
     with serving("view", str(shown), "--model", str(model)) as address:
-        for size, name in ((WIDE, "seeing_list.png"), (NARROW, "narrow_list.png")):
-            with opened(browser, address, "body[data-complete]", size) as page:
-                file = settled(page, out / name)
-            narrow += [file] if size is NARROW else []
-        for size, name in ((WIDE, "seeing_sample.png"), (NARROW, "narrow_sample.png")):
-            with opened(browser, f"{address}sample/{place}", DRAWN, size) as page:
-                for _ in range(STEPS):
-                    page.keyboard.press("ArrowRight")
-                file = settled(page, out / name)
-            narrow += [file] if size is NARROW else []
+        pages = {"list": (address, "body[data-complete]", 0), "sample": (f"{address}sample/{place}", DRAWN, STEPS)}
+        for name, (page_address, ready, steps) in pages.items():
+            for size, kind in ((WIDE, "seeing"), (NARROW, "narrow")):
+                with opened(browser, page_address, ready, size) as page:
+                    for _ in range(steps):
+                        page.keyboard.press("ArrowRight")
+                    file = settled(page, out / f"{kind}_{name}.png")
+                narrow += [file] if size is NARROW else []
     return narrow
 
 
@@ -237,7 +237,7 @@ def report(browser: Browser, page_file: Path, out: Path) -> None:
     with opened(browser, address, "h2") as page:
         for name, heading in SECTIONS.items():
             picture(page, heading, out / f"seeing_report_{name}.jpg")
-    with opened(browser, address, "h2", NARROW, DARK) as page:
+    with opened(browser, address, "h2", NARROW, "dark") as page:
         shown = ("gallery", "rates", "worst")
         narrow = [picture(page, SECTIONS[name], out / f"narrow_{name}.png") for name in shown]
     beside(narrow, out / "seeing_report_phone.jpg")

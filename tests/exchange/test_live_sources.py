@@ -71,7 +71,7 @@ def test_a_file_comes_at_its_own_pace(recording):
     began_s = time.monotonic()
     feed.start()
     assert collected(feed, 20_000) == some_events()
-    assert time.monotonic() - began_s >= 0.19
+    assert 0.19 <= time.monotonic() - began_s < 2.0
     while not feed.is_over:
         feed.take(0.01)
     feed.stop()

@@ -120,8 +120,8 @@ def _node_rays(height: int, width: int, focal: float) -> np.ndarray:
 
 @kernel
 def _tiles(runs, starts):
-    """First point of each patch, which lies in one tile, then the number of all points; and the row and
-    the column of the tile of each. starts: first point of each run."""
+    """First point of each patch, which lies in one tile, then the number of all points; and the row and the column of
+    each one's tile. starts: first point of each run."""
     firsts, tiles = np.zeros(2 * runs.shape[0] + 1, np.int64), np.empty((2 * runs.shape[0], 2), np.int64)
     count, row, column = 0, -1, -1
     for r in range(runs.shape[0]):
