@@ -100,6 +100,18 @@ def test_cached_code_may_know_a_class_that_was_renamed(package):
         assert run(package) == 1
 
 
+def test_what_compiled_code_alone_calls_has_no_entry_for_python_until_python_calls_it(package):
+    more = "@compiled()\ndef g(x):\n    return 3 * f(x) if x > 0 else g(-x)\n"
+    (package / "kitchen" / "outer.py").write_text(KITCHEN.format(1) + more)
+    count = "from evslip.kitchen.outer import f, g, compilations\nprint({} + 100 * len(compilations))"
+    within, both = count.format("g(-1.0)"), count.format("g(-1.0) + f(1.0) + g(1.0)")
+    assert [run(package, within) for _ in range(2)] == [6 + 2 * COMPILED, 6]
+    assert len(list(package.rglob("*.nbc"))) == 2
+    assert [run(package, both) for _ in range(2)] == [14 + COMPILED, 14]
+    assert len(list(package.rglob("*.nbc"))) == 3
+    assert run(package, within) == 6
+
+
 @pytest.mark.parametrize("room", [0, 2000], ids=["for nothing", "for the index alone"])
 def test_code_that_cannot_be_kept_is_used_and_one_line_says_so(package, room):
     outer = package / "kitchen" / "outer.py"

@@ -16,8 +16,10 @@ from typing import Any, ClassVar
 import numba
 import numpy as np
 from llvmlite import binding
-from numba import njit
 from numba.core import caching, event, types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 ZERO: Any = np.int64(0)
@@ -31,14 +33,59 @@ _IMPORT = re.compile(r"^from evslip\.([\w.]+) import (\([^)]*\)|.*)", re.MULTILI
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorator: numba's njit without the interpreter's lock, with a cache on disk. `options`: of njit."""
+    # Nobody asks for the function that C's ctypes could call.
+    options |= {"nopython": True, "nogil": True, "no_cfunc_wrapper": True}
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher: Any = njit(nogil=True, **options)(function)
-        dispatcher._cache = _Cache(function)
+        dispatcher = _Dispatcher(function, targetoptions=options)
         COMPILED.append(dispatcher)
         return dispatcher
 
     return decorate
+
+
+def _has_entry(result: Any) -> bool:
+    """Whether Python can call what was compiled."""
+    return bool(result.library.get_pointer_to_function(result.fndesc.llvm_cpython_wrapper_name))
+
+
+class _Dispatcher(CPUDispatcher):
+    """Numba's, which gives a function that only compiled code has called yet no entry for Python: taking Python's
+    objects apart is a quarter of what compiling costs. Once Python calls it, it is compiled with one."""
+
+    _compiler: Any
+
+    def __init__(self, function: Callable[..., Any], **options: Any):
+        super().__init__(function, **options)
+        self._cache = _Cache(function)
+        self._is_inner = False
+        self._compiler._customize_flags = self._without_entry
+
+    def _without_entry(self, flags: Any) -> Any:
+        flags.no_cpython_wrapper = self._is_inner
+        return flags
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        with global_compiler_lock:
+            self._is_inner = True
+            try:
+                return super().get_call_template(args, kws)
+            finally:
+                self._is_inner = False
+
+    def compile(self, sig: Any) -> Any:
+        with global_compiler_lock:
+            args = tuple(normalize_signature(sig)[0])
+            if not self._is_inner and args in self.overloads and not _has_entry(self.overloads[args]):
+                del self.overloads[args]
+            self._cache.needs_entry = not self._is_inner
+            return super().compile(sig)
+
+    def add_overload(self, cres: Any) -> None:
+        if _has_entry(cres):
+            super().add_overload(cres)
+        else:
+            self.overloads[tuple(cres.signature.args)] = cres
 
 
 class _Beside(caching.InTreeCacheLocator):
@@ -90,16 +137,19 @@ class _Cache(caching.FunctionCache):
         self._indices = [_Index(folder, *described) for folder in dict.fromkeys(folders)]
         self._cache_file = self._indices[0]
         self.is_kept = not isinstance(place, _Beside)
+        self.needs_entry = True
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
-        key = self._index_key(sig, target_context.codegen())
         for index in self._indices:
-            with contextlib.suppress(Exception):  # damaged, or not to be read
-                if (data := index.load(key)) is not None:
-                    return self._impl.rebuild(target_context, data)
+            for has_entry in (True,) if self.needs_entry else (True, False):
+                with contextlib.suppress(Exception):  # damaged, or not to be read
+                    key = self._index_key((sig, has_entry), target_context.codegen())
+                    if (data := index.load(key)) is not None:
+                        return self._impl.rebuild(target_context, data)
         return None
 
     def _save_overload(self, sig: Any, data: Any) -> None:
+        sig = sig, _has_entry(data)
         try:
             self._impl.locator.ensure_cache_path()
             with _alone(Path(f"{self._cache_file._index_path}.lock")):
