@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numba
-import numpy as np
 from llvmlite import binding
 from numba.core import caching, event, types
 from numba.core.compiler_lock import global_compiler_lock
@@ -22,9 +21,6 @@ from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
-ZERO: Any = np.int64(0)
-"""0 for a counter to begin with: a plain one is a type of its own to the compiler, for which it would compile once more
-what it is handed to."""
 COMPILED: list[Any] = []
 """Every function of `compiled` that was imported so far."""
 _PACKAGE = Path(__file__).parents[1]
@@ -66,10 +62,12 @@ class _Dispatcher(CPUDispatcher):
         return flags
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
+        # A number that is written down is a type of its own to numba: each would be compiled for.
+        args, kws = map(types.unliteral, args), {name: types.unliteral(kind) for name, kind in kws.items()}
         with global_compiler_lock:
             self._is_inner = True
             try:
-                return super().get_call_template(args, kws)
+                return super().get_call_template(tuple(args), kws)
             finally:
                 self._is_inner = False
 

@@ -17,7 +17,7 @@ from evslip.events.pixels.state import Pixels, Response, current_of
 from evslip.events.sensor.exponential import exp, ln
 from evslip.events.sensor.frame_buffer import GROUP, Frames, note_changes
 from evslip.events.stream import SIGNAL
-from evslip.utils.jit import ZERO, compiled
+from evslip.utils.jit import compiled
 from evslip.utils.refcount import without_refcount
 
 _STRIDE = TILE + 16
@@ -221,7 +221,6 @@ def _find_groups(changed: np.ndarray, first: int, end: int, groups: np.ndarray) 
     return found
 
 
-@compiled(error_model="numpy")
 def process_band(
     frames: Frames, first: int, last: int, response: Response, known: Bytes, ranges: Ranges, pixels: Pixels
 ) -> np.ndarray:
@@ -238,7 +237,7 @@ def _process_band(frames, first_pixel, last_pixel, response, known, ranges, pixe
     ranges, pixels, changed, groups = without_refcount((ranges, pixels, changed, groups))
     marks, items = without_refcount((marks, items))
     images = frames.images
-    events, count = np.empty((CAPACITY, 2), np.int64), ZERO
+    events, count = np.empty((CAPACITY, 2), np.int64), 0
     touched = 0.0
     for first in range(first_pixel, last_pixel, TILE):
         note_changes(frames.words, first // GROUP, changed)

@@ -14,7 +14,7 @@ from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import Pixels, Response
 from evslip.events.sensor.exponential import exp, ln
 from evslip.events.sensor.frame_buffer import Frames
-from evslip.utils.jit import ZERO, compiled
+from evslip.utils.jit import compiled
 
 _STRIDE = TILE + 8
 """Not a power of two, or all rows would fall into the same lines of the cache."""
@@ -138,7 +138,7 @@ def collect(
     frame_us, length_us = times_us[span.frame + 1] - times_us[span.frame], span.end_us - span.start_us
     base, gain = (params.base * length_us, params.gain * length_us) if params.lowpass else (0.0, 0.0)
     _begin(items, whole_vectors(count), span.start_us, span.end_us, base, gain)
-    kept = ZERO
+    kept = 0
     for j in range(count):
         k = int(items[PLACE_IN_TILE + j])
         if length_us < frame_us:

@@ -17,7 +17,7 @@ from evslip.events.pixels.pixel import REFERENCE, Parameters
 from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import HIGH, LOW, SCREEN, Pixels, Response
 from evslip.events.sensor.frame_buffer import GROUP, Frames, note_changes
-from evslip.utils.jit import ZERO, compiled
+from evslip.utils.jit import compiled
 from evslip.utils.refcount import without_refcount
 
 CAPACITY = 2 * TILE
@@ -44,7 +44,6 @@ def _prefetch(numbers: np.ndarray, width: int, state: np.ndarray) -> float:
     return touched
 
 
-@compiled(error_model="numpy")
 def process_band(
     frames: Frames, first: int, last: int, response: Response, epoch_us: float, pixels: Pixels, params: Parameters
 ) -> np.ndarray:
@@ -75,7 +74,7 @@ def _process_band(frames, first_pixel, last_pixel, response, epoch_us, pixels, p
     table, factor, offset = response.table_single, np.float32(response.factor), np.float32(response.offset)
     runs, values, marks, noise = scratch.runs, scratch.values, scratch.marks, scratch.noise
     rows, grid = pixels.screen, pixels.photoreceptor_noise
-    events, count = np.empty((CAPACITY, 2), np.int64), ZERO
+    events, count = np.empty((CAPACITY, 2), np.int64), 0
     noisy = params.photoreceptor_noise > 0.0
     touched = 0.0
     if not params.lowpass:

@@ -19,7 +19,7 @@ from evslip.events.sensor.exponential import exp, ln
 from evslip.events.sensor.frame_buffer import Frames
 from evslip.events.sensor.random_numbers import CANDIDATE, uniforms
 from evslip.events.stream import HOT, SHOT
-from evslip.utils.jit import ZERO, compiled
+from evslip.utils.jit import compiled
 
 _FINISHED, _AGAIN, _NOISY = 0.0, 1.0, 2.0
 _SAFE = 1e-6
@@ -181,7 +181,7 @@ def settle(
     of items left, which are moved together, and of events.
     """
     items, noise_process, last_us = scratch.items, pixels.noise_process, frames.times_us[-1]
-    kept = ZERO
+    kept = 0
     for j in range(number):
         pixel, status = int(items[rows.PIXEL + j]), items[rows.STATUS + j]
         sign, cause = items[rows.SIGN + j], int(items[rows.CAUSE + j])

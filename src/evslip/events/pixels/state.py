@@ -10,7 +10,7 @@ from evslip.events.pixels.screen import MARGIN
 from evslip.events.sensor.exponential import ln
 from evslip.events.sensor.frame_buffer import GROUP
 from evslip.events.sensor.random_numbers import PHOTO, normals, uniforms
-from evslip.utils.jit import ZERO, compiled
+from evslip.utils.jit import compiled
 
 SCREEN = 7
 CURRENT, LAG, RESIDUE, HIGH, LOW, SLOPE, DUE = range(SCREEN)
@@ -83,10 +83,10 @@ def begin(image: np.ndarray, response: Response, time_us: float, pixels: Pixels,
         single = image[p] * np.float32(factor) + np.float32(offset)
         pixels.screen[CURRENT, p] = np.float32(current) if factor == 0.0 else single
         state[fields.REFERENCE], state[fields.RESETS] = ln(current), 0.0
-        leak = next_leak(params, state[fields.MEAN_LEAK], p, ZERO, current)
+        leak = next_leak(params, state[fields.MEAN_LEAK], p, 0, current)
         state[fields.LEAK_SLOPE] = leak
         state[fields.RESET_US] = time_us - (process[fields.PHASE] * state[fields.ON] / leak if leak > 0.0 else 0.0)
-        state[fields.CANDIDATE_US] = next_candidate(params, process[fields.RATE], p, ZERO, time_us)
+        state[fields.CANDIDATE_US] = next_candidate(params, process[fields.RATE], p, 0, time_us)
         if params.photoreceptor_noise > 0.0:
             point = int(np.floor(time_us / params.noise_step_us))
             a, b, _, _ = uniforms(params.seed, p, PHOTO, point)

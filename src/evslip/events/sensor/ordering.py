@@ -18,11 +18,13 @@ def in_time_order(events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     keys, words = np.empty(count, np.int64), np.empty(count, np.int64)
     if count == 0:
         return keys, words
-    for i in range(count):
+    first = last = events[0, 0] + (events[0, 1] >> 48)
+    for i in range(count):  # numpy's own minimum and sums of arrays take longer to compile than all of this
         words[i] = events[i, 1]
         keys[i] = events[i, 0] + (words[i] >> 48)
-    first, last = keys.min(), keys.max()
-    keys -= first
+        first, last = min(first, keys[i]), max(last, keys[i])
+    for i in range(count):
+        keys[i] -= first
     other_keys, other_words = np.empty_like(keys), np.empty_like(words)
     shift = 0
     while (last - first) >> shift > 0:
@@ -39,7 +41,9 @@ def in_time_order(events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         keys, other_keys = other_keys, keys
         words, other_words = other_words, words
         shift += _DIGIT
-    return keys + first - (words >> 48), words
+    for i in range(count):
+        keys[i] += first - (words[i] >> 48)
+    return keys, words
 
 
 @compiled(error_model="numpy")

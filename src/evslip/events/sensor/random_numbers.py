@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from evslip.utils.jit import ZERO, compiled
+from evslip.utils.jit import compiled
 
 MISMATCH, LEAK, CANDIDATE, DEFECT, FRAME, PHOTO = np.arange(6)
 """Purposes of a draw: mismatch of the pixels, leak jitter, the noise process, hot and dead pixels, v2e's frames, the
@@ -53,7 +53,7 @@ def normal_maps(seed: int, count: int) -> np.ndarray:
     """Standard normal numbers of shape (4, count): for theta_on, theta_off, the leak map and the shot noise."""
     maps = np.empty((4, count))
     for pixel in range(count):
-        a, b, c, d = uniforms(seed, pixel, MISMATCH, ZERO)
+        a, b, c, d = uniforms(seed, pixel, MISMATCH, 0)
         maps[0, pixel], maps[1, pixel] = normals(a, b)
         maps[2, pixel], maps[3, pixel] = normals(c, d)
     return maps
@@ -64,5 +64,5 @@ def uniform_maps(seed: int, count: int, purpose: int) -> np.ndarray:
     """Uniform numbers of shape (3, count)."""
     maps = np.empty((3, count))
     for pixel in range(count):
-        maps[0, pixel], maps[1, pixel], maps[2, pixel], _ = uniforms(seed, pixel, purpose, ZERO)
+        maps[0, pixel], maps[1, pixel], maps[2, pixel], _ = uniforms(seed, pixel, purpose, 0)
     return maps

@@ -6,7 +6,7 @@ from evslip.events.stream import Events
 from evslip.learn.networks.network import Geometry
 from evslip.learn.training.settings import TrainSettings
 from evslip.utils.errors import DataError
-from evslip.utils.jit import ZERO, compiled
+from evslip.utils.jit import compiled
 from evslip.windows.alignment import laid_on
 from evslip.windows.cutting import crop
 from evslip.windows.settings import WindowSettings
@@ -95,7 +95,7 @@ def merged(events: WindowEvents, others: WindowEvents) -> WindowEvents:
 
 @compiled()
 def _merge(t_us, x, y, p, t2_us, x2, y2, p2, out_t_us, out_x, out_y, out_p):
-    i, j = ZERO, ZERO
+    i, j = 0, 0
     for k in range(len(out_t_us)):
         if j == len(t2_us) or (i < len(t_us) and t_us[i] <= t2_us[j]):
             out_t_us[k], out_x[k], out_y[k], out_p[k] = t_us[i], x[i], y[i], p[i]

@@ -197,4 +197,6 @@ def _step(tiles, own, size, patches):
             tilt, sign = plane[m] / facing, 1.0 - 2.0 * m
             for j in range(3):
                 patches.steps[p, m, j] = sign * away * ((1.0 if j == m else 0.0) - ray[j] * tilt)
-        patches.planes[p, :3], patches.planes[p, 3] = plane[:3], plane[9]
+        for j in range(3):  # an assignment of slices compiles what it might complain with
+            patches.planes[p, j] = plane[j]
+        patches.planes[p, 3] = plane[9]
