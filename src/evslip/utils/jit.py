@@ -33,7 +33,7 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     options |= {"nopython": True, "nogil": True, "no_cfunc_wrapper": True}
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = _Dispatcher(function, targetoptions=options)
+        dispatcher = _Dispatcher(function, targetoptions=dict(options))
         COMPILED.append(dispatcher)
         return dispatcher
 

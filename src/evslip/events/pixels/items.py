@@ -44,7 +44,7 @@ class Span(NamedTuple):
     end_us: float
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", forceinline=True)
 def whole_vectors(count: int) -> int:
     """Number of items to compute: what lies beyond the last one is never read, and would be computed one by one."""
     return (count + 15) & ~15

@@ -42,7 +42,7 @@ LEAST_HALVINGS = 3
 """Intervals that are halved less often are computed so, whatever their change."""
 
 
-@compiled(error_model="numpy", inline="always", _nrt=False)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def exponent(log_0: float, log_1: float, current_0: float, current_1: float, base: float, gain: float) -> float:
     """K of an interval; base and gain already multiplied by its length."""
     x = log_1 - log_0
@@ -53,7 +53,7 @@ def exponent(log_0: float, log_1: float, current_0: float, current_1: float, bas
     return base + gain * (middle if small else slope)
 
 
-@compiled(error_model="numpy", inline="always", _nrt=False)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def weights(exponent: float) -> tuple[float, float, float]:
     """1 - exp(-K), j0 and C for any K."""
     lost = -math.expm1(-exponent)
@@ -63,7 +63,7 @@ def weights(exponent: float) -> tuple[float, float, float]:
     return lost, lost * inverse if exponent > 1e-12 else 1.0, far if exponent > 0.03 else near
 
 
-@compiled(error_model="numpy", inline="always", _nrt=False)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def advance(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, gain: float, exponent: float
 ) -> float:
@@ -88,7 +88,7 @@ def halvings(change: float, exponent: float) -> int:
     return count
 
 
-@compiled(error_model="numpy", inline="always", _nrt=False)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def steady_lag(change: float, current: float, base: float, gain: float) -> float:
     """q_s at an end of an interval; base and gain already multiplied by its length."""
     rise = gain * current
@@ -99,7 +99,7 @@ def steady_lag(change: float, current: float, base: float, gain: float) -> float
     return -x * (1.0 + u - v2 + 3.0 * u * u + v2 * x - 10.0 * u * v2 + 15.0 * u * u * u)
 
 
-@compiled(error_model="numpy", inline="always", _nrt=False)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def is_steady(change: float, current_0: float, current_1: float, base: float, gain: float) -> bool:
     """Whether `steady_lag` holds in an interval; base and gain already multiplied by its length."""
     return bool(abs(change) <= min(MAX_CHANGE, STEADY * (base + gain * min(current_0, current_1))))

@@ -196,7 +196,7 @@ def settling_share(
     return min(1.0, min(max(reach, LEAST_REACH), STILL_REACH if still else np.inf) / steepest)
 
 
-@compiled(error_model="numpy", inline="always", _nrt=False)
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
 def word_of(address: int, sign: int, cause: int, body: int) -> int:
     """Word of an event, see `Sensor.tasks`."""
     return address | (1 if sign > 0 else 0) | (cause << 1) | (body << 8)

@@ -64,7 +64,7 @@ class Epoch(NamedTuple):
     end_us: float
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", forceinline=True)
 def current_of(value: float, table: np.ndarray, factor: float, offset: float) -> float:
     """Photocurrent of one value of an image; see `Response`."""
     return float(table[np.uint8(value)]) if factor == 0.0 else float(value * factor + offset)
@@ -109,14 +109,14 @@ def bounds(pixel: int, state: np.ndarray, epoch_us: float) -> tuple[float, float
     return high, low, leak, INSIDE * (state[pixel, fields.CANDIDATE_US] - epoch_us) - 1.0
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", forceinline=True)
 def due_at_rest(log: float, high: float, slope: float, due_us: float) -> float:
     """DUE of a pixel whose lp has settled at `log`, from its DUE for the noise alone."""
     leaks_us = INSIDE * ((high - log) / slope)
     return leaks_us if leaks_us < due_us else due_us
 
 
-@compiled(error_model="numpy", inline="always")
+@compiled(error_model="numpy", forceinline=True)
 def group_due(group: int, due_us: np.ndarray, active: np.ndarray) -> float:
     """`Pixels.group_due_us` of a group, from the pixels' own."""
     first: Any = np.float32(np.inf)
