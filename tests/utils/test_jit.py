@@ -112,6 +112,13 @@ def test_what_compiled_code_alone_calls_has_no_entry_for_python_until_python_cal
     assert run(package, within) == 6
 
 
+def test_another_process_takes_a_function(package):
+    (package / "kitchen" / "outer.py").write_text(KITCHEN.format(1))
+    dump = "import pickle; from evslip.kitchen.outer import f; print(pickle.dumps(f).hex())"
+    dumped = ended(package, dump).stdout.strip()
+    assert run(package, f"import pickle; print(pickle.loads(bytes.fromhex({dumped!r}))(1.0))") == 2
+
+
 @pytest.mark.parametrize("room", [0, 2000], ids=["for nothing", "for the index alone"])
 def test_code_that_cannot_be_kept_is_used_and_one_line_says_so(package, room):
     outer = package / "kitchen" / "outer.py"

@@ -51,8 +51,8 @@ class _Dispatcher(CPUDispatcher):
 
     _compiler: Any
 
-    def __init__(self, function: Callable[..., Any], **options: Any):
-        super().__init__(function, **options)
+    def __init__(self, function: Callable[..., Any], *arguments: Any, **options: Any):
+        super().__init__(function, *arguments, **options)
         self._cache = _Cache(function)
         self._is_inner = False
         self._compiler._customize_flags = self._without_entry
