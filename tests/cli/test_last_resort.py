@@ -113,6 +113,24 @@ def test_a_signal_that_falls_into_a_destructor_is_not_lost(
     assert handlers == (signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGALRM), sys.unraisablehook)
 
 
+@pytest.mark.parametrize(("sign", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_of_which_c_code_makes_an_error_ends_a_command_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], sign: signal.Signals, code: int
+):
+    def work(words: list[str]) -> None:  # as h5py's lock does where a callback is interrupted
+        try:
+            signal.raise_signal(sign)
+        except KeyboardInterrupt as stop:
+            raise SystemError("returned a result with an exception set") from stop
+
+    monkeypatch.setattr(cli, "run", work)
+    monkeypatch.setattr(sys, "argv", ["evslip", "info"])
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert stopped.value.code == code
+    assert capsys.readouterr().err == "evslip: stopped; what was finished is kept\n"
+
+
 def test_what_a_signal_leaves_half_made_goes_in_silence():
     program = """
 import signal, sys

@@ -56,10 +56,15 @@ def interrupts() -> Iterator[None]:
     signal.signal(signal.SIGTERM, raise_terminated)
     try:
         yield
-    except KeyboardInterrupt as stop:  # what it left half made goes here, and what its destructor says is no news
+    except (KeyboardInterrupt, SystemError) as error:
+        # C code that finds one where it expected none, as h5py's lock may, makes a SystemError of it.
+        stop = error if isinstance(error, KeyboardInterrupt) else error.__cause__ or error.__context__
+        if not isinstance(stop, KeyboardInterrupt):
+            raise
+        # What it left half made goes here, and what its destructor says is no news.
         sys.unraisablehook = lambda _: None
-        traceback.clear_frames(stop.__traceback__)
-        raise
+        traceback.clear_frames(error.__traceback__)
+        raise stop from None
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         sys.unraisablehook = hook
