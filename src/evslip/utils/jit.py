@@ -29,11 +29,11 @@ _IMPORT = re.compile(r"^from evslip\.([\w.]+) import (\([^)]*\)|.*)", re.MULTILI
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorator: numba's njit without the interpreter's lock, with a cache on disk. `options`: of njit."""
-    # Nobody asks for the function that C's ctypes could call.
-    options |= {"nopython": True, "nogil": True, "no_cfunc_wrapper": True}
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = _Dispatcher(function, targetoptions=dict(options))
+        # Nobody asks for the function that C's ctypes could call.
+        fixed = {"nopython": True, "nogil": True, "no_cfunc_wrapper": True}
+        dispatcher = _Dispatcher(function, targetoptions=options | fixed)
         COMPILED.append(dispatcher)
         return dispatcher
 
@@ -53,36 +53,34 @@ class _Dispatcher(CPUDispatcher):
 
     def __init__(self, function: Callable[..., Any], *arguments: Any, **options: Any):
         super().__init__(function, *arguments, **options)
-        self._cache = _Cache(function)
-        self._is_inner = False
-        self._compiler._customize_flags = self._without_entry
+        self._cache: Any = _Cache(function)
+        self._compiler._customize_flags = self._with_entry_if_needed
 
-    def _without_entry(self, flags: Any) -> Any:
-        flags.no_cpython_wrapper = self._is_inner
+    def _with_entry_if_needed(self, flags: Any) -> Any:
+        flags.no_cpython_wrapper = not self._cache.needs_entry
         return flags
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         # A number that is written down is a type of its own to numba: each would be compiled for.
         args, kws = map(types.unliteral, args), {name: types.unliteral(kind) for name, kind in kws.items()}
         with global_compiler_lock:
-            self._is_inner = True
+            self._cache.needs_entry = False
             try:
                 return super().get_call_template(tuple(args), kws)
             finally:
-                self._is_inner = False
+                self._cache.needs_entry = True
 
     def compile(self, sig: Any) -> Any:
         with global_compiler_lock:
             args = tuple(normalize_signature(sig)[0])
-            if not self._is_inner and args in self.overloads and not _has_entry(self.overloads[args]):
+            if self._cache.needs_entry and args in self.overloads and not _has_entry(self.overloads[args]):
                 del self.overloads[args]
-            self._cache.needs_entry = not self._is_inner
             return super().compile(sig)
 
     def add_overload(self, cres: Any) -> None:
         if _has_entry(cres):
             super().add_overload(cres)
-        else:
+        else:  # numba's table of what Python may call would have an entry at address 0
             self.overloads[tuple(cres.signature.args)] = cres
 
 
@@ -136,6 +134,7 @@ class _Cache(caching.FunctionCache):
         self._cache_file = self._indices[0]
         self.is_kept = not isinstance(place, _Beside)
         self.needs_entry = True
+        """Whether Python calls what is loaded or compiled now; changed under the compiler's lock alone."""
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         for index in self._indices:

@@ -23,18 +23,16 @@ def in_time_order(events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         words[i] = events[i, 1]
         keys[i] = events[i, 0] + (words[i] >> 48)
         first, last = min(first, keys[i]), max(last, keys[i])
-    for i in range(count):
-        keys[i] -= first
     other_keys, other_words = np.empty_like(keys), np.empty_like(words)
     shift = 0
     while (last - first) >> shift > 0:
         starts = np.zeros((1 << _DIGIT) + 1, np.int64)
         for i in range(count):
-            starts[((keys[i] >> shift) & ((1 << _DIGIT) - 1)) + 1] += 1
+            starts[(((keys[i] - first) >> shift) & ((1 << _DIGIT) - 1)) + 1] += 1
         for digit in range(1 << _DIGIT):
             starts[digit + 1] += starts[digit]
         for i in range(count):
-            digit = (keys[i] >> shift) & ((1 << _DIGIT) - 1)
+            digit = ((keys[i] - first) >> shift) & ((1 << _DIGIT) - 1)
             place = starts[digit]
             starts[digit] += 1
             other_keys[place], other_words[place] = keys[i], words[i]
@@ -42,7 +40,7 @@ def in_time_order(events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         words, other_words = other_words, words
         shift += _DIGIT
     for i in range(count):
-        keys[i] += first - (words[i] >> 48)
+        keys[i] -= words[i] >> 48
     return keys, words
 
 
