@@ -15,6 +15,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from evslip.config.loading import load_config
+from evslip.utils.errors import ConfigError
+
 PROFILE = """
 import collections, json, sys, time
 from numba.core import event
@@ -53,6 +56,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--preset", default="simple")
     preset = parser.parse_args().preset
+    try:
+        load_config(preset)
+    except ConfigError as error:
+        parser.error(str(error))
     print("| | by the clock, s | CPU-s |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         environment, data = {**os.environ, "NUMBA_CACHE_DIR": folder}, str(Path(folder, "data"))
