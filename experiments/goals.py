@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from plan import Plan
 from readings import MISSING, PAPER, detected, latency, mean, spread, tested, validated
@@ -65,18 +66,10 @@ def failed(found: list[Evaluation]) -> list[str]:
 
 def verdict(plan: Plan) -> str:
     """In words: which of the paper's figures are beaten, and what the best detector does not reach."""
-    beaten, missed = 0, []
-    for network in (name for name in PAPER if name in plan.networks):
-        for title, paper, ours, tuned in _beside(plan, network):
-            if ours is None:
-                continue
-            if ours > paper:
-                beaten += 1
-                continue
-            found = "" if tuned is None else f", {tuned:.1f} with settings that a sweep found"
-            missed.append(f"`{network}`, {title} ({ours:.1f} against {paper:g}{found})")
-    above = f"By trajectory ours is above the paper's in {beaten} of {beaten + len(missed)} cells."
-    lines = [above + (f" Not above: {'; '.join(missed)}." if missed else "")] if beaten or missed else []
+    networks = [name for name in PAPER if name in plan.networks]
+    alike = [cell for network in networks for cell in _beside(plan, network, "-paper")]
+    ours = [cell for network in networks for cell in (*_beside(plan, network), _tested(plan, network))]
+    lines = [*_compared("Under the paper's protocol", alike), *_compared("By trajectory", ours)]
     exams = {name: found for name in plan.networks if (found := tested(plan, "test", name))}
     if exams:
         best = min(exams, key=lambda name: (len(failed(exams[name])), -_accuracy(exams[name])))
@@ -86,14 +79,45 @@ def verdict(plan: Plan) -> str:
     return " ".join(lines) or MISSING
 
 
-def _beside(plan: Plan, network: str) -> Iterator[tuple[str, float, float | None, float | None]]:
-    """Each cell of a network: its title, the paper's accuracy, and the mean of ours in %, with the defaults and with
-    the settings of a sweep."""
-    simple, complex_, test = PAPER[network]
+class Cell(NamedTuple):
+    """One of the paper's figures beside ours, in %."""
+
+    title: str
+    paper: float
+    ours: float | None
+    """Mean over the seeds, with the defaults."""
+    tuned: float | None = None
+    """The same with the settings of a sweep."""
+
+
+def _compared(how: str, cells: list[Cell]) -> list[str]:
+    """A sentence or two, if there is anything to compare."""
+    found = [(cell, cell.ours) for cell in cells if cell.ours is not None]
+    if not found:
+        return []
+    missed = [
+        f"{cell.title} ({ours:.1f} against {cell.paper:g}"
+        + ("" if cell.tuned is None else f", {cell.tuned:.1f} with settings that a sweep found")
+        + ")"
+        for cell, ours in found
+        if not ours > cell.paper
+    ]
+    said = f"{how} ours is above the paper's in {len(found) - len(missed)} of {len(found)} cells."
+    return [said + (f" Not above: {'; '.join(missed)}." if missed else "")]
+
+
+def _beside(plan: Plan, network: str, protocol: str = "") -> Iterator[Cell]:
+    """Each cell of a network in validation; protocol: "-paper" for the paper's."""
+    simple, complex_, _ = PAPER[network]
     for title, group, paper in (("Simple validation", "simple", simple), ("Complex validation", "complex", complex_)):
-        ours, tuned = ([one.accuracy for one in validated(plan, name, network)] for name in (group, f"{group}-tuned"))
-        yield title, paper, _percent(ours), _percent(tuned)
-    yield "Complex test", test, _percent([one.scores.balanced_accuracy for one in tested(plan, "test", network)]), None
+        groups = [group + protocol, *([] if protocol else [f"{group}-tuned"])]
+        means = [_percent([one.accuracy for one in validated(plan, name, network)]) for name in groups]
+        yield Cell(f"`{network}`, {title}", paper, *means)
+
+
+def _tested(plan: Plan, network: str) -> Cell:
+    accuracy = _percent([one.scores.balanced_accuracy for one in tested(plan, "test", network)])
+    return Cell(f"`{network}`, Complex test", PAPER[network][2], accuracy)
 
 
 def _percent(shares: list[float]) -> float | None:

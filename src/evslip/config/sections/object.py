@@ -20,8 +20,8 @@ class ObjectSpec(Section, Generic[N, S]):
     the file is in metres. The dimensions that result replace the ones drawn."""
     width_m: Annotated[N, Within(0.01, 0.2)]
     """Size along world x, in the image plane of the side camera."""
-    depth_m: Annotated[N, Within(0.005, 0.075, "the hand opens to 0.08 m")]
-    """Size along world y, between the pads; the hand opens to 0.08 m."""
+    depth_m: Annotated[N, Within(0.005, 0.075, "the Panda's hand opens to 0.078 m")]
+    """Size along world y, between the pads; the Panda's hand opens to 0.078 m."""
     height_m: Annotated[N, Within(0.02, 0.25)]
     """Size along world z."""
     mass_kg: Annotated[N, Within(0.001, 2.0)]
