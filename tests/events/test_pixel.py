@@ -102,6 +102,21 @@ def test_events_do_not_depend_on_how_a_path_is_cut_into_frames(preset, noise):
     check()
 
 
+@pytest.mark.parametrize(("preset", "length_us"), [("davis346-bright", 100_000), ("prophesee-like", 250_000)])
+def test_a_ramp_behind_a_jump_may_be_of_many_time_constants(preset, length_us):
+    rng, pixels = np.random.default_rng(0), 300
+    before, jump, ramp = rng.uniform(-1.2, 0.0, pixels), *rng.uniform(-0.8, 0.8, (2, pixels)) * [[1.0], [0.4]]
+    events = []
+    for frames in (1, 500):
+        shares = np.linspace(0.0, 1.0, frames + 1)
+        logs = [before, *(before + jump + share * ramp for share in shares)]
+        sensor = camera(pixels=pixels, preset=preset, theta=0.1)
+        found = follow(sensor, np.concatenate([[0.0], 1000.0 + shares * length_us]), logs)
+        events.append(found.select(np.lexsort([found.t_us, found.x])))
+    assert_same(*events, 3)
+    assert events[0].count > 1000
+
+
 def test_a_step_is_seen_through_an_exponential():
     # After a step of size h, lp = h (1 - exp(-k t)): the n-th event comes at -ln(1 - n theta / h) / k.
     level, height, cutoff, theta = math.log(0.5), 2.0, 10.0, 0.2

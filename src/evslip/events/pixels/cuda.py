@@ -11,7 +11,7 @@ from evslip.events.pixel_model import PixelModel
 from evslip.events.pixels import pixel, screen
 from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.pixels.crossing import CLOSE, MOST_STEPS, bracket, refine, slope, value
-from evslip.events.pixels.lowpass import advance_far, is_steady
+from evslip.events.pixels.lowpass import advance_far, advance_steady, is_steady
 from evslip.events.pixels.state import CURRENT, LAG, RESIDUE
 from evslip.events.sensor.frame_buffer import FrameBuffer
 from evslip.events.sensor.optics import Intensity
@@ -68,24 +68,28 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
     reference, reset_us = state[0, pixel.REFERENCE], state[0, pixel.RESET_US]
     leak, candidate_us = state[0, pixel.LEAK_SLOPE], state[0, pixel.CANDIDATE_US]
     length_us = interval.end_us - interval.start_us
-    left, settling = 1.0, False
+    left, settling, last_lag = 1.0, False, interval.lag_1
     if params.lowpass:
         base, gain = params.base * length_us, params.gain * length_us
         steepest = base + gain * max(interval.current_0, interval.current_1)
         left = float(pixel.pieces(interval.change, steepest, interval.lag_0, interval.lag_1, length_us))
         steady = is_steady(interval.change, interval.current_0, interval.current_1, base, gain)
         settling = left > pixel.EQUAL_PIECES and steady
+        if settling:
+            last_lag = advance_steady(
+                interval.change, interval.current_0, interval.current_1, interval.lag_0, base, gain
+            )
     change, noise_rise = interval.change, interval.noise_1 - interval.noise_0
     if not settling:
         change, noise_rise = change / left, noise_rise / left
     log_0, current_0, lag_0, noise_0 = interval.log, interval.current_0, interval.lag_0, interval.noise_0
     start_us, is_last = interval.start_us, False
     while not is_last:
-        end_us, current_1, lag_1 = interval.end_us, interval.current_1, interval.lag_1
+        end_us, current_1, lag_1 = interval.end_us, interval.current_1, last_lag
         rest_us = end_us - start_us
         if settling:
             base, gain, light = params.base * rest_us, params.gain * rest_us, interval.current_1
-            share = pixel.settling_share(change, current_0, light, lag_0, interval.lag_1, base, gain, rest_us)
+            share = pixel.settling_share(change, current_0, light, lag_0, last_lag, base, gain, rest_us)
             left, change, noise_rise = 1.0 / share, share * change, share * noise_rise
         is_last = left == 1.0
         if not is_last:

@@ -8,7 +8,7 @@ import numpy as np
 from evslip.events.pixels import pixel as fields
 from evslip.events.pixels import screen
 from evslip.events.pixels.active_pixels import Scratch
-from evslip.events.pixels.lowpass import advance_far, is_steady
+from evslip.events.pixels.lowpass import advance_far, advance_steady, is_steady
 from evslip.events.pixels.pixel import Parameters, next_candidate, pieces, septic_error, settling_share, tolerance
 from evslip.events.pixels.screen import TILE
 from evslip.events.pixels.state import Pixels, Response
@@ -199,6 +199,8 @@ def _divide(items: np.ndarray, j: int, span: Span, params: Parameters) -> None:
     items[LAST_CURRENT + j], items[LAST_LAG + j] = current_1, lag_1
     if number > fields.EQUAL_PIECES and is_steady(change, current_0, current_1, base, gain):
         items[LEFT + j] = np.inf
+        # The last piece may be of many time constants, over which `septic` makes much of the lag's single precision.
+        items[LAST_LAG + j] = advance_steady(change, current_0, current_1, lag_0, base, gain)
     else:
         items[LEFT + j] = number
         items[CHANGE + j], items[NOISE_RISE + j] = change / number, items[NOISE_RISE + j] / number

@@ -105,6 +105,15 @@ def is_steady(change: float, current_0: float, current_1: float, base: float, ga
     return bool(abs(change) <= min(MAX_CHANGE, STEADY * (base + gain * min(current_0, current_1))))
 
 
+@compiled(error_model="numpy", forceinline=True, _nrt=False)
+def advance_steady(change: float, current_0: float, current_1: float, lag: float, base: float, gain: float) -> float:
+    """q at the end of an interval in which `is_steady`, from that at its start; base and gain already multiplied by its
+    length."""
+    kept = math.exp(-exponent(0.0, change, current_0, current_1, base, gain))
+    unsettled = lag - steady_lag(change, current_0, base, gain)
+    return steady_lag(change, current_1, base, gain) + kept * unsettled
+
+
 @compiled(error_model="numpy", _nrt=False)
 def advance_far(
     log_0: float, log_1: float, current_0: float, current_1: float, filtered: float, base: float, gain: float
@@ -113,9 +122,7 @@ def advance_far(
     change, steepest = log_1 - log_0, base + gain * max(current_0, current_1)
     times = halvings(change, steepest)
     if times >= LEAST_HALVINGS and is_steady(change, current_0, current_1, base, gain):
-        settled = steady_lag(change, current_0, base, gain)
-        kept = math.exp(-exponent(log_0, log_1, current_0, current_1, base, gain))
-        return log_1 + steady_lag(change, current_1, base, gain) + kept * (filtered - log_0 - settled)
+        return log_1 + advance_steady(change, current_0, current_1, filtered - log_0, base, gain)
     count = 1 << times
     change /= count
     ratio = math.exp(change) if count > 1 else 1.0
