@@ -59,17 +59,30 @@ def test_packets_are_read(suffix: str, encoding: str, tmp_path: Path):
     assert recording.size == SIZE
 
 
-def test_a_lost_packet_takes_the_words_without_a_time_along(tmp_path: Path):
-    events, encoder = some_events(3000), evt3.Encoder()
-    parts = [events.select(part) for part in np.array_split(np.arange(3000), 6)]
-    words = [encoder.encode(part) for part in parts]
-    library = Library(tmp_path / "a.mcap")
-    contents = [(n, part.astype("<u2").tobytes()) for n, part in enumerate(words) if n != 2]
-    path = library.write(library.packet(content, SIZE, n, "evt3") for n, content in contents)
-    read = read_events(path)
-    timed = parts[3].select(parts[3].t_us >> 12 > parts[2].t_us[-1] >> 12)
-    assert 0 < len(timed) < len(parts[3])
-    assert_equal(read, concatenate([parts[0], parts[1], timed, parts[4], parts[5]]))
+def without_one(path: Path, parts: list[Events], lost: int) -> Path:
+    """A bag of packets in evt3 of which one is lost."""
+    encoder, library = evt3.Encoder(), Library(path)
+    contents = [(n, encoder.encode(part).astype("<u2").tobytes()) for n, part in enumerate(parts)]
+    return library.write(library.packet(content, SIZE, n, "evt3") for n, content in contents if n != lost)
+
+
+def test_a_lost_packet_takes_the_words_without_a_time_and_a_row_along(tmp_path: Path):
+    events = some_events(3000)
+    events = events.replace(y=np.repeat(np.arange(60, dtype=np.uint16) % 30, 50))  # said once in 50 events
+    parts = [events.select(part) for part in np.array_split(np.arange(3000), [480, 980, 1490, 2010])]
+    read = read_events(without_one(tmp_path / "a.mcap", parts, 2))
+    behind = parts[3]
+    says_time = np.flatnonzero(behind.t_us >> 12 > parts[2].t_us[-1] >> 12)[0]
+    says_row = says_time + np.flatnonzero(np.diff(behind.y[says_time - 1 :]))[0]
+    assert 0 < says_time < says_row
+    assert_equal(read, concatenate([*parts[:2], behind.select(np.arange(says_row, len(behind))), parts[4]]))
+
+
+@pytest.mark.parametrize("gap_s", [1, 10, 16])
+def test_times_go_on_behind_lost_packets_of_less_than_their_range(gap_s: int, tmp_path: Path):
+    parts = [some_events(300, start_us=round(1e6 * at)) for at in (12, 12.1, 12 + gap_s)]
+    read = read_events(without_one(tmp_path / "a.mcap", parts, 1))
+    assert_equal(read, concatenate([parts[0], parts[2]]))
 
 
 def test_triggers_hold_no_events_and_other_encodings_are_named(tmp_path: Path):

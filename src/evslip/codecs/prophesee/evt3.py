@@ -22,8 +22,16 @@ class Decoder:
 
     def __init__(self) -> None:
         self._state = np.array([-1, 0, -1, -1, 0])
+        self._is_behind_gap = False
+
+    def skip(self) -> None:
+        """Words are lost before those that come next: these are left out until they say a time, and then a row and a
+        column. Times do not fall; a gap of more than their range of 16.8 s shortens them by as much."""
+        self._is_behind_gap = True
 
     def decode(self, words: np.ndarray) -> Events:
+        if self._is_behind_gap:
+            words = self._behind_gap(words)
         nothing = np.empty(0, np.int64), np.empty(0, np.uint16), np.empty(0, np.uint16), np.empty(0, np.bool_)
         count = _decode(words, self._state.copy(), False, *nothing)
         columns = (np.empty(count, dtype) for dtype in (np.int64, np.uint16, np.uint16, np.bool_))
@@ -31,11 +39,18 @@ class Decoder:
         _decode(words, self._state, True, *events.columns)
         return events
 
-
-def first_time(words: np.ndarray) -> int:
-    """Place of the first word with the upper half of a time; the number of words where there is none."""
-    found = np.flatnonzero(words >> 12 == TIME_HIGH)
-    return int(found[0]) if len(found) else len(words)
+    def _behind_gap(self, words: np.ndarray) -> np.ndarray:
+        """The words from the first upper half of a time on."""
+        found = np.flatnonzero(words >> 12 == TIME_HIGH)
+        if not len(found):
+            return words[:0]
+        self._is_behind_gap = False
+        high = int(self._state[0])
+        ahead = (int(words[found[0]] & 0xFFF) - high) % 4096
+        if high >= 0 and ahead:
+            self._state[:2] = high + ahead, 0
+        self._state[2:4] = -1
+        return words[found[0] :]
 
 
 class Encoder:

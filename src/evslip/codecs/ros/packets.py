@@ -47,7 +47,6 @@ class PacketDecoder:
     def _words(self, packet: Packet) -> Events:
         words = np.frombuffer(packet.content, "<u2")
         if self._next_seq not in (None, packet.seq):
-            # Packets are lost: the words before the next time lack the time that they belong to.
-            words = words[evt3.first_time(words) :]
+            self._evt3.skip()
         self._next_seq = packet.seq + 1
         return self._evt3.decode(words)
