@@ -2,6 +2,8 @@
 
 import errno
 import json
+import shutil
+import sqlite3
 
 import h5py
 import numpy as np
@@ -70,6 +72,12 @@ def test_times_anywhere_come_back(start_us, most_us, tmp_path):
     events = stream(5000, start_us, most_us)
     write(tmp_path / "e.h5", events, 700)
     assert_equal(read_events(tmp_path / "e.h5"), events)
+    hdf5.write(tmp_path / "whole.h5", events, SIZE)
+    with h5py.File(tmp_path / "e.h5") as grown, h5py.File(tmp_path / "whole.h5") as whole:
+        assert grown["events/t"].dtype == whole["events/t"].dtype
+        assert ("ms_to_idx" in grown) == ("ms_to_idx" in whole) == (most_us < 10**6)
+        for name in ("events/t", "ms_to_idx", "t_offset") if "ms_to_idx" in whole else ():
+            np.testing.assert_array_equal(grown[name], whole[name])
 
 
 def test_settings_are_kept_where_there_is_a_place(tmp_path):
@@ -140,6 +148,35 @@ def test_a_full_disk_is_one_clear_line_and_leaves_nothing(room, tmp_path, monkey
     assert list(tmp_path.iterdir()) == []
     with h5py.File(tmp_path / "alive.h5", "w") as file:
         file["x"] = 1
+
+
+def test_a_disk_that_is_full_for_sqlite_is_one_clear_line_and_leaves_nothing(tmp_path, monkeypatch):
+    pytest.importorskip("rosbags")
+    connect = sqlite3.connect
+
+    def small(*arguments, **options):
+        made = connect(*arguments, **options)
+        made.execute("PRAGMA max_page_count = 20")
+        return made
+
+    monkeypatch.setattr(sqlite3, "connect", small)
+    with pytest.raises(StorageError, match=r"cannot write .*e\.db3: no space left on the disk$"):
+        write(tmp_path / "new" / "e.db3", stream(20_000), 5000)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", [".bag", ".db3"])
+def test_what_a_killed_writer_of_a_bag_left_goes_when_the_bag_is_written_again(suffix, tmp_path):
+    pytest.importorskip("rosbags")
+    path, there = tmp_path / f"e{suffix}", tmp_path / "there"
+    with writing(path, SIZE):
+        (folder,) = (one for one in tmp_path.iterdir() if one.is_dir())
+        atomic.write_bytes(path, b"of another writer")
+        assert folder.exists()
+        shutil.copytree(folder, there)
+    there.rename(folder)  # nobody holds it
+    write(path, stream(30), 100)
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_the_bytes_of_aedat4_depend_on_the_events_alone(tmp_path):

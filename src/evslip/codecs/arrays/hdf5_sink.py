@@ -35,7 +35,7 @@ class Sink(sink.Sink):
             self._hdf5.attrs["settings"] = settings
         self._waiting: list[Events] = []
         self._waits = self._stored = 0
-        self._offset = 0
+        self._offset = self._first_us = 0
         self._indexed_ms = 0
 
     def push(self, events: Events) -> None:
@@ -82,24 +82,40 @@ class Sink(sink.Sink):
             for name in self._labels:
                 _growing(group, name, "u1")
             _growing(self._hdf5, "ms_to_idx", "u8")
+            self._first_us = first
+        last = int(events.t_us[-1])
+        if last - self._offset >= _LATEST and "ms_to_idx" in self._hdf5:
+            if last - self._first_us < _LATEST:
+                self._count_from_first()
+            else:
+                self._widen()
         t = events.t_us - self._offset
-        if int(t[-1]) >= _LATEST and "ms_to_idx" in self._hdf5:
-            self._widen()
         columns = {"x": events.x, "y": events.y, "t": t, "p": events.p}
         columns |= {name: getattr(events, name) for name in self._labels}
         for name, values in columns.items():
             _append(self._hdf5[f"events/{name}"], values)
         if "ms_to_idx" in self._hdf5:
-            self._index(t, int(t[-1]) // 1000)
+            self._index(t, self._stored)
         self._stored += events.count
         self._check_disk()
 
-    def _index(self, t: np.ndarray, last_ms: int) -> None:
-        """Store where the milliseconds up to `last_ms` begin; t: the times that come after those stored."""
+    def _index(self, t: np.ndarray, before: int) -> None:
+        """Store where the milliseconds up to the last of these times begin; before: events that come before them."""
+        last_ms = int(t[-1]) // 1000
         starts = np.arange(self._indexed_ms, last_ms + 1) * 1000
         if len(starts):
-            _append(self._hdf5["ms_to_idx"], self._stored + np.searchsorted(t, starts))
+            _append(self._hdf5["ms_to_idx"], before + np.searchsorted(t, starts))
             self._indexed_ms = last_ms + 1
+
+    def _count_from_first(self) -> None:
+        """Times since the first event, as `put_events` does it: since 0 they no longer fit into 32 bits."""
+        times = self._hdf5["events/t"]
+        self._hdf5["ms_to_idx"].resize((0,))
+        self._offset, self._indexed_ms = self._first_us, 0
+        for start in range(0, self._stored, BLOCK):
+            t = times[start : start + BLOCK] - np.uint32(self._first_us)
+            times[start : start + BLOCK] = t
+            self._index(t, start)
 
     def _widen(self) -> None:
         """Times that no longer fit into 32 bits: as int64, without the index, as `put_events` does."""
