@@ -156,6 +156,21 @@ def test_labels_beyond_the_recording_are_refused(tmp_path: Path, labels: Path):
     assert not (tmp_path / "out.h5").exists()
 
 
+def test_labels_of_a_time_without_events_in_the_crop_are_kept_or_refused(tmp_path: Path):
+    events = long_events(1.0)
+    corner = events.replace(x=events.x % 10 + np.where(events.t_us < events.t_us[0] + 200_000, 0, 20).astype(np.uint16))
+    write_events(tmp_path / "a.npz", corner, SIZE)
+    (tmp_path / "l.csv").write_text("0.1,0.7,hold\n")
+    how = Importing(labels=tmp_path / "l.csv", crop=(0, 0, 10, 260))
+    made = import_recording(tmp_path / "a.npz", tmp_path / "b.h5", how)
+    assert made.last_us < 210_000
+    assert [i.end_us - i.start_us for i in made.intervals] == [600_000]
+    assert_equal(record_file.read(tmp_path / "b.h5"), made)
+    (tmp_path / "l.csv").write_text("0.5,0.7,hold\n")
+    with pytest.raises(DataError, match=r"begins at 0\.5 s, but the last event in the crop is at 0\.[12]"):
+        import_recording(tmp_path / "a.npz", tmp_path / "b.h5", how)
+
+
 def late_record() -> Record:
     """A record whose first event comes after the beginning of its time, as those of VT-SNN."""
     return Record(
@@ -182,7 +197,8 @@ def test_labels_count_from_the_first_event_of_a_record_too(tmp_path: Path, label
         made = import_recording(tmp_path / "late.h5", tmp_path / "again.h5", how)
         assert [i.start_us for i in made.intervals] == [101_200, 1_001_200, 1_501_200]
         assert made.footage is not None and made.footage.t_us.tolist() == [0, 20_000]
-    assert made.intervals[-1].end_us == made.events.t_us[-1] + 1
+    assert made.events.t_us[-1] < late_record().events.t_us[-1]
+    assert made.intervals[-1].end_us == late_record().events.t_us[-1] + 1
 
 
 def test_a_simulated_record_is_not_labelled_by_hand(tmp_path: Path, labels: Path):
@@ -358,6 +374,15 @@ def test_poses_of_years_are_refused_before_they_are_brought_to_milliseconds(tmp_
     (tmp_path / "poses.csv").write_text("\n".join([*rows, last]))
     with pytest.raises(DataError, match="a span of 1,000,000 s, expected 3,600 at most"):
         read_poses(tmp_path / "poses.csv")
+
+
+def test_times_of_poses_may_count_from_1970(tmp_path: Path):
+    times = pose_table(tmp_path, 0.1, 0.0)
+    header, *rows = (tmp_path / "poses.csv").read_text().splitlines()
+    late = [f"{1.7e9 + t:.6f},{row.partition(',')[2]}" for t, row in zip(times, rows, strict=True)]
+    (tmp_path / "poses.csv").write_text("\n".join([header, *late]))
+    given, _ = read_poses(tmp_path / "poses.csv")
+    np.testing.assert_array_equal(given.t_us - given.t_us[0], np.round(times * 1e6).astype(np.int64))
 
 
 def test_frames_and_poses_must_be_as_many(tmp_path: Path):

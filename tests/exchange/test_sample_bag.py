@@ -157,7 +157,9 @@ def test_a_sample_of_two_cameras_lies_in_one_bag(suffix: str, tmp_path: Path):
     trees = [m.transforms for topic, _, m in found if topic == "/tf"]
     assert {f.child_frame_id for f in trees[0]} == {"gripper", "object", "left_camera", "right_camera"}
     assert sum(topic == "/slip/label" for topic, _, _ in found) == 1
-    with pytest.raises(DataError, match=r"cameras left, right; expected one of them, such as --camera left$"):
+    with pytest.raises(
+        DataError, match=r"cameras left, right; .* such as --camera left; evslip convert FILE OUT --camera left"
+    ):
         open_events(path)
     with pytest.raises(DataError, match=r"such as --camera left, not 'top'"):
         open_events(path, "top")
@@ -301,6 +303,14 @@ def test_poses_and_frames_come_back_by_an_import(suffix: str, tmp_path: Path):
     part = tmp_path / f"part{suffix}"
     run(["convert", str(tmp_path / "a.h5"), str(part), "--polarity", "on"])
     assert len({topic for topic, _, _ in messages(part)}) == 1
+
+
+def test_frames_of_times_below_0_are_said_to_be_left_out(tmp_path: Path):
+    record = moving()
+    assert record.footage is not None
+    record = replace(record, footage=record.footage._replace(t_us=record.footage.t_us - 1))
+    record_file.write(tmp_path / "a.h5", record)
+    assert "1 frames of times below 0" in convert_format(tmp_path / "a.h5", tmp_path / "b.mcap").lost
 
 
 def test_labels_of_a_bag_count_from_its_first_event(tmp_path: Path):

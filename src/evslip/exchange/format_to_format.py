@@ -75,11 +75,12 @@ def convert_format(
     is_whole = is_bag(out) and selection == EVERYTHING and is_record(source)
     cameras = (camera_names_in(source) if is_whole and camera is None else ()) or (camera,)
     selector = Selector(selection, size_of(open_events(source, cameras[0])))
-    counts, intervals = Counts(), ()
+    counts, intervals, early = Counts(), (), 0
     if is_whole:
         records = [replace(read(source, camera=name), events=empty_events()) for name in cameras]
         parts = [counts.counted(open_events(source, name).parts) for name in cameras]
         names, intervals = cameras if len(cameras) > 1 else (None,), records[0].intervals
+        early = sum(int((one.footage.t_us < 0).sum()) for one in records if one.footage is not None)
         write_sample(out, list(map(View, records, parts, names)), frames_hz)
     else:
         with writing(out, selector.size) as push:
@@ -87,6 +88,7 @@ def convert_format(
                 push(events)
     lost = ("the labels",) if counts.labelled and not form.keeps_labels else ()
     lost += ("the intervals that a person labelled",) if intervals else ()
+    lost += (f"{early} frames of times below 0",) if early else ()
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) and not is_whole else ()
     lost += tuple(filter(None, [left_out(source)]))

@@ -48,4 +48,6 @@ def wrong_camera(names: tuple[str, ...], camera: str | None) -> str:
     if not names:
         return f"holds the events of one camera, which has no name; expected no camera, not {camera!r}"
     choice = f"expected one of them, such as --camera {names[0]}" + ("" if camera is None else f", not {camera!r}")
+    if camera is None:  # asked perhaps by a command that takes no camera
+        choice += f"; evslip convert FILE OUT --camera {names[0]} writes one of them to a file of its own"
     return f"holds the events of the cameras {', '.join(names)}; {choice}"

@@ -62,7 +62,8 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
         truth=truth,
         notes=known.notes | {name: text for name, text in notes.items() if text and name not in known.notes},
     )
-    return labelled(made, how.labels, int(known.events.t_us[0]) - zero_us if known.events.count else 0)
+    t_us = known.events.t_us
+    return labelled(made, how.labels, (int(t_us[0]) - zero_us, int(t_us[-1]) - zero_us) if len(t_us) else None)
 
 
 def _size_of(source: Path, known: Record, how: Importing) -> tuple[int, int]:

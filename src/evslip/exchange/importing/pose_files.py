@@ -25,7 +25,8 @@ LEAST_TURN = 1e-6
 """Largest number of a quaternion that is taken for one of length 0, as records do."""
 _PARTS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 _PAPER = {"ts", "end_effector_pos", "end_effector_ori", "cube_pos", "cube_ori"}
-_LATEST_US = 2**40
+_LATEST_US = 2**53
+"""Times beyond are not exact in a float; those of a clock that began in 1970 are below."""
 
 
 def read_poses(path: str | Path) -> tuple[Poses, np.ndarray | None]:

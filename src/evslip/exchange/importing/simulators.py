@@ -62,7 +62,7 @@ def read_simulator_folder(folder: Path, how: Importing) -> Record:
         notes={name: text for name, text in notes.items() if text},
         provenance=provenance(),
     )
-    return labelled(made, how.labels, int(events.t_us[0]) if events.count else 0)
+    return labelled(made, how.labels, (int(events.t_us[0]), int(events.t_us[-1])) if events.count else None)
 
 
 def _pictures(folder: Path, t_us: np.ndarray, size: tuple[int, int]) -> Iterator[tuple[int, np.ndarray]]:
