@@ -126,6 +126,10 @@ def test_without_frames_a_still_scene_tells_its_noise_alone():
     facts = {fact.name: fact for fact in calibrate_blind([(events, SIZE)]).facts}
     assert facts["shot_rate_hz"].low <= 1.0 <= facts["shot_rate_hz"].high
     assert facts["leak_rate_hz"].value == pytest.approx(0.3, rel=0.15)
+    spread = EventCamera("clean", size=SIZE, leak_rate_hz=0.5, leak_jitter=0.0, seed=3)
+    events = spread.run([(0, frame), (2e7, frame), (1.4e8, frame)]).between(20_000_000, 140_000_000)
+    (leak,) = (fact for fact in calibrate_blind([(events, SIZE)]).facts if fact.name == "leak_rate_hz")
+    assert leak.low <= 0.5 <= leak.high < 0.51
     times_us, light = waves(0.5)
     moving = EventCamera("clean", size=SIZE).run(zip(times_us, light, strict=True))
     moving = concatenate([moving, moving[-1:].replace(t_us=np.array([5_000_000]))])  # and then stands still

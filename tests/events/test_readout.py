@@ -226,6 +226,7 @@ def test_order_and_number_are_kept(kind: str, count: int, span_us: int, cut: flo
         ({"frame_us": -1.0}, "readout.frame_us: -1.0 is out of range"),
         ({"lost_share": "much"}, "readout.lost_share: 'much' is not a number"),
         ({"lost_share": float("nan")}, "readout.lost_share: nan is out of range"),
+        ({"bus_rate_hz": 1e-13}, "readout.bus_rate_hz: 1e-13 is out of range, expected 0, or 1 or more"),
         ({"frame_us": 0.5}, "readout.frame_us: 0.5 is out of range, expected 0, or 1 or more"),
         ({"frame_us": 10.0, "row_us": 1.0}, "readout.frame_us: event frames have no arbiter"),
         ({"frame_us": 10.0, "scan_us": -11.0}, "readout.scan_us: -11 takes longer than a frame"),

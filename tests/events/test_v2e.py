@@ -128,6 +128,16 @@ def test_a_center_surround_pixel_ignores_what_is_uniform():
     assert count([brighter[0], dot], surround_pixels=2.0) >= 4
 
 
+def test_a_map_of_one_threshold_makes_the_noise_of_that_threshold():
+    frames = [(1000 * k, np.zeros((24, 32), np.float32)) for k in range(500)]
+    counts = []
+    for theta in (0.3, np.full((24, 32), 0.3)):
+        noise = {"shot_rate_hz": 10.0, "leak_rate_hz": 0.0, "sigma": 0.0}
+        sensor = EventCamera("clean", size=(32, 24), mode="v2e", theta_on=theta, theta_off=theta, **noise)
+        counts.append(sensor.run(frames).count)
+    assert counts[0] == counts[1] > 1000
+
+
 def test_an_adaptive_pixel_forgets_as_its_equation_says():
     # dv/dt = -sinh(0.7 v) / tau has the solution tanh(0.35 v) = tanh(0.35 v0) exp(-0.7 t / tau); the signal is 2 v.
     tau_us, step_us, jump, theta = 1e4, 5.0, 0.8, 0.1

@@ -1,4 +1,6 @@
 import importlib
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from evslip.events.frame import BACKGROUND, OBJECT, SURFACE
 from evslip.rendering import frame_times, make_renderer, render
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import ScenePoses
+from evslip.rendering.timing.schedule import carried_on
 from made_up import still
 
 SPAN = (0, 1_000_000)
@@ -35,6 +38,13 @@ def test_the_background_moves_at_its_speed_and_nothing_else_does():
     assert np.all(frame.bodies[100, 10:100] == BACKGROUND)
     assert np.hypot(*middle.T) == pytest.approx(expected, rel=0.02)
     assert np.hypot(*frame.motion[frame.bodies >= OBJECT].T).mean() < 0.01 * expected.mean()  # but for rims
+
+
+def test_a_whole_turn_is_no_rest():
+    half, whole = np.diag([-1.0, -1.0, 1.0]), np.eye(3)
+    poses: Any = SimpleNamespace(background_turns=np.stack([whole, half, whole]))
+    hits = np.ones((2, 1, 3))
+    np.testing.assert_array_equal(carried_on(poses, hits, np.zeros((2, 1), bool)), hits * [-1.0, -1.0, 1.0])
 
 
 def test_a_turned_background_is_that_of_a_camera_that_was_turned_back():

@@ -89,8 +89,10 @@ def test_wrong_requests_are_named():
     traj = still(sample())
     with pytest.raises(ConfigError, match="raycast"):
         render(traj, renderer="raytrace")
-    with pytest.raises(ConfigError, match="span"):
-        render(traj, times_us=np.array([0, 2_000_000]))
+    for times_us in ([0, 2_000_000], [], [0, 2_000_000, 5]):
+        with pytest.raises(ConfigError, match=r"times_us: .* expected times in the trajectory, 0 to 1000000 us"):
+            render(traj, times_us=np.array(times_us))
+    assert len(list(render(traj, times_us=traj.t_us[-1:]))) == 1
     with pytest.raises(ConfigError, match="view"):
         render_color(traj, 0, view="moon")
     assert "raycast" in RENDERERS

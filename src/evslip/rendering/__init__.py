@@ -18,7 +18,7 @@ from evslip.rendering.lights import Lights
 from evslip.rendering.outputs import OUTPUTS, Outputs, check_outputs
 from evslip.rendering.poses import ScenePoses
 from evslip.rendering.timing.flicker import Flicker
-from evslip.rendering.timing.schedule import check_span, frame_times
+from evslip.rendering.timing.schedule import check_times, frame_times
 from evslip.scene.textures.library import linear_to_srgb
 from evslip.utils.errors import ConfigError
 
@@ -75,7 +75,7 @@ def render_span(
     if times_us is None:
         times_us = frame_times(traj, *(part or span), camera=camera)
     times_us = np.asarray(times_us, np.int64)
-    check_span(traj, int(times_us[0]), int(times_us[-1]) if len(times_us) > 1 else int(traj.t_us[-1]))
+    check_times(traj, times_us)
     poses, kept = ScenePoses(traj, camera, times_us), Outputs(traj, camera, outputs) if outputs else None
     flicker = Flicker(traj.params)
     if flicker.is_on:

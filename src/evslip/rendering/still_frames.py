@@ -7,7 +7,7 @@ from evslip.physics.trajectory import Trajectory
 from evslip.rendering import exposure_scale, make_renderer, recorded_span
 from evslip.rendering.camera import hand_camera
 from evslip.rendering.poses import ScenePoses
-from evslip.rendering.timing.schedule import check_span
+from evslip.rendering.timing.schedule import check_times
 
 
 class StillFrames:
@@ -24,7 +24,6 @@ class StillFrames:
 
     def at(self, t_us: int) -> Frame:
         """The frame of one time, in microseconds, within the trajectory. Raises ConfigError."""
-        end = int(self._traj.t_us[-1])
-        check_span(self._traj, *((t_us, t_us + 1) if t_us < end else (t_us - 1, t_us)))
+        check_times(self._traj, np.array([t_us]))
         poses = ScenePoses(self._traj, self._camera, np.array([t_us]))
         return Frame(t_us, *self._renderer.draw(poses, 0, self._scale))

@@ -118,7 +118,8 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
     facts.append(Fact("shot_rate_hz", shot, max(0.0, shot - shot_error), shot + shot_error, "ON taken as OFF"))
     facts.append(Fact("shot_white", 1.0, 0.0, 1.0, "not known: the same in any light"))
     leak = float(still.leak_behind_shots(np.array([max(0.0, (on - off) / time)]), np.array([shot]))[0])
-    error = SURE * math.sqrt(on + off) / time
+    spread = still.mean_of_spread(PixelModel().leak_spread)
+    leak, error = leak / spread, SURE * math.sqrt(on + off) / time / spread
     facts.append(Fact("leak_rate_hz", leak, max(0.0, leak - error), leak + error, "in any light"))
     facts = _within_limits(facts)
     parameters: dict[str, Any] = {fact.name: fact.value for fact in facts}

@@ -23,7 +23,8 @@ class Readout:
     event_us: float = field(default=0.0, metadata=within("us", 0.0, 1e4))
     """Time that each event of a row takes on top; with row_us = 0 too there is no arbiter."""
     bus_rate_hz: float = field(default=0.0, metadata=within("Hz", 0.0, 1e10))
-    """Events a second that the bus carries at most; they get their time stamps when they leave. 0: no bus."""
+    """Events a second that the bus carries at most; they get their time stamps when they leave. At least 1, or 0: no
+    bus."""
     buffer_events: float = field(default=1024.0, metadata=within("events", 0.0, 1e9))
     """Events that wait for the bus at most; more are lost."""
     lost_share: float = field(default=0.0, metadata=within("1", 0.0, 1.0))
@@ -84,8 +85,11 @@ def with_changes(base: Readout, changes: Readout | Mapping[str, Any]) -> Readout
             raise ConfigError(f"camera readout.{name}: unknown parameter; expected one of {known}")
         given[name] = _checked(name, value)
     found = Readout(**asdict(base) | given)
-    if 0 < found.frame_us < 1:
-        raise ConfigError(f"camera readout.frame_us: {found.frame_us:g} is out of range, expected 0, or 1 or more")
+    for name in ("frame_us", "bus_rate_hz"):
+        if 0 < getattr(found, name) < 1:
+            raise ConfigError(
+                f"camera readout.{name}: {getattr(found, name):g} is out of range, expected 0, or 1 or more"
+            )
     if found.frame_us > 0 and found.arbitrates:
         raise ConfigError("camera readout.frame_us: event frames have no arbiter; expected 0, or row_us = event_us = 0")
     if abs(found.scan_us) > found.frame_us:

@@ -170,7 +170,7 @@ class V2EPixels:
         on, off = (threshold.astype(np.float32) for threshold in thresholds(model, maps[:2]))
         self.threshold_on, self.threshold_off = on, off
         self._leak = (model.leak_rate_hz * leak_map(model, maps[2])).astype(np.float32)
-        nominal = [t if isinstance(t, float) else model.theta for t in (model.theta_on, model.theta_off)]
+        nominal = [model.theta if t is None else float(np.mean(t)) for t in (model.theta_on, model.theta_off)]
         self._thresholds = Thresholds(on, off, nominal[0] / on, nominal[1] / off)
         self._lowpass, self._base, self._surround, self._high = np.zeros((4, *shape), self._float)
         tau_us = model.adaptive_us

@@ -54,7 +54,7 @@ class Raster(NamedTuple):
 
 def make_raster(facets: Facets, width: int, height: int, shared: Raster | None = None) -> Raster:
     """shared: of another mesh at this resolution, which is never looked at once this one is traced."""
-    slots = 1024 + width * height // 6
+    slots = width * height  # every pixel may have one; what none uses takes no memory
     most = width * height + (MOST - 1) * slots
     of_mesh = {
         "points": np.zeros((len(facets.vertices), 3)),

@@ -63,7 +63,8 @@ def unroll(S, n, repetitions, radius, pixel, aspect, horizon):
 
 @kernel
 def draw_lamp(S, n, towards, angular_radius, pixel, luminance):
-    """The lamp's disc over RESULT; towards (3,): unit vector to it in camera axes. Its edge is one pixel wide."""
+    """The lamp's disc over RESULT; towards (3,): unit vector to it in camera axes. Its edge is one pixel wide. A disc
+    that is smaller than a pixel is drawn as wide as one, and dimmer by as much as that is larger."""
     for i in range(n):
         x, y = S[RAY_X + i], S[RAY_Y + i]
         inverse = ONE / math.sqrt(x * x + y * y + ONE)
@@ -72,5 +73,7 @@ def draw_lamp(S, n, towards, angular_radius, pixel, luminance):
         r = towards[0] * y * inverse - towards[1] * x * inverse
         ahead = towards[0] * x + towards[1] * y - towards[2]
         gap = math.sqrt(p * p + q * q + r * r) if ahead > ZERO else ONE
-        share = min(ONE, max(ZERO, (angular_radius - gap) / (pixel * inverse) + HALF))
-        S[RESULT + i] += share * (luminance - S[RESULT + i])
+        half = HALF * pixel * inverse
+        small = min(ONE, angular_radius / half)
+        share = min(ONE, max(ZERO, (max(angular_radius, half) - gap) / (pixel * inverse) + HALF))
+        S[RESULT + i] += share * small * small * (luminance - S[RESULT + i])

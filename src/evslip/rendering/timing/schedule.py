@@ -72,6 +72,14 @@ def frame_times(
     return np.unique(np.round(times).astype(np.int64))
 
 
+def check_times(traj: Trajectory, times_us: np.ndarray) -> None:
+    """Raise ConfigError unless there are times, and all lie in the trajectory."""
+    first, last = int(traj.t_us[0]), int(traj.t_us[-1])
+    if not len(times_us) or times_us.min() < first or times_us.max() > last:
+        found = f"{times_us.min()} to {times_us.max()} us" if len(times_us) else "no time"
+        raise ConfigError(f"times_us: {found}; expected times in the trajectory, {first} to {last} us")
+
+
 def check_span(traj: Trajectory, start_us: int, end_us: int) -> None:
     """Raise ConfigError unless the span is a piece of the trajectory."""
     first, last = int(traj.t_us[0]), int(traj.t_us[-1])
@@ -230,7 +238,7 @@ def scene_hits(poses: ScenePoses, camera: Camera, pixels: np.ndarray, radius_m: 
 def carried_on(poses: ScenePoses, hits: np.ndarray, is_surface: np.ndarray) -> np.ndarray:
     """Places at the next pose of what `scene_hits` found: the background may turn."""
     turns = poses.background_turns
-    if np.array_equal(turns[0], turns[-1]):
+    if (turns == turns[0]).all():
         return hits
     moved = hits @ (turns[1:] @ turns[:-1].transpose(0, 2, 1)).transpose(0, 2, 1)
     return np.where(is_surface[..., None], hits, moved)
