@@ -3,6 +3,7 @@ import io
 import resource
 import struct
 import zipfile
+import zlib
 from pathlib import Path
 
 import h5py
@@ -16,6 +17,7 @@ from hypothesis import strategies as st
 
 from evslip import codecs
 from evslip.codecs import open_events, read_events, write_events
+from evslip.codecs.arrays import mat
 from evslip.codecs.facts import examine
 from evslip.codecs.ros import bag
 from evslip.data import record_file
@@ -436,6 +438,18 @@ def test_mat_files_of_vt_snn_are_read(tmp_path: Path):
         "p": [1, -1],
         "ts": [10, 20],
     }
+
+
+def test_mat_files_expand_to_their_limit_and_no_further(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    path, plain = tmp_path / "a.mat", struct.pack("<2I", 14, 992) + bytes(992)
+    content = zlib.compress(plain)
+    elements = struct.pack("<2I", 15, len(content)) + content
+    path.write_bytes(bytes(126) + b"IM" + elements * 2)
+    for limit, message in ((1000, "its elements expand beyond all bounds"), (2000, "holds no variable td_data")):
+        monkeypatch.setattr(mat, "_MOST_ANYWAY", limit)
+        monkeypatch.setattr(mat, "_MOST_EXPANDED", 1)
+        with pytest.raises(DataError, match=message):
+            read_events(path)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from evslip.codecs import source, write_events
+from evslip.codecs import read_events, source, write_events
 from evslip.codecs.facts import Facts, examine
 from evslip.data import record_file
 from evslip.data.record import about
@@ -91,6 +91,24 @@ def test_no_events_and_huge_sensors_are_told(tmp_path: Path):
     write_events(tmp_path / "b.npz", far)
     facts, _ = examine(tmp_path / "b.npz")
     assert (facts.extent, facts.active_pixels, facts.busiest[2]) == ((65536, 65536), 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "message"),
+    [
+        ("t_us", [1.5, 2.5], r"events/t_us: float64 of shape \(2,\), expected int64"),
+        ("x", [-1, 2], "events/x: int64 .*, expected uint16"),
+        ("y", ["1", "2"], "events/y: <U1 .*, expected uint16"),
+        ("p", np.array([1, -1], np.int8), "events/p: int8 .*, expected bool"),
+    ],
+)
+def test_columns_of_other_types_are_refused_as_they_are_by_a_reader(tmp_path: Path, name: str, column, message: str):
+    short = np.array([1, 2], np.uint16)
+    columns = {"t_us": np.array([1, 2]), "x": short, "y": short, "p": short > 1} | {name: np.array(column)}
+    np.savez(tmp_path / "a.npz", size=[40, 30], **columns)
+    for read in (examine, read_events):
+        with pytest.raises(DataError, match=rf"a\.npz: {message}"):
+            read(tmp_path / "a.npz")
 
 
 def test_damage_is_an_error(tmp_path: Path):

@@ -105,6 +105,23 @@ def test_a_smaller_plan_changes_nothing(root: Path):
     assert open_dataset(root).status()["requested"] == 8
 
 
+def test_of_two_requests_at_the_same_time_the_larger_stays(root: Path, monkeypatch: pytest.MonkeyPatch):
+    sum_of = requested.sha256_of
+    larger = threading.Thread(target=requested.request, args=(root, "train", 20))
+
+    def while_the_smaller_is_made(path: Path) -> str | None:
+        if larger.ident is None:
+            larger.start()
+            larger.join(0.1)
+        return sum_of(path)
+
+    monkeypatch.setattr(requested, "sha256_of", while_the_smaller_is_made)
+    requested.request(root, "train", 10)
+    larger.join()
+    assert requested.requested_count(root, "train") == 20
+    assert open_dataset(root).verify() == []
+
+
 def test_an_undamaged_data_set_verifies(root: Path):
     seen = []
     assert open_dataset(root).verify(lambda done, of: seen.append((done, of))) == []

@@ -1,4 +1,5 @@
 import dataclasses
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from evslip.codecs import write_events
 from evslip.config.sections.robot import RobotSpec
 from evslip.data import record_file
 from evslip.data.footage import Footage
@@ -198,6 +200,17 @@ def test_files_that_were_tampered_with_are_refused(tmp_path: Path, edit, message
         record_file.read(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_names_of_any_bytes_are_texts(tmp_path: Path):
+    path = tmp_path / os.fsdecode(b"r\xffc.npz")
+    write_events(path, labelled().events, (40, 30))
+    for record in (record_file.read_recording(path), record_file.open_recording(path)[0]):
+        record_file.write(tmp_path / "a.h5", record)
+        assert record_file.read(tmp_path / "a.h5").name == "r\\xffc"
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        file.attrs.create("name", b"r\xffc", dtype=h5py.string_dtype())
+    assert record_file.read(tmp_path / "a.h5").name == "r\\xffc"
 
 
 def labelled(*intervals: Interval, **parts: Any) -> Record:

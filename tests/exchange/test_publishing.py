@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import io
 import json
+import os
 import tarfile
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+from command_line import evslip
 from evslip.codecs import read_events, write_events
 from evslip.config.loading import dump_config
 from evslip.data import building, layout, record_file, requested
@@ -20,6 +22,7 @@ from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.publish import publish
+from evslip.exchange.publishing.shards import Shards
 from evslip.exchange.publishing.table import COLUMNS
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import CONFIG, assert_equal, random_events, simulated
@@ -126,6 +129,31 @@ def test_names_with_dots_are_samples_of_their_own_in_shards(tmp_path: Path):
         publish(home, tmp_path / "again", Publication(webdataset=True))
 
 
+def test_a_name_too_long_for_a_shard_is_refused_before_anything_is_written(tmp_path: Path, monkeypatch):
+    record = Record(kind="recording", name="a", size=(40, 30), events=random_events(np.random.default_rng(0), 50))
+    record_file.write(tmp_path / "in" / f"{'ä' * 47}b.h5", record)
+    assert publish(tmp_path / "in", tmp_path / "out", Publication(webdataset=True)) == 1
+    record_file.write(tmp_path / "in" / f"{'ä' * 48}.h5", record)
+    monkeypatch.setattr(Shards, "add", lambda *given: pytest.fail("written"))
+    with pytest.raises(DataError, match=r"ä\.h5: its name has 96 bytes without the suffix; shards hold 95 at most"):
+        publish(tmp_path / "in", tmp_path / "again", Publication(webdataset=True))
+
+
+@pytest.mark.parametrize("webdataset", [False, True])
+def test_names_of_any_bytes_are_published_as_texts(tmp_path: Path, webdataset: bool):
+    home = tmp_path / os.fsdecode(b"p\xfe")
+    record = Record(kind="recording", name="a", size=(40, 30), events=random_events(np.random.default_rng(0), 50))
+    record_file.write(home / os.fsdecode(b"r\xffc.h5"), record)
+    publish(home, tmp_path / "out", Publication(webdataset=webdataset))
+    (row,) = rows(tmp_path / "out", "recordings")
+    assert row["file"].endswith("/r\\xffc.h5")
+    if webdataset:
+        with tarfile.open(tmp_path / "out" / "data" / "recordings-00000.tar") as tar:
+            assert tar.getnames() == ["r\\xffc.h5", "r\\xffc.json"]
+    else:
+        assert (tmp_path / "out" / row["file"]).is_file()
+
+
 def test_a_sample_that_was_made_again_is_published_as_it_is(made: Path, tmp_path: Path):
     """By another library, whose version has as many digits: whatever the order of the journals' random names."""
     path = layout.sample_path(made, "train", 1)
@@ -189,6 +217,29 @@ def test_a_damaged_record_is_not_published(made: Path, tmp_path: Path):
     with pytest.raises(DataError, match=r"0000002\.h5: damaged"):
         publish(made, tmp_path / "out")
     assert {path.name for path in tmp_path.iterdir()} == {"made"}
+
+
+@pytest.mark.parametrize("webdataset", [False, True])
+def test_a_publication_is_verified_by_its_tables(made: Path, tmp_path: Path, webdataset: bool):
+    out = tmp_path / "out"
+    publish(made, out, Publication(webdataset=webdataset))
+    whole = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    assert evslip("verify", out).stdout.strip() == f"{out}: every record is whole"
+    (record, *_) = (out / "data").rglob("*train*.tar" if webdataset else "train/*.h5")
+    place = whole[record].index(b"HDF") + 600
+    harms = {
+        "damaged, its sha256 is not the one": (record, whole[record][:place] + b"~" + whole[record][place + 1 :]),
+        "missing": (record, None),
+        "surplus, no table lists it": (out / "data" / "more.h5", b"more"),
+        "damaged, its sha256 is not that in croissant.json": (out / "test.jsonl", b"{}"),
+        "croissant.json: damaged": (out / "croissant.json", b"{}"),
+    }
+    for said, (path, content) in harms.items():
+        path.write_bytes(content) if content is not None else path.unlink()
+        done = evslip("verify", out)
+        assert done.returncode == 2 and said in done.stdout + done.stderr, done
+        path.write_bytes(whole[path]) if path in whole else path.unlink()
+    assert evslip("verify", out).returncode == 0
 
 
 def test_what_is_there_is_not_overwritten(made: Path, tmp_path: Path):

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from evslip.utils.atomic import require_place, write_bytes
+from evslip.utils.atomic import require_place, scratch_folder, staged_folder, write_bytes
 from evslip.utils.errors import StorageError
 
 
@@ -89,6 +89,37 @@ def test_a_writer_whose_file_is_cleared_as_it_is_made_makes_another(tmp_path, mo
     assert path.read_bytes() == b"whole"
     with rivals[0]:
         pass
+
+
+def test_a_folder_that_a_killed_writer_left_goes_and_one_that_is_held_stays(tmp_path):
+    (tmp_path / ".a.db3.0123abcd.tmp" / "made").mkdir(parents=True)
+    with scratch_folder(tmp_path / "a.db3") as held:
+        write_bytes(tmp_path / "a.db3", b"x")
+        assert sorted(path.name for path in tmp_path.iterdir()) == sorted([held.name, "a.db3"])
+    assert [path.name for path in tmp_path.iterdir()] == ["a.db3"]
+
+
+def test_a_staged_folder_removes_what_a_killed_writer_of_it_left(tmp_path):
+    (tmp_path / ".a.0123abcd.tmp" / "half").mkdir(parents=True)
+    with staged_folder(tmp_path / "a") as folder:
+        (folder / "whole").touch()
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a", "whole"]
+
+
+@pytest.mark.parametrize(("module", "name"), [(os, "open"), (fcntl, "flock")])
+def test_a_folder_that_is_cleared_as_it_is_made_is_made_again(tmp_path, monkeypatch, module, name):
+    call, taken = getattr(module, name), []
+
+    def raced(*arguments, **options):
+        if not taken:
+            taken.extend(tmp_path.iterdir())
+            taken[0].rmdir()
+        return call(*arguments, **options)
+
+    monkeypatch.setattr(module, name, raced)
+    with scratch_folder(tmp_path / "a.db3") as folder:
+        assert taken == [folder]
+        assert folder.is_dir()
 
 
 def test_an_interrupt_at_any_moment_leaves_no_folder(tmp_path, monkeypatch):

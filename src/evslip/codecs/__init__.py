@@ -5,6 +5,7 @@ A new format is a codec and a line in `formats.FORMATS`. A codec is a module wit
 can be written, `Sink(file, path, size)`, which takes a stream in pieces, or `write(path, events, size)`, all of it.
 """
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from evslip.codecs.arrays.record_head import wrong_camera
@@ -12,7 +13,7 @@ from evslip.codecs.formats import FORMATS, Format, format_of, known_suffixes, re
 from evslip.codecs.source import Source, checked, counted
 from evslip.codecs.writers import writing
 from evslip.events.checks import extent
-from evslip.events.stream import Events, concatenate
+from evslip.events.stream import FIELDS, Events, concatenate, empty_events
 from evslip.utils.errors import DataError
 
 __all__ = ["FORMATS", "Format", "format_of", "known_suffixes", "open_events", "read_events", "register", "write_events"]
@@ -39,7 +40,23 @@ def raw_source(path: str | Path, camera: str | None = None) -> Source:
     if camera is not None and not form.keeps_cameras:
         raise DataError(f"{path}: {wrong_camera((), camera)}")
     chosen = {} if camera is None else {"camera": camera}
-    return counted(form.codec.stream(Path(path), **chosen), Path(path))
+    source = form.codec.stream(Path(path), **chosen)
+    return counted(source._replace(parts=_typed(source.parts, path)), Path(path))
+
+
+def _typed(parts: Iterator[Events], path: str | Path) -> Iterator[Events]:
+    """The parts, each with columns of the types of Events and of one length. Raises DataError."""
+    model = empty_events(labelled=True)
+    dtypes = {name: getattr(model, name).dtype for name in FIELDS}
+    for part in parts:
+        for name, dtype in dtypes.items():
+            column = getattr(part, name)
+            if column is not None and (column.dtype != dtype or column.shape != (part.count,)):
+                raise DataError(
+                    f"{path}: events/{name}: {column.dtype} of shape {column.shape}, "
+                    f"expected {dtype} of shape ({part.count},)"
+                )
+        yield part
 
 
 def write_events(path: str | Path, events: Events, size: tuple[int, int] | None = None) -> None:

@@ -26,6 +26,7 @@ from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import Truth
 from evslip.utils import atomic, hdf5
 from evslip.utils.errors import DataError
+from evslip.utils.files import printable
 
 ALL_CAMERAS = "all"
 """In place of a camera's name."""
@@ -76,7 +77,7 @@ def read_recording(path: str | Path, camera: str | None = None) -> Record:
     if is_record(path):
         return read(path, camera=camera)
     events, size = read_whole(path, camera)
-    return Record(kind="recording", name=stem_of(path), size=size, events=events, provenance=provenance())
+    return Record(kind="recording", name=printable(stem_of(path)), size=size, events=events, provenance=provenance())
 
 
 def views(path: str | Path, camera: str | None = None) -> list[Record]:
@@ -96,7 +97,9 @@ def open_recording(path: str | Path, camera: str | None = None) -> tuple[Record,
         return read(path, events=False, camera=camera), parts
     source = open_events(path, camera)
     size = size_of(source)
-    record = Record(kind="recording", name=stem_of(path), size=size, events=empty_events(), provenance=provenance())
+    record = Record(
+        kind="recording", name=printable(stem_of(path)), size=size, events=empty_events(), provenance=provenance()
+    )
     return record, source.parts if source.size else open_events(path, camera).parts
 
 
@@ -188,7 +191,7 @@ def _record(file: h5py.File, events: bool, camera: str | None) -> Record:
     streams = {name: _stream(stream_of(file, name), events and name == camera) for name in cameras_of(file)}
     return Record(
         kind=hdf5.attribute(file, "kind", str),
-        name=hdf5.attribute(file, "name", str),
+        name=printable(hdf5.attribute(file, "name", str)),
         size=(hdf5.attribute(file, "width", int), hdf5.attribute(file, "height", int)),
         events=get_events(file) if events and not streams else empty_events(),
         streams=streams,

@@ -54,21 +54,33 @@ def staged(path: Path) -> Iterator[BinaryIO]:
 @contextlib.contextmanager
 def staged_folder(path: Path) -> Iterator[Path]:
     """A folder with a temporary name, which takes that of `path` when the block ends without an error; nothing is left
-    behind when it raises. Raises DataError unless `path` is new or an empty folder, StorageError."""
+    behind when it raises, and what a killed writer of the same folder left goes first. Raises DataError unless `path`
+    is new or an empty folder, StorageError."""
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
         raise DataError(f"{path}: is there already; expected a new folder")
-    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+    _clear_abandoned(path)
+    with scratch_folder(path) as temporary, storage_errors(path):
+        yield temporary
+        if path.exists():
+            path.rmdir()
+        temporary.rename(path)
+        sync_folder(path.parent)
+
+
+@contextlib.contextmanager
+def scratch_folder(path: Path) -> Iterator[Path]:
+    """A folder with a temporary name beside `path`, for the block alone; that of a killed process goes when `path` is
+    staged the next time. Raises StorageError."""
+    folder = _temporary(path)
     try:
         with storage_errors(path):
-            temporary.mkdir(parents=True)
-            yield temporary
-            if path.exists():
-                path.rmdir()
-            temporary.rename(path)
-            sync_folder(path.parent)
-    except BaseException:
-        shutil.rmtree(temporary, ignore_errors=True)
-        raise
+            lock = _held_folder(folder)
+        try:
+            yield folder
+        finally:
+            os.close(lock)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def require_place(path: Path) -> None:
@@ -85,10 +97,15 @@ def require_place(path: Path) -> None:
             raise OSError(errno.EACCES, "")
 
 
+def _temporary(path: Path) -> Path:
+    """A new name beside a path, one of those that `_clear_abandoned` knows."""
+    return path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+
+
 def _opened_beside(path: Path) -> FileIO:
     """A new file with a temporary name, locked until it is closed, or its process ends, however that ends."""
     while True:
-        file = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp").open("x+b", buffering=0)
+        file = _temporary(path).open("x+b", buffering=0)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:  # another writer has just taken it for one that was left behind, and removes it
@@ -101,14 +118,38 @@ def _opened_beside(path: Path) -> FileIO:
         file.close()  # removed before it was locked
 
 
+def _held_folder(folder: Path) -> int:
+    """Descriptor of a new folder, locked as the file of `_opened_beside` is."""
+    while True:
+        folder.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileNotFoundError):  # another writer has just taken it for one that was left behind
+            lock = os.open(folder, os.O_RDONLY)
+            with contextlib.suppress(OSError):  # a file system without locks, on which nobody removes it
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            if folder.exists():
+                return lock
+            os.close(lock)  # removed before it was locked
+
+
 def _clear_abandoned(path: Path) -> None:
-    """Remove temporary files of a path that no writer holds any more."""
+    """Remove temporary files and folders of a path that no writer holds any more."""
     mine = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.tmp")
     with contextlib.suppress(OSError), os.scandir(path.parent) as entries:
-        for left in [entry.path for entry in entries if mine.fullmatch(entry.name)]:
-            with contextlib.suppress(OSError), Path(left).open("rb") as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                Path(left).unlink()
+        for left in [Path(entry.path) for entry in entries if mine.fullmatch(entry.name)]:
+            with contextlib.suppress(OSError):
+                _remove_unheld(left)
+
+
+def _remove_unheld(left: Path) -> None:
+    lock = os.open(left, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if left.is_dir():
+            shutil.rmtree(left)
+        else:
+            left.unlink()
+    finally:
+        os.close(lock)
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -119,7 +160,7 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 def write_new(path: Path, data: bytes) -> None:
     """Write a file unless there is one, also one that another process writes at this moment. Raises StorageError."""
-    candidate = path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
+    candidate = _temporary(path)
     write_bytes(candidate, data)
     try:
         with storage_errors(path):

@@ -70,6 +70,8 @@ def _table(data: bytes) -> dict[str, np.ndarray]:
     budget = max(_MOST_ANYWAY, _MOST_EXPANDED * len(data))
     for kind, content in _elements(memoryview(data)[_HEADER_BYTES:], padded=False):
         if kind == _COMPRESSED:
+            if budget == 0:  # which the decoder would take for no limit
+                raise ValueError("its elements expand beyond all bounds")
             decoder = zlib.decompressobj()
             plain = decoder.decompress(content, budget)
             budget -= len(plain)

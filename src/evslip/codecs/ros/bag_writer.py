@@ -1,14 +1,14 @@
 """A bag that is written message by message: .bag of ROS 1, .db3 or .mcap of ROS 2."""
 
 import contextlib
-import shutil
-import tempfile
+import sqlite3
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from evslip.codecs.ros.definitions import types
 from evslip.utils import atomic
-from evslip.utils.errors import MissingExtraError
+from evslip.utils.errors import MissingExtraError, StorageError
 
 BLOCK_BYTES = 1 << 22
 VERSION = 9
@@ -28,15 +28,14 @@ class BagWriter:
         except ModuleNotFoundError:
             raise MissingExtraError(f"{path}: bags need the package rosbags: pip install 'evslip[ros]'") from None
         self._path, self._topics = path, {}
-        with atomic.storage_errors(path):
-            self._folder = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent))
-        made = self._folder / "made"
-        self._writer: Any = Writer1(made)
+        self._scratch = contextlib.ExitStack()
+        self._made = self._scratch.enter_context(atomic.scratch_folder(path)) / "made"
+        self._writer: Any = Writer1(self._made)
         if self.cdr:
             plugin = StoragePlugin.MCAP if path.suffix.lower() == ".mcap" else StoragePlugin.SQLITE3
-            self._writer = Writer2(made, version=VERSION, storage_plugin=plugin)
+            self._writer = Writer2(self._made, version=VERSION, storage_plugin=plugin)
         try:
-            with atomic.storage_errors(path):
+            with _storage_errors(path):
                 self._writer.open()
         except BaseException:
             self.abandon()
@@ -44,21 +43,20 @@ class BagWriter:
 
     def put(self, topic: str, kind: str, t_us: int, data: bytes) -> None:
         """The next message, received at a time. Raises StorageError."""
-        with atomic.storage_errors(self._path):
+        with _storage_errors(self._path):
             if topic not in self._topics:
                 self._topics[topic] = self._writer.add_connection(topic, kind, typestore=types(self.cdr))
             self._writer.write(self._topics[topic], t_us * 1000, data)
 
     def finish(self, file: BinaryIO) -> None:
         """Complete the bag and write its bytes to the unbuffered file of its path. Raises StorageError."""
-        with atomic.storage_errors(self._path):
+        with _storage_errors(self._path):
             self._writer.close()
-            made = self._folder / "made"
-            source = next(made.glob(f"*{self._path.suffix.lower()}")) if self.cdr else made
+            source = next(self._made.glob(f"*{self._path.suffix.lower()}")) if self.cdr else self._made
             with source.open("rb") as content:
                 while block := content.read(BLOCK_BYTES):
                     atomic.write_into(file, block, self._path)
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._scratch.close()
 
     def abandon(self) -> None:
         """Leave nothing behind."""
@@ -66,4 +64,15 @@ class BagWriter:
         if abort is not None:
             with contextlib.suppress(Exception):  # it may not have been opened
                 abort()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._scratch.close()
+
+
+@contextlib.contextmanager
+def _storage_errors(path: Path) -> Iterator[None]:
+    """Turn what the operating system says about a path, or SQLite for it, into one clear line."""
+    try:
+        with atomic.storage_errors(path):
+            yield
+    except sqlite3.Error as error:
+        is_full = getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL
+        raise StorageError(f"cannot write {path}: {'no space left on the disk' if is_full else error}") from error

@@ -11,10 +11,11 @@ from evslip.data.samples import Listing
 from evslip.exchange.publishing.card import card
 from evslip.exchange.publishing.croissant import croissant
 from evslip.exchange.publishing.publication import Publication
-from evslip.exchange.publishing.shards import Shards
+from evslip.exchange.publishing.shards import Shards, check_key
 from evslip.exchange.publishing.table import json_line, row
 from evslip.utils import atomic
 from evslip.utils.errors import DataError
+from evslip.utils.files import printable
 from evslip.utils.progress import Step
 
 RECORDINGS = "recordings"
@@ -37,7 +38,7 @@ def publish(source: str | Path, out: str | Path, how: Publication | None = None)
     if not samples.listing:
         raise DataError(f"{source}: holds no finished sample")
     config = samples.config_toml
-    name = how.name or Path(source).resolve().name
+    name = how.name or printable(Path(source).resolve().name)
     with atomic.staged_folder(out) as folder:
         (folder / "data").mkdir()
         splits = _write_data(samples.listing, folder / "data", how)
@@ -82,10 +83,13 @@ def _write_data(listing: Sequence[Listing], folder: Path, how: Publication) -> d
 
 def _keys(listing: Sequence[Listing], webdataset: bool) -> dict[Path, str]:
     """Names of the records' files without suffix; in shards, whose readers take what follows the first dot for the
-    suffix, without dots. Raises DataError for two of one name."""
+    suffix, without dots. Raises DataError for two of one name, and for one that is too long for a shard."""
     keys, taken = {}, {}
     for item in listing:
-        key = keys[item.path] = item.path.stem.replace(".", "_") if webdataset else item.path.stem
+        stem = printable(item.path.stem)
+        key = keys[item.path] = stem.replace(".", "_") if webdataset else stem
+        if webdataset:
+            check_key(key, item.path)
         other = taken.setdefault((item.split, key), item.path)
         if other != item.path:
             raise DataError(f"{item.path}: would be {key}.h5, as {other.name}; expected another name")

@@ -6,6 +6,18 @@ import tarfile
 from pathlib import Path
 from typing import Any
 
+from evslip.utils.errors import DataError
+
+MOST_BYTES = tarfile.LENGTH_NAME - len(".json")
+"""Longest key of a sample: USTAR has 100 bytes for the name of a member."""
+
+
+def check_key(key: str, path: Path) -> None:
+    """Raise DataError unless the key of a record fits into a shard."""
+    length = len(key.encode())
+    if length > MOST_BYTES:
+        raise DataError(f"{path}: its name has {length} bytes without the suffix; shards hold {MOST_BYTES} at most")
+
 
 class Shards:
     """Writes the samples of one split into tar files of about `most_bytes`, with equal bytes for equal samples."""
