@@ -103,6 +103,8 @@ def test_the_numbers_of_a_run_are_those_of_the_next(recording, tmp_path):
         (("{rec}", "--camera", "clean", "--end-s", "9"), "within that of the frames, .* to 0.36"),
         (("{rec}", "--camera", "clean", "--start-s", "nan"), "expected a start from 0 on"),
         (("{plain}", "--camera", "clean"), "has no frames that a camera could see"),
+        (("{rec}", "{rec}", "--seed", "-1"), "^seed: -1 is out of range, expected 0 to"),
+        (("{rec}", "{rec}", "--seed", "99999999999999999999"), "^seed: 99999999999999999999 is out of range"),
         (("{rec}", "{other}"), "other.h5: a sensor of 30x20 pixels, the other file's has 64x48"),
         (("{rec}", "{empty}"), "empty.h5: holds no events"),
         (("{empty}", "{rec}"), "empty.h5: holds no events"),

@@ -52,7 +52,7 @@ def evaluate(
     Args:
         out: Folder for the files; default: the model's folder; of several models, or one of the package, `evaluation`.
         split: Of a data set, only this split; default: test if there is one, else all.
-        hop_s: Time between two answers on records; latencies are exact to it.
+        hop_s: Time between two answers on records, in whole milliseconds; latencies are exact to it.
         resamples: Resamples of the trajectories that the confidence intervals come from.
         camera: Of samples that two cameras saw, the one whose events are examined: left or right.
         align: On a sensor of another size than the detector was trained on, look at as many pixels around its centre,

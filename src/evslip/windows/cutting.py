@@ -3,7 +3,7 @@
 import math
 import zlib
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import compress
 from typing import NamedTuple
 
@@ -109,9 +109,22 @@ def _kept(records: Iterable[Record], settings: WindowSettings) -> np.ndarray | N
 
 def entering(record: Record, settings: WindowSettings) -> "list[tuple[Movement, Label]]":
     """The windows that end in the held time of a record but begin before it, each with what the object does from when
-    on it is held. A detector on a robot answers for them, too; none of a recording with a person's intervals."""
-    moved = [] if record.truth is None or record.intervals else movements(record.truth, settings, entering=True)
+    on it is held; or those that end in a person's interval but begin before it, which are uncertain. A detector on a
+    robot answers for them, too."""
+    if record.intervals:
+        return [(movement, Label.UNCERTAIN) for movement in _entering_intervals(record, settings)]
+    moved = [] if record.truth is None else movements(record.truth, settings, entering=True)
     return [(movement, label_of(movement, settings)) for movement in moved]
+
+
+def _entering_intervals(record: Record, settings: WindowSettings) -> "Iterator[Movement]":
+    length_us, hop_us = (round(seconds * 1e6) for seconds in (settings.length_s, settings.hop_s))
+    first_us = int(record.events.t_us[0]) if record.events.count else record.last_us
+    for interval in record.intervals:
+        hops_before = (length_us - 1) // hop_us
+        for start_us in range(interval.start_us - hops_before * hop_us, interval.start_us, hop_us):
+            if first_us <= start_us <= interval.end_us - length_us:
+                yield _unmeasured(start_us)
 
 
 def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, Label]]":
@@ -121,7 +134,7 @@ def labelled(record: Record, settings: WindowSettings) -> "list[tuple[Movement, 
         last_us = record.last_us
         length_us, hop_us = (round(seconds * 1e6) for seconds in (settings.length_s, settings.hop_s))
         return [
-            (Movement(start_us, *[math.nan] * 5), Label[interval.label.upper()])
+            (_unmeasured(start_us), Label[interval.label.upper()])
             for interval in record.intervals
             for start_us in range(interval.start_us, min(interval.end_us - length_us, last_us) + 1, hop_us)
         ]
@@ -143,6 +156,10 @@ class Movement(NamedTuple):
     """Angle between the object's orientations SPEED_S before the window's end and at it, over that time."""
     slide_speed_mm_s: float
     """Way of the gripped point in the same time, over that time."""
+
+
+def _unmeasured(start_us: int) -> Movement:
+    return Movement(start_us, *[math.nan] * 5)
 
 
 def movements(truth: Truth, settings: WindowSettings, entering: bool = False) -> list[Movement]:

@@ -22,7 +22,7 @@ class WindowSettings:
     length_s: float = 0.16
     """Length of a window."""
     hop_s: float = 0.16
-    """From one window's start to the next one's."""
+    """From one window's start to the next one's; whole milliseconds, the step of the ground truth."""
     labels: LabelMode = "motion"
     """Movement that counts. motion: how far the object turns or slides in the hand, at most, since the window's start.
     angular: how far it turns, alone (the paper). paper: how far the paper's theta has risen at the window's end (its
@@ -64,6 +64,11 @@ class WindowSettings:
         if not (0.001 <= self.length_s <= 10 and 0.001 <= self.hop_s <= 1000):
             raise ConfigError(
                 f"length_s {self.length_s:g}, hop_s {self.hop_s:g}: expected 0.001 to 10 and 0.001 to 1000"
+            )
+        if abs(self.hop_s - in_whole_ms(self.hop_s)) > 1e-9:
+            near = f"{in_whole_ms(self.hop_s):g}"
+            raise ConfigError(
+                f"hop_s {self.hop_s:g}: no multiple of 0.001; expected whole milliseconds, such as {near}"
             )
         if not (self.label_s == 0 or 0.001 <= self.label_s <= self.length_s):
             raise ConfigError(
@@ -139,6 +144,8 @@ def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
             values[field.name] = value
         elif field.name not in ("labels", "label_s", "ratio"):
             raise DataError(f"{where}: {field.name} is missing; expected all settings of `evslip windows`")
+    # Files from before only whole milliseconds were allowed may hold another hop; it is this one that was taken.
+    values["hop_s"] = in_whole_ms(values["hop_s"])
     try:
         settings = WindowSettings(**values)
     except ConfigError as error:
@@ -146,6 +153,11 @@ def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
     if not settings.sees_the_sensor:
         raise DataError(f"{where}: {settings.beyond()}")
     return settings
+
+
+def in_whole_ms(seconds: float) -> float:
+    """Seconds, rounded to milliseconds."""
+    return round(1e3 * seconds) / 1e3
 
 
 _KINDS: dict[Any, str] = {int: "a whole number", float: "a finite number", bool: "true or false"}

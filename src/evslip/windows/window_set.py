@@ -48,9 +48,10 @@ class Windows:
     start_us: np.ndarray
     """Start in its sample, int64 of shape (n,)."""
     rotation_deg: np.ndarray
-    """Largest rotation in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
+    """Largest rotation in the hand since the start of the part that counts for the label
+    (`WindowSettings.labelled_s`), float32 of shape (n,); nan where a person labelled."""
     translation_mm: np.ndarray
-    """Largest slide in the hand since the window's start, float32 of shape (n,); nan where a person labelled."""
+    """Largest slide in the hand, likewise."""
     rotation_speed_deg_s: np.ndarray
     """Speed at which the object turns in the hand, mean of the window's last 20 ms, float32 of shape (n,); nan where a
     person labelled, and in files from before it was kept."""
@@ -240,6 +241,14 @@ def open_windows(path: str | Path) -> Windows:
         packed = hdf5.mapped(file, "packed", VERSIONS[version], (None, 3))
         windows = Windows(settings, packed, dropped=hdf5.attribute(file, "dropped", int), **arrays)
     return replace(_checked(windows, path), object_events=objects)
+
+
+def require_replaceable(path: Path) -> None:
+    """Raise DataError for an HDF5 file that is there and holds no windows, such as a record: it is not to be lost."""
+    if path.is_file() and h5py.is_hdf5(path):
+        with hdf5.opened(path) as file:
+            if file.attrs.get("format") != FORMAT:
+                raise DataError(f"{path}: is there already, and no file of windows; give the new one another name")
 
 
 def _checked(windows: Windows, path: str | Path) -> Windows:

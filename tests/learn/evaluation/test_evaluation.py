@@ -256,6 +256,8 @@ def test_wrong_data_are_refused_in_one_line(model, tmp_path) -> None:
         open_evaluation_data(tmp_path / "text.h5", "test")
     with pytest.raises(ConfigError, match="hop_s"):
         evaluate_model(model, Records(slip_records(1)), hop_s=0)
+    with pytest.raises(ConfigError, match=r"^hop_s 0\.0015: no multiple of 0\.001; .* such as 0\.002$"):
+        evaluate_model(model, Records(slip_records(1)), hop_s=0.0015)
 
 
 @pytest.mark.slow

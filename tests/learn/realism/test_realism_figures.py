@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -150,6 +151,35 @@ def test_the_classifier_finds_other_polarities_and_no_difference_of_draws(monkey
     assert found == two_sample.classifier_test(real, other, size, span, 0)
     monkeypatch.setattr(two_sample, "MOST_PAIRS", 30)
     assert two_sample.classifier_test(real, same, size, span, 0).pairs == 30
+
+
+def test_samples_are_the_counts_of_single_pixels_in_their_tiles():
+    streams = at_random(0, 5.0), at_random(1, 5.0)
+    *grids, window = two_sample._pairs(*streams, SIZE, (7_000, 399_000), 0)
+    assert np.array_equal(window, np.repeat(np.arange(19), 4))  # tiles at the right and at the bottom are there, too
+    for events, grid in zip(streams, grids, strict=True):
+        whole = counts(events, Cells(SIZE, 7_000, 387_000, 1, 5_000))
+        filled = np.pad(whole, ((0, 0), (0, 0), (0, 64 - SIZE[1]), (0, 64 - SIZE[0])))
+        for number, own in enumerate(grid):
+            y, x = 32 * (number % 4 // 2), 32 * (number % 2)
+            tile = filled[:, 4 * window[number] :, y : y + 32, x : x + 32][:, :4].reshape(8, 32, 32)
+            assert np.array_equal(own, np.log1p(tile.astype(np.float32)))
+
+
+def test_a_long_stretch_needs_memory_for_the_samples_alone():
+    size = (346, 260)
+    streams = [at_random(n, 0.01, seconds=2.0, size=size) for n in range(2)]
+    tracemalloc.start()
+    two_sample._pairs(*streams, size, (0, 2_000_000), 0)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6  # single pixels of all tiles: 2 GB
+
+
+def test_streams_with_hardly_an_event_give_no_pair():
+    few = listed((100, 1, 1, 1), (90_000, 2, 2, 0))
+    told = two_sample.classifier_test(few, few, SIZE, (0, 400_000), 0)
+    assert told.pairs == 0 and math.isnan(told.accuracy)
 
 
 def test_json_has_every_figure_and_no_nan():

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -279,6 +280,16 @@ def test_wrong_spaces_are_refused_in_one_line(text: str, words: str, tmp_path: P
     (tmp_path / "space.toml").write_text(text)
     with pytest.raises((ConfigError, DataError), match=words):
         space_of(str(tmp_path / "space.toml"), "voxelnet")
+
+
+def test_what_is_not_for_the_network_or_the_windows_is_refused_before_any_trial(windows, tmp_path) -> None:
+    with pytest.raises(ConfigError, match=r"^precision bfloat16: not for a evgru; expected float32$"):
+        SweepSettings("evgru", Space({"precision": ("float32", "bfloat16")}))
+    newest = replace(windows, settings=replace(windows.settings, label_s=0.04))
+    for space in (Space({"reverse": (False, True)}), Space({"batch": (4, 8)}, {"reverse": True})):
+        with pytest.raises(ConfigError, match=r"^reverse: windows of"):
+            sweep(newest, tmp_path, settings_of(space=space))
+    assert not list(tmp_path.iterdir())
 
 
 def test_other_mistakes_are_refused(windows, tmp_path) -> None:

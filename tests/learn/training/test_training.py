@@ -14,7 +14,7 @@ from evslip.learn.networks import network_class
 from evslip.learn.training import logs as logs_module
 from evslip.learn.training.settings import TrainSettings as Settings
 from evslip.learn.training.train import learning_rate
-from evslip.learn.training.training_state import STATE, TrainingState
+from evslip.learn.training.training_state import STATE, TrainingState, digest_of
 from evslip.learn.training_facts import data_identity, slip_share
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
 from evslip.windows.label import Label
@@ -96,6 +96,11 @@ def test_the_description_counts_what_was_learned_from(windows, whole, tmp_path) 
     seed, fewer = (load_model(tmp_path / name)[1] for name in ("seed", "fewer"))
     identities = [data_identity(one.training, one.windows) for one in (said, seed, fewer)]
     assert identities[0] == identities[1] != identities[2]
+
+
+def test_windows_of_the_same_moments_that_another_camera_saw_are_others(windows) -> None:
+    other = replace(windows, checksum=windows.checksum[::-1])
+    assert digest_of(windows) == digest_of(windows.take(np.arange(len(windows)))) != digest_of(other)
 
 
 def test_training_may_start_from_a_detector(windows, whole, tmp_path) -> None:
@@ -192,6 +197,21 @@ def test_a_precision_that_a_network_has_not_is_refused(windows, tmp_path) -> Non
     assert not (tmp_path / "out").exists()
     with pytest.raises(ConfigError, match=r"^precision 'half': expected one of float32, bfloat16$"):
         TrainSettings.of("countnet", precision="half")
+
+
+@pytest.mark.parametrize(
+    ("network", "cut", "words"),
+    [
+        ("countnet", {"label_s": 0.04}, r"^reverse: windows of 0\.16 s whose label counts the newest 0\.04 s have"),
+        ("countnet", {"labels": "paper"}, "^reverse: a rise of the paper's theta is a fall backwards"),
+        ("slipnet", {}, "^reverse: a slipnet estimates speeds"),
+    ],
+)
+def test_windows_that_say_something_else_backwards_are_not_reversed(network, cut, words, windows, tmp_path) -> None:
+    windows = replace(windows, settings=replace(windows.settings, **cut))
+    with pytest.raises(ConfigError, match=words):
+        train(windows, tmp_path / "out", TrainSettings.of(network, reverse=True), quiet=True)
+    assert not (tmp_path / "out").exists()
 
 
 def test_slipnet_learns_how_fast_the_object_turns(windows, tmp_path) -> None:

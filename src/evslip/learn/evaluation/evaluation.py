@@ -27,7 +27,7 @@ from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.alignment import require_sensor
 from evslip.windows.label import Label
 from evslip.windows.mixture import plain_name
-from evslip.windows.settings import Align
+from evslip.windows.settings import Align, in_whole_ms
 from evslip.windows.window_set import Windows, WindowSettings
 
 HOP_S = 0.02
@@ -112,7 +112,7 @@ def evaluate_model(
         found, settings = predictions.on_windows(network, data.windows, progress), data.windows.settings
     else:
         settings = replace(description.windows, **(labelled_as or description.windows).labelling)
-        hop_s = min(hop_s, settings.length_s)
+        hop_s = min(hop_s, in_whole_ms(settings.length_s))
         found = predictions.on_records(network, settings, _counted(data, progress), hop_s, align)
     clear = found.take(found.counted & np.isin(found.label, (Label.HOLD, Label.SLIP)))
     answers = clear.label, clear.names, clear.start_us, clear.recent, clear.p_slip

@@ -46,9 +46,9 @@ class Predictions:
     """Position in `tracks`."""
     start_us: np.ndarray
     rotation_deg: np.ndarray
-    """Largest rotation in the hand since the window's start."""
+    """Largest rotation in the hand since the start of the window's part that counts for the label."""
     translation_mm: np.ndarray
-    """Largest slide in the hand since the window's start."""
+    """Largest slide in the hand, likewise."""
     speeds: np.ndarray
     """Speeds at which the object turns, in deg/s, and slides, in mm/s, in the hand, means of the window's last 20 ms:
     (n, 2); nan where nobody knows."""
@@ -120,8 +120,8 @@ def on_windows(network: Network, windows: Windows, progress: Callable[[int], Non
 def on_records(
     network: Network, settings: WindowSettings, records: Iterable[Record], hop_s: float, align: Align | None = None
 ) -> Predictions:
-    """Predictions at every hop of the held time of records, from its first moment on, or of windows in a person's
-    intervals, cut and labelled as the settings say; none is left out.
+    """Predictions at every hop of the held time of records, or of a person's intervals, from its first moment on, cut
+    and labelled as the settings say; none is left out.
 
     Records without either say nothing and are passed over. Raises DataError if nothing is left, and for a record of
     another sensor unless `align` says how the crop lies on it.
@@ -141,9 +141,9 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> Pr
     inside_held = labelled(record, settings)
     if not inside_held:
         return None
-    before = entering(record, settings)
-    found = before + inside_held
-    moved = [movement for movement, _ in found]
+    rows = [(*one, False) for one in entering(record, settings)] + [(*one, True) for one in inside_held]
+    rows.sort(key=lambda row: row[0].start_us)  # a person's intervals are entered one after another
+    moved, labels, is_inside = (list(column) for column in zip(*rows, strict=True))
     length_us = round(settings.length_s * 1e6)
     start_us = np.array([movement.start_us for movement in moved], np.int64)
     inside = crop(record.events, settings)
@@ -156,8 +156,8 @@ def _on_record(network: Network, settings: WindowSettings, record: Record) -> Pr
         columns.append(predict(network, [network.prepare(window) for window in windows]))
     return Predictions(
         **_answered(Answers.of(np.concatenate(columns))),
-        label=np.array([label for _, label in found], np.uint8),
-        counted=np.concatenate([np.zeros(len(before), bool), _apart(start_us[len(before) :], length_us)]),
+        label=np.array(labels, np.uint8),
+        counted=_apart(start_us, np.array(is_inside), length_us),
         track=np.zeros(len(moved), np.int64),
         start_us=start_us,
         rotation_deg=np.array([movement.rotation_deg for movement in moved]),
@@ -178,12 +178,12 @@ def _answered(found: Answers) -> dict[str, np.ndarray]:
     return {"p_slip": found.p_slip.astype(float), "estimates": estimates}
 
 
-def _apart(start_us: np.ndarray, length_us: int) -> np.ndarray:
-    """Which windows to take so that none overlaps the one taken before; bool of shape (n,)."""
+def _apart(start_us: np.ndarray, eligible: np.ndarray, length_us: int) -> np.ndarray:
+    """Which of the eligible windows to take so that none overlaps the one taken before; bool of shape (n,)."""
     taken, free_us = np.zeros(len(start_us), bool), np.iinfo(np.int64).min
-    for i, start in enumerate(start_us):
-        if start >= free_us:
-            taken[i], free_us = True, start + length_us
+    for i in np.flatnonzero(eligible):
+        if start_us[i] >= free_us:
+            taken[i], free_us = True, start_us[i] + length_us
     return taken
 
 

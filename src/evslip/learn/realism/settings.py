@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from evslip.utils.errors import ConfigError
+
 
 @dataclass(frozen=True, kw_only=True)
 class RealismSettings:
@@ -28,6 +30,10 @@ class RealismSettings:
     """Rules of the pixels."""
     classifier: bool = True
     """Train the classifier of the two-sample test; half a minute."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed < 2**63:  # the next ones are seeds, too, and none has more than 64 bits
+            raise ConfigError(f"seed: {self.seed} is out of range, expected 0 to {2**63 - 1}")
 
     def for_preset(self, preset: str) -> "RealismSettings":
         """With the defaults that depend on the camera."""

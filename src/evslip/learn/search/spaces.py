@@ -48,14 +48,18 @@ class Space:
         if not self.searched:
             raise ConfigError(f"space: names nothing to search; expected some of {', '.join(sorted(known))}")
         for name, values in self.searched.items():
-            ends = (values.low, values.high) if isinstance(values, Range) else values
-            if isinstance(values, Range) and values.whole:
-                ends = (int(values.low), int(values.high))
-            for value in ends:
+            for value in ends(values):
                 try:
-                    TrainSettings.of(model, **{**self.fixed, name: value})
+                    TrainSettings.of(model, **{**self.fixed, name: value}).require_suits()
                 except (TypeError, OverflowError):
                     raise ConfigError(f"{name}: {str(value)[:60]!r} is of a wrong type, or too large") from None
+
+
+def ends(values: Range | tuple[Value, ...]) -> tuple[Value, ...]:
+    """Both ends of a range, or the values to choose from."""
+    if not isinstance(values, Range):
+        return values
+    return (int(values.low), int(values.high)) if values.whole else (values.low, values.high)
 
 
 def _paper_simple(model: str) -> Space:

@@ -19,7 +19,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from evslip.learn.search.spaces import Range, Space
+from evslip.learn.search.spaces import Range, Space, ends
+from evslip.learn.training.augment import require_reversible
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.train import TrainResult, split, train
 from evslip.learn.training.training_state import digest_of
@@ -109,10 +110,12 @@ def sweep(
 ) -> Sweep:
     """Run trials until the sweep has as many as wanted; `callback` is called after each that this process has run.
 
-    Raises ConfigError if the folder holds a sweep of other settings or windows, DataError if the journal is damaged or
-    there is too little data, MissingExtraError without Optuna.
+    Raises ConfigError if the folder holds a sweep of other settings or windows, or a setting is not for the windows,
+    DataError if the journal is damaged or there is too little data, MissingExtraError without Optuna.
     """
     out = Path(out)
+    for value in ends(settings.space.searched.get("reverse", (settings.training({}).reverse,))):
+        require_reversible(settings.training({"reverse": value}), windows.settings)
     study = _open(out, settings)
     _identify(study, out, settings, windows)
     split(windows, settings.training({}))  # too little data is no trial's fault: say so before any

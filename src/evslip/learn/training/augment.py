@@ -5,7 +5,7 @@ import numpy as np
 from evslip.events.stream import Events
 from evslip.learn.networks.network import Geometry
 from evslip.learn.training.settings import TrainSettings
-from evslip.utils.errors import DataError
+from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.jit import compiled
 from evslip.windows.alignment import laid_on
 from evslip.windows.cutting import crop
@@ -53,6 +53,20 @@ class Augmentation:
         part = self._noise.between(start, start + self._geometry.length_us)
         part = part.select(np.flatnonzero(rng.random(part.count) < rng.random()))
         return WindowEvents.of(part, start)
+
+
+def require_reversible(settings: TrainSettings, windows: WindowSettings) -> None:
+    """Raise ConfigError if windows are to be played backwards that would then have another label."""
+    if settings.reverse and windows.labelled_s < windows.length_s:
+        raise ConfigError(
+            f"reverse: windows of {windows.length_s:g} s whose label counts the newest {windows.label_s:g} s have "
+            "another label backwards; expected no reverse, or windows cut with label_s 0"
+        )
+    if settings.reverse and windows.labels == "paper":
+        raise ConfigError(
+            "reverse: a rise of the paper's theta is a fall backwards, which is no slip; expected no reverse, or "
+            "windows cut with labels motion or angular"
+        )
 
 
 def flipped(events: WindowEvents, width: int) -> WindowEvents:

@@ -46,7 +46,8 @@ class TrainSettings:
     """Share of the windows whose object is shown over all the rest of another window, of a camera at the same mount.
     Only for windows of simulated samples."""
     reverse: bool = False
-    """Play half of the windows backwards, with ON and OFF changed over: so an edge looks that moves the other way."""
+    """Play half of the windows backwards, with ON and OFF changed over: so an edge looks that moves the other way. Only
+    for networks without speeds, and where the label counts movement of either sense in the whole window."""
     shift_px: int = 0
     """Move each window by up to so many pixels in both directions."""
     time_dropout: float = 0.0
@@ -97,6 +98,20 @@ class TrainSettings:
             raise ConfigError(
                 f"time_dropout {self.time_dropout:g}, event_dropout {self.event_dropout:g}, shift_px {self.shift_px}: "
                 "expected at least 0 and less than 1, the same, 0 to 100"
+            )
+
+    def require_suits(self) -> None:
+        """Raise ConfigError for what is not for the network."""
+        from evslip.learn.networks import network_class
+        from evslip.learn.networks.speed_network import SpeedNetwork
+
+        network = network_class(self.model)
+        if self.precision not in network.precisions:
+            expected = " or ".join(network.precisions)
+            raise ConfigError(f"precision {self.precision}: not for a {self.model}; expected {expected}")
+        if self.reverse and issubclass(network, SpeedNetwork):
+            raise ConfigError(
+                f"reverse: a {self.model} estimates speeds, which are those of a window's end; expected no reverse"
             )
 
     @classmethod

@@ -13,12 +13,12 @@ from torch.nn.modules.batchnorm import _BatchNorm
 
 from evslip.learn.checkpoint import Description, load_model, save_model
 from evslip.learn.inference import BATCH, Answers, answers, probabilities
-from evslip.learn.networks import build_model, network_class
+from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.speed_estimate import learned_from
-from evslip.learn.training.augment import Augmentation
+from evslip.learn.training.augment import Augmentation, require_reversible
 from evslip.learn.training.calibration import calibrate
 from evslip.learn.training.logs import logs
 from evslip.learn.training.optimiser import make_optimiser
@@ -69,17 +69,14 @@ def train(
 
     Deterministic on CPU: equal windows and settings give equal weights, and so does a training that was killed and is
     started again. Raises DataError for too little data and for a loss that is not finite; then the best state so far is
-    saved, if there is one. Raises ConfigError if the folder holds another unfinished training, and for a precision that
-    is not for the network. `watch` is called with each epoch's number and figures; what it raises stops the training,
-    which can be gone on with.
+    saved, if there is one. Raises ConfigError if the folder holds another unfinished training, and for settings that
+    are not for the network or the windows. `watch` is called with each epoch's number and figures; what it raises stops
+    the training, which can be gone on with.
     """
     settings = settings or TrainSettings()
     out = Path(out)
-    precisions = network_class(settings.model).precisions
-    if settings.precision not in precisions:
-        raise ConfigError(
-            f"precision {settings.precision}: not for a {settings.model}; expected {' or '.join(precisions)}"
-        )
+    settings.require_suits()
+    require_reversible(settings, windows.settings)
     training, validation = split(windows, settings)
     with atomic.storage_errors(out):
         out.mkdir(parents=True, exist_ok=True)

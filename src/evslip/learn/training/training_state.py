@@ -90,9 +90,9 @@ def training_of(windows: Windows, settings: TrainSettings) -> dict[str, Any]:
 
 
 def digest_of(windows: Windows) -> str:
-    """SHA-256 of what tells windows from others: their settings, labels, times and names."""
+    """SHA-256 of what tells windows from others: their settings, labels, times, names and events."""
     digest = hashlib.sha256(repr(asdict(windows.settings)).encode())
-    for values in (windows.label, windows.start_us, windows.name.astype("S")):
+    for values in (windows.label, windows.start_us, windows.name.astype("S"), windows.checksum):
         digest.update(np.ascontiguousarray(values).tobytes())
     return digest.hexdigest()
 
