@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from evslip.utils.atomic import require_place, scratch_folder, staged_folder, write_bytes
+from evslip.utils.atomic import require_place, scratch_folder, staged, staged_folder, write_bytes
 from evslip.utils.errors import StorageError
 
 
@@ -97,6 +97,16 @@ def test_a_folder_that_a_killed_writer_left_goes_and_one_that_is_held_stays(tmp_
         write_bytes(tmp_path / "a.db3", b"x")
         assert sorted(path.name for path in tmp_path.iterdir()) == sorted([held.name, "a.db3"])
     assert [path.name for path in tmp_path.iterdir()] == ["a.db3"]
+
+
+def test_a_signal_between_opening_and_locking_leaves_nothing(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fcntl, "flock", interrupted)
+    with pytest.raises(KeyboardInterrupt), staged(tmp_path / "new" / "a.csv"):
+        pass
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_staged_folder_removes_what_a_killed_writer_of_it_left(tmp_path):

@@ -28,21 +28,20 @@ def staged(path: Path) -> Iterator[BinaryIO]:
             raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket, a file was expected")
         missing = [folder for folder in (path.parent, *path.parent.parents) if not folder.exists()]
     _clear_abandoned(path)
-    temporary = path
+    tried: list[Path] = []
     try:
         with storage_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            file = _opened_beside(path)
-        temporary = Path(file.name)
+            file = _opened_beside(path, tried)
         with file:
             yield file
             with storage_errors(path):
                 os.fsync(file.fileno())
         with storage_errors(path):
-            temporary.replace(path)
+            tried[-1].replace(path)
             sync_folder(path.parent)
     except BaseException:
-        if temporary != path:
+        for temporary in tried:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
         for folder in missing:
@@ -102,10 +101,12 @@ def _temporary(path: Path) -> Path:
     return path.with_name(f".{path.name}.{uuid.uuid4().hex[:8]}.tmp")
 
 
-def _opened_beside(path: Path) -> FileIO:
-    """A new file with a temporary name, locked until it is closed, or its process ends, however that ends."""
+def _opened_beside(path: Path, tried: list[Path]) -> FileIO:
+    """A new file with a temporary name, locked until it is closed, or its process ends, however that ends. tried: gets
+    each name before there is a file, so that a signal at any moment leaves none that is not known."""
     while True:
-        file = _temporary(path).open("x+b", buffering=0)
+        tried.append(_temporary(path))
+        file = tried[-1].open("x+b", buffering=0)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:  # another writer has just taken it for one that was left behind, and removes it
@@ -113,6 +114,9 @@ def _opened_beside(path: Path) -> FileIO:
             continue
         except OSError:  # a file system without locks, on which nobody removes it
             return file
+        except BaseException:
+            file.close()
+            raise
         if os.fstat(file.fileno()).st_nlink:
             return file
         file.close()  # removed before it was locked
