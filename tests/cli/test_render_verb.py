@@ -105,6 +105,7 @@ def test_instants_cover_the_recorded_span(stored):
         (("--out", "a", "--times", "nan"), "times: nan is out of range"),
         (("--out", "a", "--times", "1e300"), "times: 1e+300 is out of range"),
         (("--out", "a", "--every", "0"), "every: 0.0 is out of range"),
+        (("--out", "a", "--key-motion", "nan"), "render.key_motion_px: nan is out of range"),
         (("--out", "a", "--spp", "0"), "render.spp: 0 is out of range"),
         (("--out", "a", "--times", "1", "--camera", "scene"), "use pathtrace"),
     ],

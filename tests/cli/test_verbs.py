@@ -16,6 +16,7 @@ from evslip.cli import VERBS
 from evslip.cli.doctor import OPTIONAL
 from evslip.codecs import read_events, write_events
 from evslip.config.presets import PRESETS
+from evslip.control.controllers import CONTROLLERS
 from evslip.events import Events, load_noise_map
 from evslip.learn.shipped import NAMES
 from sample_records import random_events
@@ -237,6 +238,12 @@ def test_help_names_every_preset(verb):
     assert ", ".join(PRESETS) in re.sub(r"[│\s]+", " ", evslip(verb, "--help").stdout)
 
 
+@pytest.mark.parametrize("verb", ["play", "control"])
+def test_help_names_every_controller(verb):
+    *most, last = CONTROLLERS
+    assert f"{', '.join(most)} or {last}" in re.sub(r"[│\s]+", " ", evslip(verb, "--help").stdout)
+
+
 def test_doctor_names_packages_and_disk():
     result = evslip("doctor", "--count", 10)
     assert result.returncode == 0
@@ -286,3 +293,33 @@ def test_a_recording_is_looked_into_labelled_windowed_and_published(tmp_path):
     assert evslip("import", tmp_path / "vt", tmp_path / "back").stdout.strip().endswith("5 records")
     assert evslip("publish", record.parent, tmp_path / "out", "--webdataset").returncode == 0
     assert (tmp_path / "out" / "data" / "recordings-00000.tar").is_file()
+
+
+def test_no_verb_writes_over_what_it_reads_or_over_a_record(tmp_path):
+    a, b, c = (tmp_path / name for name in ("a.h5", "b.h5", "c.csv"))
+    write_events(c, random_events(np.random.default_rng(0), 300, labelled=False), (40, 30))
+    labels = tmp_path / "l.csv"
+    labels.write_text("0,0.04,hold\n")
+    for record in (a, b):
+        assert evslip("import", c, record, "--labels", labels).returncode == 0
+    link = tmp_path / "link.h5"
+    link.symlink_to(a)
+    before = {path: path.read_bytes() for path in (a, b, c, labels)}
+    for words in (
+        ("windows", a, a),
+        ("windows", b, a, link),
+        ("report", a, "--out", a),
+        ("report", a, "--compare", c, "--out", c),
+        ("report", a, "--windows", b, "--out", b),
+        ("import", a, a),
+        ("info", c, "--hot", c),
+        ("convert", a, labels, "--without", labels),
+        ("calibrate", c, c),
+        ("realism", a, b, "--out", b),
+        ("realism", a, b, "--json", a),
+    ):
+        assert_one_line(evslip(*words), "is the file that is read")
+    assert_one_line(evslip("windows", a, b), "b.h5: is there already, and no file of windows")
+    assert before == {path: path.read_bytes() for path in before}
+    for _ in range(2):
+        assert evslip("windows", a, tmp_path / "w.h5", "--no-balance", "--length-s", 0.01).returncode == 0

@@ -119,13 +119,16 @@ def verify(dataset: Positional[Path]) -> None:
     """Check every byte of a data set; exit code 2 if anything is damaged, missing or surplus.
 
     Args:
-        dataset: Folder of the data set.
+        dataset: Folder of the data set, or of what `evslip publish` wrote.
     """
     from evslip.data.dataset import open_dataset
+    from evslip.exchange.publishing.publication_check import find_problems, is_publication
 
-    problems = open_dataset(dataset).verify()
+    is_published = is_publication(dataset)
+    problems = find_problems(dataset) if is_published else open_dataset(dataset).verify()
     for problem in problems:
         console.print(problem)
     if problems:
-        raise EvslipError(f"{dataset}: {len(problems)} problems found; delete the files named and generate again")
+        again = "publish the data set again" if is_published else "delete the files named and generate again"
+        raise EvslipError(f"{dataset}: {len(problems)} problems found; {again}")
     console.print(f"{dataset}: every record is whole")

@@ -8,6 +8,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 from evslip.cli.options import DETECTOR, Browser, Port, given, options_of
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import require_not_read
 from evslip.utils.progress import Step
 from evslip.view.pictures.film_settings import FilmSettings
 
@@ -47,8 +48,8 @@ def play(
 
     Args:
         config: Preset or TOML file that the objects and motions are drawn from.
-        controller: Controller of the grip force at the start: off, constant, strong, oracle, late-oracle, event-rate,
-            detector or detector-pi.
+        controller: Controller of the grip force at the start: off, constant, strong, oracle, cone-oracle, late-oracle,
+            event-rate, detector or detector-pi.
     """
     from evslip.view.play.serve import play as serve_play
 
@@ -131,6 +132,7 @@ def report(
     if pictures < 0:
         raise ConfigError(f"pictures: {pictures} is out of range, expected 0 or more")
     where = out or (folder.parent if folder.is_file() else folder) / "report.html"
+    require_not_read(where, folder, model, windows, *compare)
     if is_model_or_evaluation(folder):
         for name, value in {"model": model, "windows": windows, "compare": compare, "camera": camera}.items():
             if value:

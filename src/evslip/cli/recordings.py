@@ -11,6 +11,7 @@ from evslip.exchange.importing.settings import Importing
 from evslip.exchange.selection import ENDLESS_S, Flip, Rotation
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.files import require_not_read
 
 ImportOptions = options_of(
     Importing,
@@ -42,6 +43,7 @@ def import_(
     from evslip.exchange.vt_snn import import_vt_snn, is_vt_snn
 
     settings = Importing(**given(settings))
+    require_not_read(out, recording, settings.labels)
     if is_vt_snn(recording):
         made = import_vt_snn(recording, out, length_s, settings.size)
         console.print(f"{out}: {len(made)} records")
@@ -103,6 +105,7 @@ def convert(
         raise ConfigError("slice: expected either --slice, or --start-s and --end-s")
     if not whole:
         slice = (start_s, ENDLESS_S if end_s is None else end_s)
+    require_not_read(out, without)
     pixels = () if without is None else read_pixels(without)
     selection = Selection(crop, slice, polarity, from_zero, rotate, flip, pixels)
     done = convert_format(source, out, selection, frames_hz, camera)
@@ -139,6 +142,8 @@ def info(
 
     if not 0 <= gap_ms < 1e12:
         raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")
+    if hot is not None:
+        require_not_read(hot, file)
     gap_us = round(gap_ms * 1e3)
     known = about(read(file, events=False, camera=camera)) if is_record(file) else {}
     facts, quality = examine(file, gap_us, camera)

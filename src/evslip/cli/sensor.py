@@ -11,6 +11,7 @@ from evslip.cli.recordings import describe
 from evslip.learn.realism.settings import RealismSettings
 from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import require_not_read
 
 
 def calibrate(
@@ -39,6 +40,7 @@ def calibrate(
     enough = len(recordings_and_out) >= 2
     require_paths("calibrate", recordings_and_out, enough, "one or more recordings, then the file to write")
     *recordings, out = recordings_and_out
+    require_not_read(out, *recordings)
     if out.suffix.lower() == ".npz":
         _noise(recordings, out)
         return
@@ -92,6 +94,8 @@ def realism(
             f"realism: {words} given{'' if camera is None else f' with --camera {camera}'}; expected a recording and a "
             "file of simulated events, or a recording and --camera"
         )
+    for written in filter(None, (out, json)):
+        require_not_read(written, *files)
     wanted = RealismSettings(**given(settings))
     if camera is None:
         title, pair = f"{files[1].name} against {files[0].name}", pair_of_files(files[0], files[1], wanted)

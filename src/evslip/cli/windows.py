@@ -9,6 +9,7 @@ from evslip.cli.options import HIDDEN, Split, given, options_of, require_paths
 from evslip.utils.atomic import require_place
 from evslip.utils.console import console
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import require_not_read
 from evslip.utils.progress import Step
 from evslip.windows.settings import WindowSettings
 
@@ -44,21 +45,25 @@ def windows(
     from evslip.exchange.vt_snn import export_windows
     from evslip.windows.cutting import windows_of
     from evslip.windows.mixture import Mixture
+    from evslip.windows.window_set import require_replaceable
 
     settings = WindowSettings(**given(settings))
     enough = len(datasets_and_out) >= 2
     require_paths("windows", datasets_and_out, enough, "one or more data sets, then the file to write")
     *datasets, out = datasets_and_out
     require_place(out)
+    require_not_read(out, *datasets)
+    require_replaceable(out)
     sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]
     sets = [samples.seen_by(camera) for samples in sets]
     if visualize is not None and (len(sets) > 1 or not sets[0].splits):
         which = "several are given" if len(sets) > 1 else f"{datasets[0]} is none"
         raise ConfigError(f"visualize: expected one data set of simulated samples, whose frames can be drawn; {which}")
     if visualize is not None:
-        from evslip.view.pictures.window_pictures import check_folder
+        from evslip.view.pictures.window_pictures import check_cameras, check_folder
 
         check_folder(visualize)
+        check_cameras(sets[0])
     cut = windows_of(Mixture(sets), settings, whole_sensor)
     cut.save(out)
     console.print(f"{out}: {cut.summary()}")

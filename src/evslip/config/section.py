@@ -43,9 +43,9 @@ class Within:
 
     def check(self, name: str, value: Any) -> None:
         low, high = extremes(value)
-        if low < self.low or high > self.high:
-            bad = low if low < self.low else high
-            shown = f"{bad:g}" if abs(bad) < 1e300 else "a number of over 300 digits"
+        if not (self.low <= low and high <= self.high):  # nan is out of every range
+            bad = high if low >= self.low else low
+            shown = f"{bad:g}" if not abs(bad) >= 1e300 else "a number of over 300 digits"
             reason = f"; {self.reason}" if self.reason else ""
             raise wrong(name, f"{shown} is out of range, expected {self.low:g} to {self.high:g}{reason}")
 

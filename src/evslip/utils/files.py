@@ -30,6 +30,20 @@ def require_file(path: str | Path, may_be_empty: bool = False) -> Path:
     return path
 
 
+def require_not_read(out: Path, *inputs: Path | None) -> None:
+    """Raise DataError where the file to write is one of those that are read."""
+    for path in inputs:
+        if path is not None and _is_same(out, path):
+            raise DataError(f"{out}: is the file that is read; give the new one another name")
+
+
+def _is_same(a: Path, b: Path) -> bool:
+    try:
+        return a.samefile(b)
+    except (OSError, ValueError):  # one of them is not there
+        return False
+
+
 def read_text(path: str | Path, most_bytes: int) -> str:
     """The text of a file in UTF-8, a byte order mark left out. Raises DataError, for a larger one before it is read."""
     path = require_file(path, may_be_empty=True)
@@ -49,6 +63,12 @@ def stamp_of(name: str | Path) -> tuple[int, int]:
     except (OSError, RuntimeError, ValueError):
         return 0, 0
     return status.st_mtime_ns, status.st_size
+
+
+def printable(name: str) -> str:
+    """Name of a file as a text that can be stored: a file system allows any bytes in it, those that are not UTF-8 are
+    shown as \\xff."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 
 
 def named(name: str) -> tuple[Path, str]:

@@ -12,12 +12,14 @@ from evslip.data.footage import Footage
 from evslip.data.intervals import Interval
 from evslip.data.record import Record
 from evslip.events.stream import Events, empty_events
+from evslip.learn.streaming.stream import Detection
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.explorer.app import MOST_EVENTS, Explorer, make_app
 from evslip.view.explorer.labels import Labels
 from evslip.view.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
 from evslip.view.explorer.serve import explore
 from evslip.view.explorer.shelf import open_recording, open_shelf
+from evslip.view.pictures.detection import MOST_POINTS
 from evslip.view.report.facts import facts_of
 from evslip.view.web.guard import MOST_BYTES
 from evslip.view.web.pages import KINDS, files
@@ -137,6 +139,17 @@ def test_about_holds_what_the_page_draws(client: TestClient):
     seconds = (about["end_us"] - about["start_us"]) / 1e6
     total = sum(sum(line) for line in rate["lines"].values()) * 1e3 * seconds / len(rate["t_us"])
     assert total == pytest.approx(200, rel=0.01)  # all events lie within the span
+
+
+def test_the_page_gets_as_many_answers_as_it_can_draw(samples: Path, monkeypatch: pytest.MonkeyPatch):
+    count = 7 * MOST_POINTS
+    p_slip = np.zeros(count, np.float32)
+    p_slip[123_456] = 0.9
+    many = Detection(np.arange(count) * 10_000, p_slip, np.ones(count, np.int64), 0.5)
+    monkeypatch.setattr("evslip.learn.detect", lambda *_: many)
+    app = make_app(Explorer(open_shelf(samples), Path("default")), [HOST])
+    found = TestClient(app, base_url=f"http://{HOST}").get("/api/samples/0/detection").json()
+    assert len(found["t_us"]) == len(found["p_slip"]) == MOST_POINTS and max(found["p_slip"]) == 0.9
 
 
 def test_a_recording_has_no_frames(labeller: TestClient):

@@ -169,6 +169,19 @@ def test_a_sample_plays_and_is_scrubbed(open_page, moving: Path, size: tuple[int
     assert head["x"] == pytest.approx(box["x"] + 66 + 0.5 * (box["width"] - 76), abs=2)
 
 
+def test_a_curve_of_an_hour_is_drawn(open_page, samples: Path):
+    page = open_page(open_shelf(samples))
+    page.evaluate("""async () => {
+        const {Charts} = await import("/static/chart.js");
+        const holder = document.body.appendChild(document.createElement("div"));
+        holder.innerHTML = "<canvas></canvas><div></div>";
+        const t_us = Array.from({length: 300_000}, (_, i) => i);
+        const curves = [{name: "slip", unit: "", t_us, lines: {p: t_us}}];
+        const about = {curves, start_us: 0, end_us: 3e5, origin_us: 0, held: [], slips: [], phases: []};
+        new Charts(holder.firstChild, about, {t: 0}).draw();
+    }""")
+
+
 def test_three_intervals_are_labelled_and_found_again(open_page, recording: Path, tmp_path: Path):
     path = tmp_path / "labels.csv"
     page = open_page(open_recording(recording), Labels(path))

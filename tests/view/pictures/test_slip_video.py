@@ -68,6 +68,11 @@ def test_wrong_settings_are_named():
         FilmSettings(speed=0)
     with pytest.raises(ConfigError, match="what"):
         FilmSettings(what="sound")  # type: ignore[arg-type]
+    for wrong in (float("nan"), float("inf"), 1e300):
+        with pytest.raises(ConfigError, match=r"start_s: .* is out of range"):
+            FilmSettings(start_s=wrong)
+        with pytest.raises(ConfigError, match=r"end_s: .* is out of range"):
+            FilmSettings(end_s=-wrong)
     some = recording(random_events(np.random.default_rng(0), 9))
     with pytest.raises(ConfigError, match="end after the start"):
         Film([some], FilmSettings(start_s=2, end_s=1))

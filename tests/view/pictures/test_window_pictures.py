@@ -6,14 +6,16 @@ import pytest
 from PIL import Image
 
 import evslip
-from evslip.config.loading import dump_config
+from command_line import evslip as evslip_verb
+from evslip.config.loading import dump_config, load_config
 from evslip.data import building, record_file
 from evslip.data.dataset import open_dataset
 from evslip.physics.truth import measure
-from evslip.utils.errors import DataError
+from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.window_pictures import PICTURES, name_of, write_windows
 from evslip.windows.window_set import WindowSettings
 from sample_records import CONFIG, random_events, simulated
+from two_cameras import KEYS, seen_by_two
 
 
 @pytest.mark.slow
@@ -58,3 +60,15 @@ def test_a_file_in_the_way_is_named(tmp_path: Path):
     (tmp_path / "file").write_text("")
     with pytest.raises(DataError, match="is a file"):
         write_windows(tmp_path / "file", None, None)  # type: ignore[arg-type]
+
+
+def test_windows_of_two_cameras_are_refused_together(tmp_path: Path):
+    root = tmp_path / "data"
+    building.create(root, dump_config(load_config("demo", KEYS)))
+    sample = seen_by_two()
+    building.add(root, sample, record_file.encode(sample))
+    with pytest.raises(ConfigError, match=r"visualize: .*several cameras.* expected --camera left"):
+        write_windows(tmp_path / "pictures", None, open_dataset(root).seen_by("all"))  # type: ignore[arg-type]
+    done = evslip_verb("windows", root, tmp_path / "w.h5", "--camera", "all", "--visualize", tmp_path / "pictures")
+    assert done.returncode == 2 and "several cameras" in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"data"}

@@ -265,6 +265,17 @@ def test_angles_and_thresholds_are_where_they_belong():
     assert "late" not in texts  # outside what is recorded
 
 
+@pytest.mark.parametrize(("thresholds", "drawn"), [((0.0, 1.0), [1.0]), ((0.0, 0.0), [])])
+def test_a_threshold_of_nothing_has_no_line_on_a_logarithmic_axis(thresholds: tuple[float, float], drawn: list[float]):
+    truth = long_sample(0, "train").truth
+    assert truth is not None
+    still = truth._replace(theta_deg=0 * truth.theta_deg)
+    layout = figures.theta(still, None, [], {}, thresholds)["layout"]
+    assert [s["y0"] for s in layout["shapes"] if s.get("xref") == "paper"] == drawn
+    assert all(math.isfinite(note["y"]) for note in layout["annotations"])
+    assert layout["yaxis"]["range"][0] < layout["yaxis"]["range"][1] < math.inf
+
+
 def test_the_overlay_paints_the_last_event_of_a_pixel():
     grey = np.full((3, 4, 3), 100, np.uint8)
     x, y = np.array([1, 1, 3], np.uint16), np.array([2, 2, 0], np.uint16)

@@ -92,10 +92,11 @@ class Explorer:
 
     def _detect(self, position: int) -> dict[str, Any]:
         from evslip.learn import detect
+        from evslip.view.pictures.detection import thinned
 
         assert self.model is not None  # asked before
         record = self._open(position).record
-        found = detect(self.model, record.events, record.size)
+        found = thinned(detect(self.model, record.events, record.size))
         return {
             "t_us": found.t_us.tolist(),
             "p_slip": np.round(found.p_slip.astype(float), 4).tolist(),

@@ -76,7 +76,7 @@ def detection_png(
     events a window."""
     from matplotlib.figure import Figure
 
-    detection = _thinned(detection)
+    detection = thinned(detection)
     t_s = (detection.t_us - detection.start_us) / 1e6
     speeds = _speeds(detection)
     figure = Figure(figsize=(10, 4.5 + 1.5 * len(speeds)), layout="constrained")
@@ -113,7 +113,8 @@ def detection_png(
     return figure_png(figure, dpi=110)
 
 
-def _thinned(detection: Detection) -> Detection:
+def thinned(detection: Detection) -> Detection:
+    """Few enough answers to be drawn: of every few the greatest probability and number of events."""
     every = -(-len(detection.t_us) // MOST_POINTS)
     if every <= 1:
         return detection

@@ -115,12 +115,14 @@ def theta(
             shapes.append({"type": "line", "x0": stop, "x1": stop, "y0": 0, "y1": 1, "yref": "paper", "line": line})
             notes.append({"x": (start + stop) / 2, "y": 1.06, "yref": "paper", "text": name, "showarrow": False})
     for value, text in zip(thresholds_deg, ("below: hold", "above: slip"), strict=True):
+        if value <= 0:  # no place on a logarithmic axis
+            continue
         line = {"color": "rgba(200,60,60,0.9)", "width": 1.5, "dash": "dash"}
         shapes.append({"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": value, "y1": value, "line": line})
         side = {"x": 0.13, "xref": "paper", "xanchor": "left", "yanchor": "bottom", "showarrow": False}
         # On a logarithmic axis Plotly wants the exponent; the page replaces it when the axis is made linear.
         notes.append({**side, "y": float(np.log10(value)), "text": f"{value:g}° · {text}", "name": f"{value:g}"})
-    top = max([float(truth.theta_deg.max(initial=0)) for truth in truths] + [thresholds_deg[1]])
+    top = max([float(truth.theta_deg.max(initial=0)) for truth in truths] + [thresholds_deg[1], LEAST_DEG])
     return {
         "data": traces,
         "layout": {

@@ -5,6 +5,7 @@ from typing import Literal, get_args
 
 from evslip.utils.errors import ConfigError
 
+MOST_S = 1e9
 What = Literal["both", "frames", "events"]
 
 
@@ -29,3 +30,7 @@ class FilmSettings:
         for name, least, most in (("speed", 1e-4, 10.0), ("window_ms", 0.01, 1e5)):
             if not least <= getattr(self, name) <= most:
                 raise ConfigError(f"{name}: {getattr(self, name):g} is out of range, expected {least:g} to {most:g}")
+        for name in ("start_s", "end_s"):
+            value = getattr(self, name)
+            if value is not None and not abs(value) <= MOST_S:
+                raise ConfigError(f"{name}: {value:g} is out of range, expected {-MOST_S:g} to {MOST_S:g}")

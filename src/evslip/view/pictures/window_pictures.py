@@ -10,7 +10,7 @@ from evslip.data.record import Record
 from evslip.data.samples import Samples
 from evslip.events.overlay import overlay
 from evslip.utils import atomic
-from evslip.utils.errors import DataError
+from evslip.utils.errors import ConfigError, DataError
 from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.pictures.images import encoded
 from evslip.view.pictures.slip_video import Film, FilmSettings
@@ -34,15 +34,23 @@ def check_folder(folder: Path) -> None:
         raise DataError(f"{folder}: is a file; expected a folder, new or not")
 
 
+def check_cameras(samples: Samples) -> None:
+    """Raise ConfigError for samples as several cameras saw them: a window does not say which of them saw it."""
+    names = [listed.name for listed in samples.listing]
+    if len(set(names)) < len(names):
+        raise ConfigError("visualize: windows of several cameras are not told apart; expected --camera left or right")
+
+
 def write_windows(
     folder: Path, windows: Windows, samples: Samples, progress: Callable[[], None] = lambda: None
 ) -> None:
     """Write NAME.mp4, NAME_k.png and NAME_k_events.png of each window into a folder; see `name_of`.
 
-    Windows must be of the data set's simulated samples. `progress` is called after each. Raises DataError,
-    StorageError.
+    Windows must be of the data set's simulated samples. `progress` is called after each. Raises ConfigError for
+    samples as several cameras saw them, DataError, StorageError.
     """
     check_folder(folder)
+    check_cameras(samples)
     for position, listed in enumerate(samples.listing):
         chosen = np.flatnonzero(windows.name == listed.name)
         if len(chosen):
