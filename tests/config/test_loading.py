@@ -19,6 +19,12 @@ def test_presets_load_and_survive_a_round_trip_through_toml(preset, tmp_path):
     assert load_config(path) == config
 
 
+def test_text_of_any_characters_survives_a_round_trip_through_toml():
+    for text in ("caf\u00e9", "\U0001f600", "\x7f", 'a"b\\c', "\x01\t"):
+        config = load_config("simple", {"object.texture": text})
+        assert config_from_text(dump_config(config)).object.texture == text
+
+
 def test_a_file_states_only_what_differs_from_its_preset(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('preset = "complex"\n[object]\nmass_kg = 0.05\n')

@@ -41,6 +41,14 @@ def test_the_hand_follows_the_path_exactly(held):
     assert np.degrees((down.inv() * hand).magnitude()).max() < 0.01
 
 
+@pytest.mark.parametrize("force_n", [47.0, 60.0])
+def test_the_pads_press_with_any_force_that_the_configuration_allows(force_n):
+    short = {"motion.kind": "hold", "motion.duration_s": 3.0, "motion.hold_s": 0.1, "grip.force_n": force_n}
+    trajectory = simulate(weighing(0.3, short))
+    truth = measure(trajectory)
+    assert np.median(trajectory.pad_force_n[truth.held], axis=0) == pytest.approx([force_n, force_n], rel=0.01)
+
+
 def test_its_joints_are_the_tool_centre_and_fill_the_columns_of_the_arm(held):
     tool, tilt = tool_path(held.params, held.t_us / 1e6)
     assert held.joints.shape == (len(held.t_us), 9)

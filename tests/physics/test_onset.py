@@ -14,7 +14,7 @@ from evslip.physics.grip import LEFT, contact_elements, grasp
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.onset import load_per_kg, onset_mass, pad_surface
 from evslip.physics.scene_model import GRAVITY_M_S2
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, PlanRejected
 from pads import contact_patch
 
 AT_REST = {"motion.lift_m": 0.0, "motion.move_y_m": 0.0, "motion.tilt_deg": 0.0, "motion.duration_s": 60.0}
@@ -73,6 +73,13 @@ def test_elements_share_the_force_and_centre_on_the_patch():
     assert weights.sum() == pytest.approx(1)
     assert weights @ points == pytest.approx([(x0 + x1) / 2, (z0 + z1) / 2])
     assert weights @ (points[:, 0] - (x0 + x1) / 2) ** 2 == pytest.approx((x1 - x0) ** 2 / 12)
+
+
+def test_a_motion_that_is_too_long_is_refused_before_its_load_is_looked_at():
+    params = with_values(**{"motion.kind": "rotate"})
+    long = params.model_copy(update={"motion": params.motion.model_copy(update={"cycles": 1000})})
+    with pytest.raises(PlanRejected, match=r"rotate takes .* expected at most 1,000"):
+        onset_mass(long)
 
 
 def test_the_load_at_rest_is_gravity_at_its_lever():

@@ -89,6 +89,12 @@ def test_an_object_heavier_than_friction_can_carry_is_not_lifted_and_is_a_typed_
     assert caught.value.kind == "never_lifted"
 
 
+def test_pads_may_be_told_to_press_with_nothing(light):
+    model = scene_model.build(light.params)
+    scene_model.set_compliance(model, 0.0)
+    assert np.isfinite(model.pair_solimp).all() and np.isfinite(model.pair_solref).all()
+
+
 def test_equal_parameters_give_equal_bits(light):
     again = simulate(light.params)
     for name, value in light._asdict().items():

@@ -106,10 +106,19 @@ def _assign(tree: dict[str, Any], key: str, value: Any, source: str) -> None:
 
 
 def _toml(value: Any) -> str:
-    if isinstance(value, bool | str):
+    if isinstance(value, str):
+        return f'"{"".join(map(_toml_character, value))}"'
+    if isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + " }"
     return repr(value)
+
+
+def _toml_character(one: str) -> str:
+    """As JSON writes it but for what TOML does not take from there: pairs of surrogates, and a bare U+007F."""
+    if ord(one) > 0xFFFF or one == "\x7f":
+        return f"\\U{ord(one):08x}"
+    return json.dumps(one)[1:-1]

@@ -43,8 +43,8 @@ def weigh(config: Config, params: Params) -> Params:
     """Parameters of a natural sample with a mass that surely slips or surely holds, as slip_fraction wants it.
 
     The range that the configuration gives is cut at its guaranteed end, 1.25 or 0.85 of the sample's own onset mass,
-    and the mass keeps its relative place in it. Where nothing is left of the range, it reaches 30 % beyond the
-    guaranteed slip, or down to half of the guaranteed hold.
+    and the mass keeps its relative place in it. It always reaches 30 % beyond the guaranteed slip, or down to half of
+    the guaranteed hold, also where the configuration's does not.
     """
     slips = shall_slip(config, params.index, params.split)
     if slips is None or params.slip.kind != NATURAL:

@@ -11,7 +11,7 @@ from evslip.physics.inertia import centre_of_mass_m, gyration_m2
 from evslip.physics.inputs.disturbance import undisturbed
 from evslip.physics.limit_surface import LimitSurface
 from evslip.physics.motion.phases import hanging_phases, phase_times
-from evslip.physics.motion.servo_plan import tool_path
+from evslip.physics.motion.servo_plan import checked_duration_s, tool_path
 from evslip.physics.scene_model import GRAVITY_M_S2
 from evslip.utils.errors import ConfigError
 
@@ -28,8 +28,9 @@ def onset_mass(params: Params, phases: Collection[str] | None = None) -> float:
     The load is gravity, the acceleration of the centre of mass and the angular acceleration of the planned motion. The
     resistance is the limit surface of two pads, each pressing with grip.force_n evenly over the part of the object that
     it covers. object.mass_kg itself plays no part, and no disturbance: it comes on top. Raises ConfigError for an
-    unknown phase.
+    unknown phase, PlanRejected for a motion that is too long.
     """
+    checked_duration_s(params)
     params = undisturbed(params)
     hanging = hanging_phases(params)
     chosen = hanging if phases is None else tuple(phases)

@@ -28,6 +28,8 @@ PAD_RELAXATION_S = 0.0005
 PAD_SLACK_M_S2 = 2000.0
 """Grip force times the regularisation of the pads' normal forces (MuJoCo's R, in 1/kg): large against what sliding
 adds to the normal forces in MuJoCo's cone, see docs/explanation/physics.md."""
+LEAST_FORCE_N = 1e-3
+"""Pads that press with less are as soft as under this force."""
 STICK_DAMPING_HZ = 1e5
 """Friction damping while a contact sticks: stops what an arm drifts against the object within one step."""
 SLAB_M = 0.004
@@ -148,7 +150,7 @@ def set_compliance(model: mujoco.MjModel, force_n: float) -> None:
     MuJoCo's contact force f obeys R f = -(a + b v + k r), so its spring is k / R and its damper b / R. R itself follows
     from the impedance d and the inverse masses A by R = A (1 - d) / d.
     """
-    regularisation = PAD_SLACK_M_S2 / force_n
+    regularisation = PAD_SLACK_M_S2 / max(force_n, LEAST_FORCE_N)
     stiffness = PAD_SLACK_M_S2 / (pad_points(model) * PAD_GIVE_M)
     touching = model.geom_bodyid[[model.pair_geom1[0], model.pair_geom2[0]]]
     inverse_mass = model.body_invweight0[touching, 0].sum()

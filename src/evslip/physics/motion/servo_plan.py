@@ -16,7 +16,7 @@ from evslip.physics.motion.phases import phase_bounds_s, planned_bounds_s
 from evslip.physics.motion.shaking import shaking_m
 from evslip.physics.robots.catalogue import robot_of
 from evslip.physics.robots.description import Arm
-from evslip.physics.robots.model import CARTESIAN_RATE_RAD_S
+from evslip.physics.robots.model import CARTESIAN_RATE_RAD_S, FINGER_STIFFNESS
 from evslip.physics.scene_model import TIMESTEP_S
 from evslip.physics.vibration.tremor import tremor_rad
 from evslip.scene.motions import KINDS
@@ -26,8 +26,9 @@ from evslip.utils.errors import ConfigError, PlanRejected
 CLEARANCE_M = 0.0005
 """The object is set down from, or pressed by, at most this much."""
 APPROACH_M = 0.06
-CLOSE_INTO_M = 0.012
-"""Fingers are commanded to close this far into the object, so that they push with all the force they may."""
+CLOSE_INTO_M, CLOSE_INTO = 0.012, 1.1
+"""Fingers are commanded to close at least this far into the object, and this many times as far as their servos give
+under the greatest force, so that they push with all the force they may."""
 APPROACH_S, CLOSE_S, OPEN_S = 0.5, 0.35, 0.15
 """Nominal times of coming down or going up, of closing and of opening."""
 RETREAT_AFTER_S = 0.2
@@ -50,6 +51,18 @@ class ServoPlan(NamedTuple):
 def duration_s(params: Params) -> float:
     """Length of the whole motion in seconds."""
     return phase_bounds_s(params)["release"][1]
+
+
+def checked_duration_s(params: Params) -> float:
+    """The same. Raises PlanRejected where it is too long."""
+    duration = duration_s(params)
+    if duration > LONGEST_S:
+        raise PlanRejected(
+            "too_long",
+            f"motion: {params.motion.kind} takes {duration:,.0f} s, expected at most {LONGEST_S:,.0f}; "
+            "give motion.duration_s, motion.cycles, motion.hold_s or the way-points less time",
+        )
+    return duration
 
 
 def planned_time_s(params: Params, t_s: np.ndarray) -> np.ndarray:
@@ -78,7 +91,9 @@ def tool_path(params: Params, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def finger_travel(params: Params, t_s: np.ndarray) -> np.ndarray:
     """Commanded travel of each finger in metres, of shape (n,)."""
     bounds, slower, t_s = planned_bounds_s(params), scale(params.motion), planned_time_s(params, t_s)
-    opened, closed = open_travel_m(params), planned_grasp(params).gap_m / 2 - CLOSE_INTO_M
+    most_n = max(params.grip.force_n, params.grip.most_n)
+    into_m = max(CLOSE_INTO_M, CLOSE_INTO * most_n / FINGER_STIFFNESS)
+    opened, closed = open_travel_m(params), planned_grasp(params).gap_m / 2 - into_m
     grasp = step(t_s, bounds["initial"][0], CLOSE_S * slower) - step(t_s, bounds["release"][0], OPEN_S * slower)
     return opened + (closed - opened) * grasp
 
@@ -88,13 +103,7 @@ def plan(params: Params, model: mujoco.MjModel) -> ServoPlan:
     something into the table or the hand, and for a motion that lasts too long."""
     clearance.check_grip(params)
     disturbance.check(params)
-    duration = duration_s(params)
-    if duration > LONGEST_S:
-        raise PlanRejected(
-            "too_long",
-            f"motion: {params.motion.kind} takes {duration:,.0f} s, expected at most {LONGEST_S:,.0f}; "
-            "give motion.duration_s, motion.cycles, motion.hold_s or the way-points less time",
-        )
+    duration = checked_duration_s(params)
     coarse_s = np.linspace(0, duration, round(duration * RATE_HZ) + 1)
     clearance.check_object(params, coarse_s, *tool_path(params, coarse_s))
     t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S
