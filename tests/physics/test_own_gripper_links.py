@@ -157,6 +157,13 @@ WRONG_FILES = [
     ('<box size="0.05 0.13 0.06"/>', '<mesh filename="palm.stl"/>', r"palm: palm\.stl: there is no such file"),
     ('<box size="0.05 0.13 0.06"/>', '<box size="wide"/>', r"gripper\.file: a number or an attribute is wrong"),
     (
+        'size="0.05 0.13 0.06"',
+        'size="0.05 nan 0.06"',
+        r"gripper\.file: .*: '0\.05 nan 0\.06', expected 3 finite numbers",
+    ),
+    ('size="0.05 0.13 0.06"', 'size="0.05 0 0.06"', r"gripper\.file: palm has a shape that is flat; expected one with"),
+    ('size="0.018 0.010 0.078"', 'size="0.018 0 0.078"', r"gripper\.file: left_jaw has a shape that is flat; expected"),
+    (
         '<parent link="palm"/><child link="left_jaw"/>',
         '<parent link="right_jaw"/><child link="left_jaw"/>',
         r"joints\.0: 'left_slide' is not on 'palm'; expected a joint that gripper\.base carries",

@@ -13,8 +13,9 @@ from evslip.draws.draw import draw
 from evslip.physics.onset import onset_mass
 from evslip.physics.robots.catalogue import robot_of
 from evslip.physics.robots.description import FINGER_Z_M, TCP_M, corners_of
+from evslip.physics.robots.model import spec_of
 from evslip.physics.robots.own import load
-from evslip.physics.robots.urdf import chain
+from evslip.physics.robots.urdf import chain, tree
 from evslip.physics.simulation import simulate
 from evslip.physics.truth import measure
 from evslip.rendering import render
@@ -145,6 +146,35 @@ def test_an_mjcf_is_the_same_arm_as_mujoco_makes_of_it(tmp_path):
     assert len(links[2].collisions) == 1  # what nothing touches is seen alone
 
 
+@pytest.mark.parametrize(("kind", "unit"), [("hinge", "1.571 rad"), ("slide", "90 m")])
+def test_a_joint_of_an_mjcf_with_a_ref_is_refused(tmp_path, kind, unit):
+    joint = f'<joint name="c" type="{kind}" ref="90" range="0 180"/><geom size="1"/>'
+    (tmp_path / "arm.xml").write_text(f"<mujoco><worldbody><body>{joint}</body></worldbody></mujoco>")
+    with pytest.raises(ConfigError, match=rf"^{tmp_path}/arm\.xml: joint 'c' has a ref of {unit}; expected 0, as in a"):
+        tree(tmp_path / "arm.xml")
+
+
+def test_a_relative_path_is_another_robot_in_another_folder(tmp_path, monkeypatch):
+    for name in ("small", "large"):
+        (tmp_path / name).mkdir()
+        text = f'format = "evslip robot"\nversion = 1\n[gripper]\nname = "{name}"\n'
+        (tmp_path / name / "robot.toml").write_text(text)
+        monkeypatch.chdir(tmp_path / name)
+        assert load("robot.toml").robot.gripper.name == name
+
+
+def test_a_link_to_itself_is_told(tmp_path):
+    (tmp_path / "loop.toml").symlink_to("loop.toml")
+    with pytest.raises(ConfigError, match=r"loop\.toml: cannot be opened"):
+        load(str(tmp_path / "loop.toml"))
+
+
+def test_a_urdf_may_have_settings_of_mujoco(robot):
+    settings = '<mujoco><compiler fusestatic="true" discardvisual="true"/></mujoco></robot>'
+    changed(robot.parent / "arm.urdf", ("</robot>", settings))
+    assert spec_of(load(str(robot)).robot, 1.0).compile().nq == 8
+
+
 def test_a_finger_may_be_seen_as_a_mesh(robot):
     mesh = np.array([[-8.0, 2, 80], [8, 2, 80], [0, 12, 80], [0, 2, 158]])
     stl(robot.parent / "jaw.stl", mesh)
@@ -252,6 +282,9 @@ WRONG = [
     ),
     ("[gripper.left]  ", '[gripper.left]\nmesh = "jaw.glb"\n#', r"gripper\.left\.mesh: jaw\.glb: unknown kind of mesh"),
 ]
+STRAY_LOOP = """<link name="x"/><link name="y"/>
+<joint name="xy" type="fixed"><parent link="x"/><child link="y"/></joint>
+<joint name="yx" type="fixed"><parent link="y"/><child link="x"/></joint></robot>"""
 WRONG_ARMS = [
     ('<robot name="box_arm">', '<!DOCTYPE r [<!ENTITY e SYSTEM "/etc/hosts">]><robot name="box_arm">', "has a DOCTYPE"),
     ('<robot name="box_arm">', "<robot", "not valid XML"),
@@ -275,6 +308,16 @@ WRONG_ARMS = [
         r"arm\.file: upper is flat; expected a shape with a volume",
     ),
     ('<box size="0.08 0.10 0.44"/>', '<box size="wide"/>', r"arm\.file: a number or an attribute is wrong or missing"),
+    ('<link name="fore">', '<link name="four">', r"arm\.file: joint 'elbow' ends at link 'fore', which is not there"),
+    ("</robot>", STRAY_LOOP, r"arm\.file: link 'y' carries itself in a loop of joints; expected a tree"),
+    ('xyz="0 0 0.38"', 'xyz="0 0.38"', r"arm\.file: .*: '0 0\.38', expected 3 finite numbers"),
+    ('xyz="0 0 0.38"', 'xyz="0 0 0.38 0"', r"arm\.file: .*: '0 0 0\.38 0', expected 3 finite numbers"),
+    ('<?xml version="1.0"?>', '<?xml version="1.0" encoding="foo"?>', r"not valid XML: unknown encoding: foo"),
+    (
+        '<visual><origin xyz="0 0 0.19"/>',
+        '<visual><geometry><box size="0.1 0.1 0"/></geometry></visual><visual><origin xyz="0 0 0.19"/>',
+        r"arm\.file: upper has a shape that is flat; expected one with a volume",
+    ),
 ]
 
 

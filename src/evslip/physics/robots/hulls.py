@@ -60,6 +60,11 @@ def has_volume(corners: np.ndarray) -> bool:
         return False
 
 
+def has_flat_body(shapes: tuple[Shape, ...]) -> bool:
+    """Whether one of shapes is a body, not a mesh, that encloses no volume, which cannot be drawn."""
+    return any(shape.file is None and not has_volume(shape.corners) for shape in shapes)
+
+
 def shape_corners(shape: Shape) -> np.ndarray:
     """Corners of a shape in the frame of its link, in metres, of shape (n, 3)."""
     corners = shape.corners if shape.file is None else mesh_corners(shape.file) * shape.scale

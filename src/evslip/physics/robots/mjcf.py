@@ -31,6 +31,7 @@ def as_urdf(root: ET.Element, path: Path) -> ET.Element:
             raise ConfigError(f"{path}: body {names[body]!r} has {count} joints; expected at most one, as in a URDF")
         joint = int(model.body_jntadr[body]) if count else None
         if joint is not None:
+            _require_no_ref(model, joint, path)
             anchors[body] = model.jnt_pos[joint]
         link = ET.SubElement(robot, "link", name=names[body])
         _add_inertia(link, model, body, anchors[body])
@@ -66,6 +67,19 @@ def _compiled(root: ET.Element, path: Path) -> mujoco.MjModel:
         return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
     except ValueError as error:
         raise ConfigError(f"{path}: MuJoCo says: {' '.join(str(error).split())[:200]}") from None
+
+
+def _require_no_ref(model: mujoco.MjModel, joint: int, path: Path) -> None:
+    """Raise ConfigError for a hinge or a slide that is not at 0 where the bodies are as they are drawn."""
+    kind, start = mujoco.mjtJoint(int(model.jnt_type[joint])), float(model.qpos0[model.jnt_qposadr[joint]])
+    if kind not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE) or start == 0:
+        return
+    name = _name(model, mujoco.mjtObj.mjOBJ_JOINT, joint, "joint")
+    unit = "rad" if kind == mujoco.mjtJoint.mjJNT_HINGE else "m"
+    raise ConfigError(
+        f"{path}: joint {name!r} has a ref of {start:.4g} {unit}; expected 0, as in a URDF: take it off "
+        "the joint's range and, of an arm, off arm.rest_deg"
+    )
 
 
 def _name(model: mujoco.MjModel, kind: Any, number: int, usual: str) -> str:

@@ -35,18 +35,28 @@ class Own(NamedTuple):
     """Time of change and size of every file."""
 
 
-_KNOWN: dict[str, Own] = {}
-"""Robots that were read, by their files' paths: read again where one of their files has changed."""
+_KNOWN: dict[tuple[Path, Path], Own] = {}
+"""Robots that were read, by their files' absolute and resolved paths: read again where one of their files has changed.
+Of a link both count, for what a file names lies beside the link, not beside what it leads to."""
 
 
 def load(kind: str) -> Own:
     """The robot of a file. Raises ConfigError."""
-    known = _KNOWN.get(kind)
+    key = _key(kind)
+    known = _KNOWN.get(key)
     if known is None or any(stamp_of(file) != stamp for file, stamp in known.stamps.items()):
         for read in (urdf.tree, urdf.chain, hulls.mesh_corners):
             read.cache_clear()
-        known = _KNOWN[kind] = _read(kind)
+        known = _KNOWN[key] = _read(kind)
     return known
+
+
+def _key(kind: str) -> tuple[Path, Path]:
+    path = Path(kind)
+    try:
+        return path.absolute(), path.resolve()
+    except (OSError, RuntimeError, ValueError):  # reading it says what is wrong
+        return path, path
 
 
 def _read(kind: str) -> Own:

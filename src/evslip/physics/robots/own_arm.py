@@ -10,7 +10,7 @@ from evslip.config.robot_file import ArmFile
 from evslip.physics.robots import urdf
 from evslip.physics.robots.arms import servos_of
 from evslip.physics.robots.description import MOST_JOINTS, Arm
-from evslip.physics.robots.hulls import has_volume, link_corners, shape_corners
+from evslip.physics.robots.hulls import has_flat_body, has_volume, link_corners, shape_corners
 from evslip.physics.robots.own_files import digest, require_mesh
 from evslip.utils.errors import ConfigError
 
@@ -47,6 +47,8 @@ def arm_of(given: ArmFile, path: Path) -> tuple[Arm, list[str], list[Path]]:
             )
         if shapes and not has_volume(link_corners(link)):
             raise ConfigError(f"{path}: arm.file: {link.name} is flat; expected a shape with a volume, or none")
+        if has_flat_body(link.looks or link.collisions):
+            raise ConfigError(f"{path}: arm.file: {link.name} has a shape that is flat; expected one with a volume")
     length = float(sum(np.linalg.norm(link.origin.place) for link in links[1:]))
     if not 0.1 < length < LONGEST_M:
         raise ConfigError(
@@ -94,9 +96,10 @@ def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
         names = ", ".join(str(link.attrib.get("name")) for link in root.findall("link"))
         raise ConfigError(f"{path}: arm.flange: {given.flange!r} is no link of {file.name}; expected one of {names}")
     above = {urdf.end_of(joint, "child"): joint for joint in root.findall("joint")}
+    _require_no_loop({child: urdf.end_of(joint, "parent") for child, joint in above.items()}, path)
     found, link = [], str(given.flange)
     while link in above:
-        joint = above.pop(link)  # so that a loop ends
+        joint = above[link]
         kind, name = joint.attrib.get("type"), joint.attrib.get("name")
         if kind not in ("fixed", "revolute", "continuous"):
             raise ConfigError(f"{path}: arm.file: joint {name!r} is {kind}; expected an arm of revolute joints")
@@ -116,11 +119,32 @@ def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
             f"{urdf.end_of(found[0], 'child')!r}, with mount_m and mount_rpy_deg for what is fixed to it"
         )
     for joint in found:
-        link = next(link for link in root.findall("link") if link.attrib.get("name") == urdf.end_of(joint, "child"))
+        child = urdf.end_of(joint, "child")
+        link = next((link for link in root.findall("link") if link.attrib.get("name") == child), None)
+        if link is None:
+            raise ConfigError(
+                f"{path}: arm.file: joint {joint.attrib['name']!r} ends at link {child!r}, which is not there; "
+                "expected the name of a <link>"
+            )
         mass = link.find("inertial/mass")
         if mass is None or not float(mass.attrib.get("value", "0")) > 0 or link.find("inertial/inertia") is None:
             raise ConfigError(f"{path}: arm.file: link {link.attrib['name']!r} has no mass; give it an <inertial>")
     return found[::-1]
+
+
+def _require_no_loop(parents: dict[str, str], path: Path) -> None:
+    """Raise ConfigError where a link carries itself. parents: links by those that they carry."""
+    clear: set[str] = set()
+    for start in parents:
+        link, way = start, set()
+        while link in parents and link not in clear:
+            if link in way:
+                raise ConfigError(
+                    f"{path}: arm.file: link {link!r} carries itself in a loop of joints; expected a tree"
+                )
+            way.add(link)
+            link = parents[link]
+        clear |= way
 
 
 def _besides(file: Path, links: set[str]) -> Iterator[str]:

@@ -12,7 +12,7 @@ from evslip.config.robot_file import GripperFile, PadsFile
 from evslip.physics.robots import urdf
 from evslip.physics.robots.description import FINGER_Z_M, STRAIGHT, TCP_M, Box, Gripper, Look, Part, corners_of
 from evslip.physics.robots.grippers import mass_of
-from evslip.physics.robots.hulls import shape_corners
+from evslip.physics.robots.hulls import has_flat_body, shape_corners
 from evslip.physics.robots.own_files import digest, require_mesh
 from evslip.physics.robots.own_gripper import LONGEST_M, TURNED, around, assembled, pad_of, vector
 from evslip.physics.robots.own_pads import backing_m
@@ -130,7 +130,12 @@ class _Tree:
                 seen.add(child)
                 waiting.append((child, after(frame, urdf.origin_of(joint))))
         self._require_meshes(base, (*looks, *collisions))
-        return _Links(tuple(looks), tuple(collisions), mass)
+        links = _Links(tuple(looks), tuple(collisions), mass)
+        if has_flat_body(links.seen):
+            raise ConfigError(
+                f"{self._path}: gripper.file: {base} has a shape that is flat; expected one with a volume"
+            )
+        return links
 
     def place(self, link: str, base: str, without: tuple[str, str]) -> Origin | None:
         """Frame of a link in that of the base, the joints at 0; None if the base does not carry it, but by some

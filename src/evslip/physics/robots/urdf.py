@@ -89,7 +89,7 @@ def tree(path: Path) -> ET.Element:
         raise ConfigError(f"{path}: has a DOCTYPE, which may name other files; remove it")
     try:
         root = ET.fromstring(text)
-    except (ET.ParseError, ValueError) as error:
+    except (ET.ParseError, ValueError, LookupError) as error:  # LookupError: an unknown encoding
         raise ConfigError(f"{path}: not valid XML: {error}") from None
     if root.tag == "robot":
         return root
@@ -117,6 +117,8 @@ def bare(path: Path, base: str, without: Collection[str] = ()) -> str:
     for joint in joints:
         if not (kept(end_of(joint, "parent")) and kept(end_of(joint, "child"))):
             root.remove(joint)
+    for extension in root.findall("mujoco"):  # MuJoCo takes one only
+        root.remove(extension)
     extension = ET.SubElement(root, "mujoco")
     ET.SubElement(extension, "compiler", fusestatic="false", autolimits="true")
     return ET.tostring(root, encoding="unicode")
@@ -190,10 +192,10 @@ def _shape(path: Path, part: ET.Element) -> Shape:
     shape = part.find("geometry/*")
     assert shape is not None  # asked before
     colour, origin = part.find("material/color"), origin_of(part)
-    rgb = None if colour is None else _numbers(colour.attrib["rgba"])[:3]
+    rgb = None if colour is None else _numbers(colour.attrib["rgba"], 3, 4)[:3]
     if shape.tag != "mesh":
         return Shape(None, origin, np.ones(3), _corners(shape), rgb)
-    scale = _numbers(shape.attrib.get("scale", "1 1 1"))
+    scale = np.ones(3) * _numbers(shape.attrib.get("scale", "1 1 1"), 1, 3)
     return Shape(mesh_file(path, shape.attrib["filename"]), origin, scale, np.zeros((0, 3)), rgb)
 
 
@@ -201,9 +203,9 @@ def _corners(shape: ET.Element) -> np.ndarray:
     """Corners of a box, or of a cylinder or a sphere with flat faces."""
     if shape.tag == "box":
         return BOX_CORNERS * (0.5 * _numbers(shape.attrib["size"]))
-    radius, around = float(shape.attrib["radius"]), 2 * np.pi * np.arange(AROUND) / AROUND
+    radius, around = _number(shape.attrib["radius"]), 2 * np.pi * np.arange(AROUND) / AROUND
     if shape.tag == "cylinder":
-        levels = [(radius, end * float(shape.attrib["length"])) for end in (-0.5, 0.5)]
+        levels = [(radius, end * _number(shape.attrib["length"])) for end in (-0.5, 0.5)]
     else:
         levels = [(radius * np.cos(a), radius * np.sin(a)) for a in np.linspace(-1.5, 1.5, AROUND // 2)]
     return np.concatenate(
@@ -226,8 +228,16 @@ def mesh_file(urdf: Path, name: str) -> Path:
     return file_of(urdf).parent / name.removeprefix("file://")
 
 
-def _numbers(text: str) -> np.ndarray:
-    return np.array([float(x) for x in text.split()])
+def _numbers(text: str, least: int = 3, most: int = 3) -> np.ndarray:
+    """Numbers of an attribute. Raises ValueError unless there are so many, all finite."""
+    numbers = np.array([float(x) for x in text.split()])
+    if not (least <= len(numbers) <= most and np.isfinite(numbers).all()):
+        raise ValueError(f"{text[:40]!r}, expected {most} finite number{'s' * (most > 1)}")
+    return numbers
+
+
+def _number(text: str) -> float:
+    return float(_numbers(text, 1, 1)[0])
 
 
 def end_of(joint: ET.Element, end: str) -> str:
