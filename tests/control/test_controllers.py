@@ -230,6 +230,13 @@ def test_a_late_oracle_knows_later():
     assert [controller.step(empty_events(), senses(k)) for k in range(5)] == [2.0] * 3 + [3.0] * 2
 
 
+def test_an_oracle_of_the_cone_that_is_late_keeps_the_force_of_the_start_until_it_knows():
+    truth = GripTruth(False, 4.0, True)
+    controller = make_controller("cone-oracle", delay_s=0.03)
+    controller.reset(SETUP._replace(truth=lambda: truth))
+    assert [controller.step(empty_events(), senses(k)) for k in range(5)] == [2.0] * 3 + [5.0] * 2
+
+
 @pytest.mark.parametrize("name", ["detector", "detector-pi"])
 def test_a_detector_is_asked_at_every_step(name):
     """Noise over all of the sensor is no slip; a threshold of 0 makes every answer one."""

@@ -264,3 +264,15 @@ def test_wrappers_fit():
     assert observation.shape == (2 * 48 * 36 + 8,)
     env.step(env.action_space.sample())
     env.close()
+
+
+@pytest.mark.parametrize("most_n", [70.0, {"min": 5.0, "max": 20.0}])
+def test_the_force_that_is_told_is_the_one_that_is_commanded(most_n):
+    """However much the gripper, and the object of this episode, bear less than those of others."""
+    own = {"robot.gripper": "small", "grip.actuator": "ideal", "grip.most_n": most_n}
+    env = make(obs="state", action="force", index=0, overrides=SHORT | own)
+    env.reset()
+    _, _, _, _, info = env.step(env.action_space.high)
+    episode = env.unwrapped.episode
+    assert info["target_n"] == episode.senses.force_n == min(episode.params.grip.most_n, 40.0)
+    assert info["force_n"] == pytest.approx(info["target_n"]) and info["target_n"] < env.action_space.high[0]

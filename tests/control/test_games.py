@@ -21,6 +21,7 @@ from evslip.control.evaluation.play import play
 from evslip.control.evaluation.sources import source_of
 from evslip.control.evaluation.summary import summarise, tables
 from evslip.data import record_file
+from evslip.data.recordings import open_samples
 from evslip.learn.shipped import FOLDER
 from evslip.utils.errors import ConfigError, DataError
 
@@ -75,6 +76,13 @@ def test_a_faster_actuator_stops_it_sooner(found):
     ideal = outcome("oracle", WET | {"grip.actuator": "ideal"})
     slow = outcome("oracle", WET | {"grip.actuator_n_s": 5.0})
     assert ideal.largest_deg < found["oracle"].largest_deg < slow.largest_deg
+
+
+def test_strong_asks_for_what_the_gripper_can():
+    candidates = Candidates("hold", SHORT | {"robot.gripper": "small", "grip.most_n": 70.0, "motion.duration_s": 3.0})
+    controller, episode = make_controller("strong"), candidates.make(0, 10_000, sees=False)
+    played = play(episode, controller, 10_000, candidates.forces_n, False)
+    assert set(played.target_n) == {40.0} and controller.step(played.events, episode.senses) == 40.0
 
 
 def test_outcomes_survive_json(found):
@@ -200,13 +208,30 @@ def test_records_that_a_later_run_asks_for_are_written(tmp_path):
     first = all_played(None)
     assert all_played(tmp_path / "played") == first
     names = [f"constant-train-{index:07d}.h5" for index in range(2)]
-    assert sorted(path.name for path in (tmp_path / "played").iterdir()) == names
+    assert sorted(path.name for path in (tmp_path / "played").iterdir()) == ["constant-asked.json", *names]
+    assert [listed.path.name for listed in open_samples(tmp_path / "played").listing] == names
     assert record_file.read(tmp_path / "played" / names[1]).index == 1
     (tmp_path / "played" / names[0]).unlink()
     stamp = (tmp_path / "played" / names[1]).stat().st_mtime_ns
     all_played(tmp_path / "played")
     assert (tmp_path / "played" / names[0]).exists()
     assert (tmp_path / "played" / names[1]).stat().st_mtime_ns == stamp
+
+
+def test_records_of_another_configuration_are_not_overwritten(tmp_path):
+    played, faster = tmp_path / "played", load_config("hold", WET | {"grip.actuator": "ideal"})
+
+    def asked(out, config, name="constant"):
+        return games_of(tmp_path / out, config, {name: {}}, "train", range(1), 100, played)
+
+    asked("a", load_config("hold", WET))
+    asked("b", load_config("hold", WET))
+    with pytest.raises(ConfigError, match="played: holds episodes of another configuration"):
+        asked("c", faster)
+    (played / "strong-test-0000007.h5").touch()
+    with pytest.raises(ConfigError, match=r"played: holds records of strong, and no strong-asked.json"):
+        asked("c", faster, "strong")
+    assert not (tmp_path / "c").exists()
 
 
 def test_an_episode_without_a_record_is_not_played_again_for_one(tmp_path):

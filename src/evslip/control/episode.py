@@ -40,8 +40,6 @@ class Episode:
         self.closed_us = self._close(times["lift"][0])
         self.start_us = self.simulation.t_us
         self.end_us = times[ends][0] // SAMPLE_US * SAMPLE_US
-        self.target_n = params.grip.force_n
-        """Force that was commanded last."""
         self._empty = 0
         self._truth: GripTruth | None = None
         before = self.simulation.trajectory(self.closed_us)
@@ -55,6 +53,16 @@ class Episode:
     def t_us(self) -> int:
         """Time in microseconds."""
         return self.simulation.t_us
+
+    @property
+    def allowed_n(self) -> tuple[float, float]:
+        """Least and most force that can be commanded in this episode."""
+        return self.simulation.allowed_n
+
+    @property
+    def target_n(self) -> float:
+        """Force that was commanded last; before the first command grip.force_n, whatever is allowed."""
+        return self.simulation.target_n
 
     @property
     def is_lost(self) -> bool:
@@ -89,10 +97,10 @@ class Episode:
         return self._truth
 
     def advance(self, until_us: int, target_n: float) -> None:
-        """Go on to a time, at most to the end, with a force that is commanded. Raises GraspFailed, ConfigError."""
+        """Go on to a time, at most to the end, with a force that is commanded, limited to `allowed_n`. Raises
+        GraspFailed, ConfigError."""
         since = self.t_us
-        self.target_n = float(target_n)
-        self.simulation.advance(min(until_us, self.end_us), self.target_n)
+        self.simulation.advance(min(until_us, self.end_us), target_n)
         part = self.simulation.trajectory(since)
         self.monitor.push(part)
         self._truth = None

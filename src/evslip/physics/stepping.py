@@ -62,6 +62,12 @@ class SteppedSimulation:
         self._fingers = [model.actuator(name).id for name in gripper.finger_joints]
         self._actuator = Actuator(response_of(params.grip), params.grip.force_n, scene_model.TIMESTEP_S)
         self._target_n: float | None = None
+        low_n, high_n = gripper.least_n, gripper.most_n
+        self.allowed_n = (
+            min(max(params.grip.least_n, low_n), high_n),
+            min(max(params.grip.most_n, low_n), high_n),
+        )
+        """Least and most force that can be commanded: grip.least_n and grip.most_n, as far as the gripper can."""
         steps = len(self.plan.command)
         self._times_us = np.arange(steps, dtype=np.int64) * STEP_US
         self._log, self._reader = SampleLog(params, self._times_us), SensorReader(params)
@@ -91,6 +97,11 @@ class SteppedSimulation:
         return self._actuator.force_n
 
     @property
+    def target_n(self) -> float:
+        """Force that was commanded last; before the first command grip.force_n."""
+        return self.params.grip.force_n if self._target_n is None else self._target_n
+
+    @property
     def friction(self) -> float:
         """Friction coefficient of the pads now."""
         return float(self._conditions.friction[self._last])
@@ -118,13 +129,13 @@ class SteppedSimulation:
     def advance(self, until_us: int, target_n: float | None = None) -> None:
         """Steps to the last sample up to a time, or to the end.
 
-        target_n: grip force that is asked for from now on (None: the one before), between grip.least_n and grip.most_n;
-        the actuator follows it. Raises ConfigError where it is not finite.
+        target_n: grip force that is asked for from now on (None: the one before), limited to `allowed_n`; the actuator
+        follows it. Raises ConfigError where it is not finite.
         """
         if target_n is not None:
             if not np.isfinite(target_n):
                 raise ConfigError(f"target_n: {target_n} is no force, expected newtons")
-            self._target_n = min(max(float(target_n), self.params.grip.least_n), self.params.grip.most_n)
+            self._target_n = min(max(float(target_n), self.allowed_n[0]), self.allowed_n[1])
         first, end = self._last + 1, min(until_us // STEP_US + 1, len(self.plan.command))
         if end <= first:
             return

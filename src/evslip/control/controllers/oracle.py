@@ -10,6 +10,9 @@ from evslip.control.senses import Senses
 from evslip.events.stream import Events
 from evslip.utils.errors import ConfigError
 
+UNKNOWN = GripTruth(False, 0.0, True)
+"""What an oracle that is late knows at first. A real truth is never this object, even if it is equal."""
+
 
 class Oracle(Controller):
     """Knows the onset of a slip and the cone of friction: from the onset on it asks for as much more than the least
@@ -37,9 +40,7 @@ class Oracle(Controller):
         if setup.truth is None:
             raise ConfigError("controller oracle: needs the truth about the grip, which a robot does not have")
         self._setup, self._truth = setup, setup.truth
-        # Sight of the grip that comes late, and knows nothing at first.
-        unknown = GripTruth(False, 0.0, True)
-        self._coming = deque([unknown] * round(self.parameters.delay_s * 1e6 / setup.step_us))
+        self._coming = deque([UNKNOWN] * round(self.parameters.delay_s * 1e6 / setup.step_us))
         self._force_n, self.alarm, self._kept_n = setup.force_n, False, 0.0
 
     def step(self, events: Events, senses: Senses) -> float:
@@ -82,4 +83,6 @@ class ConeOracle(Oracle):
 
     def step(self, events: Events, senses: Senses) -> float:
         truth, own = self._seen(), self.parameters
+        if truth is UNKNOWN:  # its least force is no force to hold with
+            return self._setup.allowed(self._setup.force_n)
         return self._setup.allowed(truth.least_n * (own.stopping if self.alarm else own.margin))

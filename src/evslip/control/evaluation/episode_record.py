@@ -9,6 +9,7 @@ from evslip.data import record_file
 from evslip.data.record import Record, provenance
 from evslip.physics.truth import measure
 from evslip.utils.errors import GraspFailed
+from evslip.utils.seeds import SPLITS
 
 
 def record_of(played: Played) -> Record:
@@ -47,6 +48,16 @@ def file_name(controller: str) -> str:
 def record_path(folder: Path, controller: str, split: str, index: int) -> Path:
     """File of an episode's record in a folder."""
     return folder / f"{file_name(controller)}-{split}-{index:07d}.h5"
+
+
+def note_path(folder: Path, controller: str) -> Path:
+    """File beside a controller's records that notes what they are of."""
+    return folder / f"{file_name(controller)}-asked.json"
+
+
+def has_records(folder: Path, controller: str) -> bool:
+    """Whether a folder has a controller's records, of any split."""
+    return any(next(folder.glob(f"{file_name(controller)}-{split}-*.h5"), None) for split in SPLITS)
 
 
 def write_episode(folder: Path, played: Played, controller: str) -> Path:

@@ -15,7 +15,14 @@ from evslip.control.candidates import Candidates
 from evslip.control.controllers import CONTROLLERS, make_controller
 from evslip.control.controllers.controller import Setup
 from evslip.control.episode_truth import GripTruth
-from evslip.control.evaluation.episode_record import file_name, record_of, record_path, write_episode
+from evslip.control.evaluation.episode_record import (
+    file_name,
+    has_records,
+    note_path,
+    record_of,
+    record_path,
+    write_episode,
+)
 from evslip.control.evaluation.outcome import Outcome
 from evslip.control.evaluation.play import Played, play
 from evslip.control.evaluation.sources import sources_of
@@ -77,25 +84,28 @@ def games_of(
     records: Path | None = None,
 ) -> list[Game]:
     """Games of some controllers, each with its parameters, on the same episodes. Raises ConfigError, also for a folder
-    that has games of another configuration, or of a controller whose source was another one."""
+    that has games or records of another configuration, or of a controller whose source was another one."""
     step = step_us(rate_hz)
     _check(config, players, split, step, sees=records is not None)
     text = dump_config(config.model_copy(update={"robot": pinned(config.robot)}))
-    where, kept = Path(folder).absolute(), None if records is None else str(Path(records).absolute())
-    notes = {
-        where / "episodes" / file_name(controller) / ASKED: {"config": text, "step_us": step, "parameters": parameters}
-        | sources_of(controller, parameters)
+    where, kept = Path(folder).absolute(), None if records is None else Path(records).absolute()
+    asked = {
+        controller: {"config": text, "step_us": step, "parameters": parameters} | sources_of(controller, parameters)
         for controller, parameters in players.items()
     }
-    if len(notes) < len(players):
+    if len({file_name(controller) for controller in players}) < len(players):
         raise ConfigError(f"{', '.join(players)}: two of them have one folder; expected them in separate runs")
-    for path, controller in zip(notes, players, strict=True):  # none is written before all are known to be right
-        _require(path, controller, notes[path])
-    for path, asked in notes.items():
+    notes = [(where / "episodes" / file_name(controller) / ASKED, controller) for controller in players]
+    if kept is not None:
+        notes += [(_note_of_records(kept, controller), controller) for controller in players]
+    for path, controller in notes:  # none is written before all are known to be right
+        _require(path, controller, asked[controller])
+    for path, controller in notes:
         if not path.exists():
-            atomic.write_text(path, _json(asked))
+            atomic.write_text(path, _json(asked[controller]))
+    place = None if kept is None else str(kept)
     return [
-        Game(str(where), text, split, index, controller, json.dumps(parameters), _step(controller, step), kept)
+        Game(str(where), text, split, index, controller, json.dumps(parameters), _step(controller, step), place)
         for index in indices
         for controller, parameters in players.items()
     ]
@@ -130,6 +140,15 @@ def _require(path: Path, controller: str, asked: Mapping[str, Any]) -> None:
         what = "model" if noted.get("model") != asked.get("model") else "source"
         of = f"{controller} before its {what} {'was changed' if what in noted else 'was noted'}"
     raise ConfigError(f"{path.parent}: holds episodes of {of}; expected another folder, or this one removed")
+
+
+def _note_of_records(folder: Path, controller: str) -> Path:
+    """File that notes what a controller's records are of. Raises ConfigError for records without it."""
+    path = note_path(folder, controller)
+    if not path.exists() and has_records(folder, controller):
+        what = f"holds records of {controller}, and no {path.name} that says of which configuration"
+        raise ConfigError(f"{folder}: {what}; expected another folder, or this one removed")
+    return path
 
 
 def _json(value: Any) -> str:

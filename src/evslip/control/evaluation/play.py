@@ -41,10 +41,10 @@ class Played(NamedTuple):
 def play(episode: Episode, controller: Controller, step_us: int, limits_n: tuple[float, float], keep: bool) -> Played:
     """Play an episode from its start to its end.
 
-    step_us: time between two commands; limits_n: least and most force that are commanded; keep: whether its events are
-    kept. Raises GraspFailed, and what the controller raises.
+    step_us: time between two commands; limits_n: least and most force that are commanded, as far as the episode allows
+    them; keep: whether its events are kept. Raises GraspFailed, and what the controller raises.
     """
-    camera, low, high = episode.params.camera, *limits_n
+    camera, (low, high) = episode.params.camera, np.clip(limits_n, *episode.allowed_n).tolist()
     size = camera.width, camera.height
     controller.reset(Setup(size, step_us, episode.start_us, episode.target_n, low, high, lambda: episode.truth))
     rows, kept = [], [episode.events]

@@ -111,8 +111,8 @@ class World:
         self._shown = Message(episode.t_us)
 
     def _setup(self) -> Setup:
-        episode, grip = self._episode, self._episode.params.grip
-        own = self._candidates.size, STEP_US, episode.t_us, episode.target_n, grip.least_n, grip.most_n
+        episode = self._episode
+        own = self._candidates.size, STEP_US, episode.t_us, episode.target_n, *episode.allowed_n
         return Setup(*own, lambda: episode.truth)
 
     def _control(self, name: str) -> None:
