@@ -60,7 +60,9 @@ def test_the_group_of_a_camera_has_the_layout_of_a_file_of_events(path: Path):
 
 @pytest.mark.parametrize("reading", [record_file.read, record_file.read_recording, open_events])
 def test_a_camera_has_to_be_named_where_its_events_are_read(path: Path, reading):
-    with pytest.raises(DataError, match=r"two\.h5: holds the events of the cameras left, right; .* --camera left$"):
+    with pytest.raises(
+        DataError, match=r"two\.h5: holds the events of the cameras left, right; .* --camera left; evslip convert"
+    ):
         reading(path)
     with pytest.raises(DataError, match=r"holds the events of the cameras left, right; .*, not 'up'$"):
         reading(path, camera="up")

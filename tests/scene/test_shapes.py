@@ -209,7 +209,7 @@ def write(path, kind):
         ("twisted", ".ply", "not watertight: faces of both orientations"),
         ("flat", ".ply", "has no volume"),
         ("fine", ".stl", "327,680 faces; expected at most 200,000"),
-        ("large", ".ply", r"gives object\.depth_m 0\.1, expected 0\.005 to 0\.075; the hand opens to 0\.08 m"),
+        ("large", ".ply", r"gives object\.depth_m 0\.1, expected 0\.005 to 0\.075; the Panda's hand opens to 0\.078 m"),
         ("top", ".stl", "falls over"),
     ],
 )
@@ -228,7 +228,7 @@ def test_a_mesh_that_cannot_be_used_is_named_with_the_reason(tmp_path, kind, suf
         ({"object__shape": "mesh"}, r"object\.mesh: this key is missing"),
         ({"object__shape": "cone"}, r"object\.shape: 'cone' is unknown; expected one of cuboid, cylinder, mesh"),
         ({"object__mass_kg": -1.0}, r"object\.mass_kg: -1 is out of range"),
-        ({"object__depth_m": 0.09}, r"object\.depth_m: 0\.09 is out of range.*the hand opens to 0\.08 m"),
+        ({"object__depth_m": 0.09}, r"object\.depth_m: 0\.09 is out of range.*the Panda's hand opens to 0\.078 m"),
         ({"object__density_kg_m3": 25000.0}, r"object\.density_kg_m3: gives object\.mass_kg 5, expected 0\.001 to 2"),
         (
             {"object__com_x_m": 0.026, "object__com_z_m": 0.0},
