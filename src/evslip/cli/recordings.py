@@ -142,8 +142,7 @@ def info(
 
     if not 0 <= gap_ms < 1e12:
         raise ConfigError(f"gap-ms: {gap_ms:g} is out of range, expected 0 or more")
-    if hot is not None:
-        require_not_read(hot, file)
+    require_not_read(hot, file)
     gap_us = round(gap_ms * 1e3)
     known = about(read(file, events=False, camera=camera)) if is_record(file) else {}
     facts, quality = examine(file, gap_us, camera)

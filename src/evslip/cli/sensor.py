@@ -94,7 +94,7 @@ def realism(
             f"realism: {words} given{'' if camera is None else f' with --camera {camera}'}; expected a recording and a "
             "file of simulated events, or a recording and --camera"
         )
-    for written in filter(None, (out, json)):
+    for written in (out, json):
         require_not_read(written, *files)
     wanted = RealismSettings(**given(settings))
     if camera is None:

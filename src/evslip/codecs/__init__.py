@@ -12,8 +12,8 @@ from evslip.codecs.arrays.record_head import wrong_camera
 from evslip.codecs.formats import FORMATS, Format, format_of, known_suffixes, register
 from evslip.codecs.source import Source, checked, counted
 from evslip.codecs.writers import writing
-from evslip.events.checks import extent
-from evslip.events.stream import FIELDS, Events, concatenate, empty_events
+from evslip.events.checks import check_columns, extent
+from evslip.events.stream import Events, concatenate
 from evslip.utils.errors import DataError
 
 __all__ = ["FORMATS", "Format", "format_of", "known_suffixes", "open_events", "read_events", "register", "write_events"]
@@ -45,17 +45,9 @@ def raw_source(path: str | Path, camera: str | None = None) -> Source:
 
 
 def _typed(parts: Iterator[Events], path: str | Path) -> Iterator[Events]:
-    """The parts, each with columns of the types of Events and of one length. Raises DataError."""
-    model = empty_events(labelled=True)
-    dtypes = {name: getattr(model, name).dtype for name in FIELDS}
+    """The parts, with columns that were checked."""
     for part in parts:
-        for name, dtype in dtypes.items():
-            column = getattr(part, name)
-            if column is not None and (column.dtype != dtype or column.shape != (part.count,)):
-                raise DataError(
-                    f"{path}: events/{name}: {column.dtype} of shape {column.shape}, "
-                    f"expected {dtype} of shape ({part.count},)"
-                )
+        check_columns(part, path)
         yield part
 
 

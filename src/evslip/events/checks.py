@@ -32,15 +32,7 @@ def check_events(events: Events, size: tuple[int, int] | None, where: object, fi
 
     `size` is the sensor's (width, height); None skips the check of the coordinates. first: number of the first event.
     """
-    for name, dtype in _DTYPES.items():
-        column: np.ndarray | None = getattr(events, name)
-        if column is None:
-            continue  # a label that is not known
-        if column.dtype != dtype or column.shape != (len(events.t_us),):
-            raise DataError(
-                f"{where}: events/{name}: {column.dtype} of shape {column.shape}, "
-                f"expected {np.dtype(dtype)} of shape ({len(events.t_us)},)"
-            )
+    check_columns(events, where)
     if not events.count:
         return
     # Compared, not subtracted: times of a damaged file may be farther apart than an int64 can hold.
@@ -54,6 +46,19 @@ def check_events(events: Events, size: tuple[int, int] | None, where: object, fi
         _below(np.where(events.body == NO_BODY, 0, events.body), len(BODIES), f"{where}: events/body", "")
     if events.cause is not None:
         _below(events.cause, len(CAUSES), f"{where}: events/cause", "")
+
+
+def check_columns(events: Events, where: object) -> None:
+    """Raise DataError, naming `where`, unless the columns have the types of Events and one length."""
+    for name, dtype in _DTYPES.items():
+        column: np.ndarray | None = getattr(events, name)
+        if column is None:
+            continue  # a label that is not known
+        if column.dtype != dtype or column.shape != (len(events.t_us),):
+            raise DataError(
+                f"{where}: events/{name}: {column.dtype} of shape {column.shape}, "
+                f"expected {np.dtype(dtype)} of shape ({len(events.t_us)},)"
+            )
 
 
 def check_size(width: Any, height: Any, where: object) -> tuple[int, int]:

@@ -16,7 +16,7 @@ from evslip.events.stream import Events, empty_events
 from evslip.exchange.sample_bag import FRAMES_HZ, View, is_bag, write_sample
 from evslip.exchange.selection import EVERYTHING, Selection
 from evslip.exchange.selector import Selector
-from evslip.utils.errors import DataError
+from evslip.utils.files import require_not_read
 
 
 class ConvertedFormat(NamedTuple):
@@ -70,8 +70,7 @@ def convert_format(
     source, out = Path(source), Path(out)
     format_of(source)
     form = format_of(out, writing=True)
-    if out.exists() and source.exists() and out.samefile(source):
-        raise DataError(f"{out}: is the file that is read; give the new one another name")
+    require_not_read(out, source)
     is_whole = is_bag(out) and selection == EVERYTHING and is_record(source)
     cameras = (camera_names_in(source) if is_whole and camera is None else ()) or (camera,)
     selector = Selector(selection, size_of(open_events(source, cameras[0])))

@@ -30,10 +30,10 @@ def require_file(path: str | Path, may_be_empty: bool = False) -> Path:
     return path
 
 
-def require_not_read(out: Path, *inputs: Path | None) -> None:
-    """Raise DataError where the file to write is one of those that are read."""
+def require_not_read(out: Path | None, *inputs: Path | None) -> None:
+    """Raise DataError where the file to write, if there is one, is one of those that are read."""
     for path in inputs:
-        if path is not None and _is_same(out, path):
+        if out is not None and path is not None and _is_same(out, path):
             raise DataError(f"{out}: is the file that is read; give the new one another name")
 
 

@@ -5,6 +5,8 @@ from typing import Any
 
 from evslip.exchange.publishing.table import COLUMNS
 
+METADATA = "croissant.json"
+"""Name of its file in a publication."""
 _WORDS = """
 citeAs column conformsTo cr data dataType dct extract field fileObject fileProperty fileSet format includes
 isLiveDataset jsonPath key md5 parentField path recordSet references regex repeated replace sc separator source

@@ -5,13 +5,14 @@ import json
 import tarfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from evslip.data.layout import JOURNAL, sha256_of
+from evslip.exchange.publishing.croissant import METADATA
 from evslip.utils.errors import DataError
 from evslip.utils.files import read_text, require_file
 from evslip.utils.progress import over
 
-METADATA = "croissant.json"
 MOST_BYTES = 16 << 20
 
 
@@ -78,8 +79,8 @@ def _content(path: Path, name: str) -> Iterator[tuple[str, str | None]]:
     try:
         with tarfile.open(require_file(path), "r:") as shard:
             for member in shard:
-                content = shard.extractfile(member)
-                digest = None if content is None else hashlib.file_digest(content, "sha256").hexdigest()  # type: ignore[arg-type]
+                content: Any = shard.extractfile(member)
+                digest = None if content is None else hashlib.file_digest(content, "sha256").hexdigest()
                 yield f"{name}/{member.name}", digest
     except (OSError, tarfile.TarError, DataError):
         return  # what could not be reached is missing

@@ -9,7 +9,7 @@ from typing import Any
 from evslip.data.recordings import open_samples
 from evslip.data.samples import Listing
 from evslip.exchange.publishing.card import card
-from evslip.exchange.publishing.croissant import croissant
+from evslip.exchange.publishing.croissant import METADATA, croissant
 from evslip.exchange.publishing.publication import Publication
 from evslip.exchange.publishing.shards import Shards, check_key
 from evslip.exchange.publishing.table import json_line, row
@@ -53,7 +53,7 @@ def publish(source: str | Path, out: str | Path, how: Publication | None = None)
         ]
         about = text.split("\n\n")[1]
         licence = f"https://spdx.org/licenses/{how.license}"
-        _write(folder / "croissant.json", [croissant(name, about, licence, tables, data, how.metadata).encode()])
+        _write(folder / METADATA, [croissant(name, about, licence, tables, data, how.metadata).encode()])
         if config:
             _write(folder / "config.toml", [config.encode()])
     return len(samples)

@@ -38,7 +38,9 @@ def check_cameras(samples: Samples) -> None:
     """Raise ConfigError for samples as several cameras saw them: a window does not say which of them saw it."""
     names = [listed.name for listed in samples.listing]
     if len(set(names)) < len(names):
-        raise ConfigError("visualize: windows of several cameras are not told apart; expected --camera left or right")
+        raise ConfigError(
+            "visualize: a window does not say which of several cameras saw it; expected --camera left or right"
+        )
 
 
 def write_windows(
