@@ -55,6 +55,13 @@ def test_what_a_camera_saw_can_be_made_again_from_its_record(record, tmp_path):
     assert same(events, found.events) and stats == found.stats
 
 
+@pytest.mark.parametrize("own", [{"camera.right": {"z_m": 0.1}}, {"camera.right": {}, "vibration.mount_hz": 1.0}])
+def test_a_sample_one_of_whose_cameras_goes_into_the_table_is_rejected(own):
+    made_of = made(**{"camera.left": {"z_m": -0.1}, **own})
+    assert made_of.rejection is not None and made_of.rejection[0] == "collision"
+    assert "puts the right camera" in made_of.rejection[1]
+
+
 def test_the_closed_loop_has_one_camera():
     with pytest.raises(ConfigError, match=r"camera\.left, camera\.right: the closed loop has one camera"):
         Episode(draw(load_config("hold", EQUAL), 0))

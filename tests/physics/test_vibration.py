@@ -20,7 +20,7 @@ from evslip.physics.truth import measure
 from evslip.physics.vibration.displacement import hand_acceleration, without_vibration
 from evslip.physics.vibration.noise import band, shaped_noise
 from evslip.physics.vibration.resonance import Resonance
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, PlanRejected
 
 STEP_S = 1e-3
 TREMBLING = {"vibration.object_hz": 30.0, "vibration.object_m": 0.0004, "vibration.object_deg": 0.3}
@@ -172,6 +172,12 @@ def test_the_camera_trembles_on_its_mount(still: Trajectory):
     smooth = np.apply_along_axis(lambda x: np.convolve(x, np.hanning(31) / np.hanning(31).sum(), "same"), 0, a)
     quasi_static = -smooth[500:-500, :3] / (2 * np.pi * 40.0) ** 2
     assert np.abs(pushed[500:-500, :3] - quasi_static).max() < 0.3 * np.abs(quasi_static).max()
+
+
+def test_a_camera_that_trembles_into_the_table_is_rejected():
+    with pytest.raises(PlanRejected, match=r"puts the camera .* into the table .* \(vibration\.mount_hz\)") as caught:
+        evslip.simulate(sample({"vibration.mount_hz": 1.0}))
+    assert caught.value.kind == "collision"
 
 
 def test_a_camera_that_trembles_changes_nothing_else(still: Trajectory, trembling: Trajectory):

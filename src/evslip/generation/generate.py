@@ -99,19 +99,18 @@ def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
         with watch.stage("physics"):
             trajectory = simulate(params)
             truth = measure(trajectory)
+            seen = {name: seen_from(trajectory, name) for name in camera_names(params)}
     except (GraspFailed, PlanRejected) as failure:
         return _record(params, kind="rejected", events=empty_events(), rejection=(failure.kind, str(failure)))
     parts: dict[str, Any] = {"kind": "simulated", "trajectory": trajectory, "truth": truth}
-    names = camera_names(params)
-    if not names:
+    if not seen:
         events, stats = _filmed(trajectory, truth.span_us, watch)
         return _record(params, events=events, stats=stats, **parts)
     streams = {}
-    for name in names:
-        seen = seen_from(trajectory, name)
-        events, stats = _filmed(seen, truth.span_us, watch)
-        size = seen.params.camera.width, seen.params.camera.height
-        streams[name] = Stream(size, events, stats, seen.camera_displacement)
+    for name, view in seen.items():
+        events, stats = _filmed(view, truth.span_us, watch)
+        size = view.params.camera.width, view.params.camera.height
+        streams[name] = Stream(size, events, stats, view.camera_displacement)
     return _record(params, events=empty_events(), streams=streams, **parts)
 
 

@@ -1,10 +1,11 @@
-"""Clearance: whether a planned motion keeps object, fingers, hand and arm out of the table and of one another."""
+"""Clearance: whether a planned motion keeps object, fingers, hand, arm and cameras out of the table and each other."""
 
 import mujoco
 import numpy as np
 
 from evslip.config.params import Params
-from evslip.physics.grip import check_opening, pad_of, tcp_offset_m
+from evslip.config.views import each_view
+from evslip.physics.grip import camera_place_m, check_opening, pad_of, tcp_offset_m
 from evslip.physics.motion.phases import phase_bounds_s
 from evslip.physics.robots.catalogue import robot_of
 from evslip.physics.robots.description import FINGER_Z_M, TCP_M, Arm, Gripper, corners_of
@@ -77,6 +78,25 @@ def check_object(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: 
         lowest = np.where(carried, tool_m[:, 2] + below.min(axis=1), np.inf)
         remedy = "lift it higher (motion.lift_m), tilt it less, or raise the way-points"
         _require_above(-TOUCH_M, t_s, lowest, f"the {name}", remedy)
+
+
+def check_cameras(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: np.ndarray) -> None:
+    """Raise PlanRejected if a camera, without its vibration, goes into the table while it sees the object held.
+
+    Tool centres (n, 3) and tilts (n,) are the planned ones at times (n,).
+    """
+    bounds = phase_bounds_s(params)
+    seen = (t_s >= bounds["lift"][0]) & (t_s <= bounds["release"][0])
+    for one in each_view(params):
+        x, _, z = camera_place_m(one) - TCP_M
+        height = tool_m[:, 2] - np.sin(tilt_rad) * x - np.cos(tilt_rad) * z
+        remedy = "lift it higher (motion.lift_m), tilt it less, or move the camera up (a smaller camera.z_m)"
+        require_camera_above(one, t_s[seen], height[seen], remedy)
+
+
+def require_camera_above(params: Params, t_s: np.ndarray, height_m: np.ndarray, remedy: str) -> None:
+    """Raise PlanRejected if a camera, at heights (n,) above the table at times (n,), goes into it."""
+    _require_above(0.0, t_s, height_m, f"the {params.seen_by} camera" if params.seen_by else "the camera", remedy)
 
 
 def check_arm(model: mujoco.MjModel, arm: Arm, gripper: Gripper, t_s: np.ndarray, angles_rad: np.ndarray) -> None:

@@ -105,7 +105,9 @@ def plan(params: Params, model: mujoco.MjModel) -> ServoPlan:
     disturbance.check(params)
     duration = checked_duration_s(params)
     coarse_s = np.linspace(0, duration, round(duration * RATE_HZ) + 1)
-    clearance.check_object(params, coarse_s, *tool_path(params, coarse_s))
+    path = tool_path(params, coarse_s)
+    clearance.check_object(params, coarse_s, *path)
+    clearance.check_cameras(params, coarse_s, *path)
     t_s = np.arange(round(duration / TIMESTEP_S)) * TIMESTEP_S
     arm = robot_of(params.robot).arm
     if arm is None and params.vibration.tremor_hz is not None:

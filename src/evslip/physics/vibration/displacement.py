@@ -11,6 +11,7 @@ from evslip.config.params import Params
 from evslip.config.views import camera_names, seen_by
 from evslip.physics.grip import camera_place_m
 from evslip.physics.held import held_span, recorded
+from evslip.physics.motion.clearance import require_camera_above
 from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory, rotation_of
 from evslip.physics.vibration.noise import shaped_noise
@@ -28,10 +29,11 @@ IN_PADS = [0, 2, 4]
 
 
 def with_vibration(trajectory: Trajectory) -> Trajectory:
-    """The trajectory with what its parameters let tremble."""
+    """The trajectory with what its parameters let tremble. Raises PlanRejected for a camera that trembles into the
+    table, and GraspFailed for one of a grip that never closes."""
     spec = trajectory.params.vibration
     if spec.mount_hz is not None and not camera_names(trajectory.params):
-        trajectory = trajectory._replace(camera_displacement=camera_displacement(trajectory))
+        trajectory = _with_camera_moved(trajectory)
     if spec.object_hz is None:
         return trajectory
     return with_object_moved(trajectory, object_displacement(trajectory))
@@ -39,11 +41,19 @@ def with_vibration(trajectory: Trajectory) -> Trajectory:
 
 def seen_from(trajectory: Trajectory, camera: str) -> Trajectory:
     """The trajectory with the parameters of one of several cameras, and the displacement of that one on its mount.
-    Raises ConfigError."""
+    Raises ConfigError, and PlanRejected and GraspFailed as `with_vibration`."""
     seen = trajectory._replace(params=seen_by(trajectory.params, camera))
-    if seen.params.vibration.mount_hz is None:
-        return seen
-    return seen._replace(camera_displacement=camera_displacement(seen))
+    return seen if seen.params.vibration.mount_hz is None else _with_camera_moved(seen)
+
+
+def _with_camera_moved(trajectory: Trajectory) -> Trajectory:
+    moved = camera_displacement(trajectory)
+    first, last = recorded(trajectory)
+    hand, place = trajectory.gripper_pose[first:last], camera_place_m(trajectory.params) + moved[first:last, :3]
+    height = hand[:, 2] + rotation_of(hand).apply(place)[:, 2]
+    remedy = "give its mount a higher frequency (vibration.mount_hz), or move it up (a smaller camera.z_m)"
+    require_camera_above(trajectory.params, trajectory.t_us[first:last] / 1e6, height, remedy)
+    return trajectory._replace(camera_displacement=moved)
 
 
 def with_object_moved(trajectory: Trajectory, moved: np.ndarray) -> Trajectory:
