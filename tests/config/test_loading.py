@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from evslip.config.config import Config
 from evslip.config.loading import config_from_text, dump_config, load_config, parse_override
 from evslip.config.presets import PRESETS
+from evslip.draws.draw import draw
 from evslip.utils.errors import ConfigError
 
 
@@ -68,6 +69,32 @@ def test_a_wrong_value_gives_one_line_that_names_the_key(key, value, words):
     assert "\n" not in message
     assert message.startswith("simple: ")
     assert all(word in message for word in words), message
+
+
+NARROW = {"light.distance_m": {"min": 1.0, "max": 3.0}}
+NEAR = {"background.radius_m": 5.0, "passers.count": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"light.radius_m": 1.0, **NARROW}, r"light\.radius_m: 1 is too large, .* light\.distance_m, which may be 1"),
+        ({"light.radius_m": [0.1, 1.0], **NARROW}, "which may be 1"),
+        (
+            {"passers.distance_m": 4.5, **NEAR},
+            r"passers\.distance_m: 4\.5 .* background\.radius_m 5; expected at most 3\.8",
+        ),
+    ],
+)
+def test_values_that_do_not_fit_together_are_refused_before_a_sample_is_drawn(overrides, words):
+    with pytest.raises(ConfigError, match=words):
+        load_config("simple", overrides)
+
+
+def test_values_that_may_fit_together_are_not_refused():
+    pairs = {"light.radius_m": [0.5, 2.0], "light.distance_m": [1.0, 3.0]}
+    draw(load_config("simple", {**pairs, "together": [list(pairs)]}), 0)
+    load_config("simple", {"passers.distance_m": 4.5, **NEAR, "passers.crosses": "light"})
 
 
 @pytest.mark.parametrize(

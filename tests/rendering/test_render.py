@@ -106,8 +106,6 @@ def test_the_lamp_stands_above_the_table():
             across = 30 * np.sin(np.radians(polar)) * np.exp(1j * np.radians(azimuth))
             assert lamp.position[:2] == pytest.approx([across.real, across.imag], abs=1e-9)
             assert lamp.share == pytest.approx(1.0 if polar < 90 else 0.5)
-    with pytest.raises(ConfigError, match="radius_m"):
-        make_lamp(sample(light__radius_m=10.0, light__distance_m=5.0))
 
 
 def test_colour_pictures_agree_with_luminance():

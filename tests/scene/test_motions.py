@@ -122,7 +122,12 @@ def test_plans_keep_to_the_pandas_limits(kind):
         ("pick_and_place", {"object__x_m": 0.9}, "unreachable", "object.x_m 0.9"),
         ("shake", {"motion__axis": "z", "motion__amplitude_m": 0.2}, "collision", "mm into the table"),
         ("hold", {"camera__z_m": 0.06}, "collision", r"puts the camera \d+\.\d mm into the table at"),
-        ("pick_and_place", {"camera__mount": "front", "motion__lift_m": 0.05}, "collision", "the camera .* tilt it less"),
+        (
+            "pick_and_place",
+            {"camera__mount": "front", "motion__lift_m": 0.05},
+            "collision",
+            "the camera .* tilt it less",
+        ),
         ("shake", {"motion__frequency_hz": 5.0}, "too_fast", "rad/s"),
         ("hold", {"grip__depth_m": 0.05, "object__height_m": 0.1}, "collision", "grip.depth_m: 0.05 .* palm"),
         ("rotate", {"motion__tilt_deg": 60.0, "motion__lift_m": 0.05}, "joint_limit", r"panda_joint\d at .* outside"),

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Generic
 
 from pydantic import Field
 
-from evslip.config.distributions import choices
+from evslip.config.distributions import choices, extremes
 from evslip.config.nuisances.clutter import ClutterSpec
 from evslip.config.nuisances.disturbance import DisturbanceSpec
 from evslip.config.nuisances.flicker import FlickerSpec
@@ -26,6 +26,9 @@ from evslip.config.sections.robot import RobotSpec
 from evslip.config.sections.sensor import SensorSpec
 from evslip.config.sections.slip import SlipSpec
 from evslip.config.sections.surroundings import BackgroundSpec, SurfaceSpec
+
+CAMERA_M = 1.0
+"""The camera may be so far from the world's origin."""
 
 
 class SampleSpec(Section, Generic[N, S]):
@@ -57,10 +60,24 @@ class SampleSpec(Section, Generic[N, S]):
             raise wrong(
                 "robot.gripper", "'panda' fits robot.kind = 'panda' or 'cartesian' alone; expected small or large"
             )
+        self._check_passers()
         cameras: Any = (self.camera, self.camera.left, self.camera.right)
         mounts = [mount for camera in cameras if camera is not None for mount in choices(camera.mount)]
         if "robot" in mounts and not self.robot.is_file:
             raise wrong("camera.mount", "'robot' is where a robot's file puts it, and robot.kind names none")
+
+    def _check_passers(self) -> None:
+        passers: Any = self.passers
+        around: Any = self.background.radius_m
+        reach = extremes(passers.width_m)[1] / 2 + CAMERA_M
+        crosses = extremes(passers.count)[1] > 0 and "background" in choices(passers.crosses)
+        if crosses and extremes(passers.distance_m)[1] + reach > extremes(around)[0]:
+            most, least = extremes(passers.distance_m)[1], extremes(around)[0]
+            raise wrong(
+                "passers.distance_m",
+                f"{most:g} puts bodies beyond the background, of background.radius_m {least:g}; expected at most "
+                f"{least - reach:g}",
+            )
 
 
 VIEWS = tuple(("camera", name) for name in CAMERAS)

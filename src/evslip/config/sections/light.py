@@ -1,8 +1,12 @@
 """The light: a lamp above the table."""
 
-from typing import Annotated, Generic
+from typing import Annotated, Any, Generic
 
-from evslip.config.section import N, S, Section, Within
+from evslip.config.distributions import extremes
+from evslip.config.section import N, S, Section, Within, wrong
+
+LARGEST_SHARE = 0.8
+"""Of the lamp's distance that its radius may be, or it would swallow the scene."""
 
 
 class LightSpec(Section, Generic[N, S]):
@@ -19,3 +23,13 @@ class LightSpec(Section, Generic[N, S]):
     polar_deg: Annotated[N, Within(0.0, 90.0)]
     """From the zenith: 0 overhead, 90 at the horizon. Lights spread evenly over the hemisphere: { min = 0.0,
     max = 90.0, law = "sphere" }."""
+
+    def _check(self) -> None:
+        radius_m: Any = self.radius_m
+        distance_m: Any = self.distance_m
+        if isinstance(radius_m, tuple) and isinstance(distance_m, tuple):
+            return  # they may be walked through together; then each sample's own are checked
+        (_, largest), (nearest, _) = extremes(radius_m), extremes(distance_m)
+        if largest > LARGEST_SHARE * nearest:
+            expected = f"expected at most {LARGEST_SHARE:g} x light.distance_m, which may be {nearest:g}"
+            raise wrong("radius_m", f"{largest:g} is too large, {expected}")

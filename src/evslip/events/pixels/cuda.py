@@ -99,7 +99,9 @@ def _fire(interval, state, noise_process, params, p, address, body_0, body_1, ev
         base, gain = params.base * span_us, params.gain * span_us
         c = (log_0 + noise_0, change + noise_rise, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         if params.lowpass:
-            if not is_last:
+            if settling and not is_last:
+                lag_1 = advance_steady(change, current_0, current_1, lag_0, base, gain)
+            elif not is_last:
                 log_1 = log_0 + change
                 lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
             s = pixel.septic(log_0, change, current_0, current_1, lag_0, lag_1, base, gain)

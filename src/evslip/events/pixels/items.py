@@ -226,11 +226,15 @@ def begin_piece(items: np.ndarray, j: int, end_us: float, params: Parameters) ->
         items[CURRENT_1 + j], items[LAG_1 + j] = items[LAST_CURRENT + j], items[LAST_LAG + j]
         return
     span_us = (end_us - start_us) / left
-    log_0, log_1 = items[LOG + j], items[LOG + j] + items[CHANGE + j]
-    current_0, current_1 = items[CURRENT_0 + j], items[CURRENT_0 + j] * exp(items[CHANGE + j])
-    filtered, base, gain = log_0 + items[LAG_0 + j], params.base * span_us, params.gain * span_us
-    filtered = advance_far(log_0, log_1, current_0, current_1, filtered, base, gain)
-    items[END_US + j], items[CURRENT_1 + j], items[LAG_1 + j] = start_us + span_us, current_1, filtered - log_1
+    base, gain = params.base * span_us, params.gain * span_us
+    log_0, change, current_0, lag_0 = items[LOG + j], items[CHANGE + j], items[CURRENT_0 + j], items[LAG_0 + j]
+    log_1, current_1 = log_0 + change, current_0 * exp(change)
+    if items[LEFT + j] == np.inf:
+        # As a difference of logarithms the lag of a fast filter would be rounded by so much that it never settles.
+        lag_1 = advance_steady(change, current_0, current_1, lag_0, base, gain)
+    else:
+        lag_1 = advance_far(log_0, log_1, current_0, current_1, log_0 + lag_0, base, gain) - log_1
+    items[END_US + j], items[CURRENT_1 + j], items[LAG_1 + j] = start_us + span_us, current_1, lag_1
 
 
 @compiled(error_model="numpy", _nrt=False)

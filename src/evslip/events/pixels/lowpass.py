@@ -38,6 +38,8 @@ MAX_CHANGE, MAX_PRODUCT = 0.8, 0.16
 """Limits of |x| and K |x| for one application of `advance`."""
 STEADY = 0.02
 """Limit of |x| / k for the series of the lag."""
+BENT = 2.0
+"""Limit of |x|^9 / k, about the eighth derivative of the lag, for changes above MAX_CHANGE: `pixel.septic` needs it."""
 LEAST_HALVINGS = 3
 """Intervals that are halved less often are computed so, whatever their change."""
 
@@ -102,7 +104,9 @@ def steady_lag(change: float, current: float, base: float, gain: float) -> float
 @compiled(error_model="numpy", forceinline=True, _nrt=False)
 def is_steady(change: float, current_0: float, current_1: float, base: float, gain: float) -> bool:
     """Whether `steady_lag` holds in an interval; base and gain already multiplied by its length."""
-    return bool(abs(change) <= min(MAX_CHANGE, STEADY * (base + gain * min(current_0, current_1))))
+    change, least = abs(change), base + gain * min(current_0, current_1)
+    cube = change * change * change
+    return bool(change <= STEADY * least and (change <= MAX_CHANGE or cube * cube * cube <= BENT * least))
 
 
 @compiled(error_model="numpy", forceinline=True, _nrt=False)

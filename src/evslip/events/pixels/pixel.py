@@ -37,6 +37,9 @@ LEAST_REACH = 0.25
 """Least k of a piece, times its length, that `settling_share` gives, ..."""
 STILL_REACH, SETTLED = 3.0, 1e-17
 """... and, before light that does not change, the most; and the lag that is none then."""
+FAST = 3e3
+"""Where k, times a piece's length, is more than this everywhere, the lag has settled on -x / k, within x^2 / k^2, and
+its derivatives are taken from that: by q' = -k q - x they would be differences of large numbers."""
 STATE = 8
 REFERENCE, RESET_US, LEAK_SLOPE, CANDIDATE_US, RESETS, ON, OFF, MEAN_LEAK = range(STATE)
 """State of a pixel since its last event: ref, NaN while held in reset; when ref was taken, or will be while it is NaN;
@@ -127,6 +130,12 @@ def septic(
     a_2, b_2 = -rise_0 * lag_0 - k_0 * a_1, -rise_1 * lag_1 - k_1 * b_1
     a_3 = -rise_0 * (change * lag_0 + 2.0 * a_1) - k_0 * a_2
     b_3 = -rise_1 * (change * lag_1 + 2.0 * b_1) - k_1 * b_2
+    if min(k_0, k_1) > FAST:  # (k q)' = 0, and so on
+        s_0, s_1 = rise_0 / k_0, rise_1 / k_1
+        a_1, b_1 = -s_0 * lag_0, -s_1 * lag_1
+        a_2, b_2 = -s_0 * (change * lag_0 + 2.0 * a_1), -s_1 * (change * lag_1 + 2.0 * b_1)
+        a_3 = -s_0 * (change * change * lag_0 + 3.0 * change * a_1 + 3.0 * a_2)
+        b_3 = -s_1 * (change * change * lag_1 + 3.0 * change * b_1 + 3.0 * b_2)
     c_2, c_3 = 0.5 * a_2, (1 / 6) * a_3
     # What is left of value and derivatives, over their factorials, at the end.
     r_0, r_1 = lag_1 - lag_0 - a_1 - c_2 - c_3, b_1 - a_1 - 2.0 * c_2 - 3.0 * c_3
@@ -183,14 +192,16 @@ def settling_share(
     length.
 
     What has not settled yet decays, so each piece may be longer than the one before, and the last one goes to the end:
-    there `septic` follows four basis functions, of values and derivatives which are at most those of an exponential.
+    there `septic` follows four basis functions, of values and derivatives which are at most those of an exponential;
+    above FAST, of values alone.
     Before light that does not change, lp never gets where it goes, and shall not seem to.
     """
     most = tolerance(change + lag_1 - lag_0, length_us)
     unsettled = abs(lag_0 - steady_lag(change, current_0, base, gain))
     steepest = base + gain * max(current_0, current_1)
     still = change == 0.0
-    if unsettled * (1.0 + 0.125 * steepest) ** 3 <= (SETTLED if still else most):
+    slopes = 0.0 if base + gain * min(current_0, current_1) > FAST else 0.125 * steepest
+    if unsettled * (1.0 + slopes) ** 3 <= (SETTLED if still else most):
         return 1.0
     reach = math.sqrt(math.sqrt(math.sqrt(most / (unsettled * _SEPTIC_ERROR)))) - abs(change)
     return min(1.0, min(max(reach, LEAST_REACH), STILL_REACH if still else np.inf) / steepest)

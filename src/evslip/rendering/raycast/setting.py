@@ -15,7 +15,6 @@ from evslip.rendering.shading.ambient import Ambient, surround
 from evslip.rendering.shading.environment_reflection import TERMS, fit_reflection
 from evslip.rendering.viewpoint import View
 from evslip.scene.textures import library
-from evslip.utils.errors import ConfigError
 
 SKY_TEXELS = 64
 """Side of the coarse background texture that the ambient light is taken from."""
@@ -72,7 +71,7 @@ def channel_of(image: np.ndarray, channel: int) -> np.ndarray:
 
 
 def prepare(params: Params, channel: int = LUMA) -> Setting:
-    """The setting of a sample. Raises ConfigError for unreadable textures and for impossible lamps."""
+    """The setting of a sample. Raises ConfigError for unreadable textures."""
     light, background = params.light, params.background
     lamp = make_lamp(params)
     sky = channel_of(library.load(background.texture, is_background=True), channel)
@@ -104,13 +103,7 @@ def table_plane(view: View, setting: Setting) -> np.ndarray:
 
 
 def make_lamp(params: Params) -> Lamp:
-    """The light sphere. Raises ConfigError where it would swallow the scene."""
     light = params.light
-    if light.radius_m > 0.8 * light.distance_m:
-        raise ConfigError(
-            f"light.radius_m: {light.radius_m:g} is too large, "
-            f"expected at most 0.8 x light.distance_m, which is {light.distance_m:g}"
-        )
     height = min(1.0, light.distance_m * math.cos(math.radians(light.polar_deg)) / light.radius_m)
     share = 0.5 + (height * math.sqrt(max(0.0, 1 - height * height)) + math.asin(height)) / math.pi
     return Lamp(lamp_position(params), light.radius_m, light.luminance_cd_m2, share)
