@@ -7,6 +7,7 @@ import pytest
 
 from evslip.events import EventCamera, Events
 from evslip.events.v2e.surround import diffuse, steps_of
+from evslip.utils.errors import DataError
 from shared_data import shared
 
 NAMES = {
@@ -152,6 +153,18 @@ def test_an_adaptive_pixel_forgets_as_its_equation_says():
     expected_us = step_us + tau_us / 0.7 * np.log(np.tanh(0.35 * jump) / np.tanh(0.35 * v))
     np.testing.assert_allclose(events.t_us[rises:], expected_us, rtol=3e-3, atol=3 * step_us)
     assert len(number) >= 12
+
+
+def test_an_adaptive_pixel_that_diverges_is_refused():
+    # Of one step a frame: a leak that takes away more than twice what there is grows from frame to frame.
+    for tau_us, holds in ((10_000.0, True), (3_000.0, False)):
+        sensor = EventCamera("clean", size=(6, 4), mode="v2e", adaptive_us=tau_us, adaptive_spread=0.0)
+        frames = [(10_000.0 * i, np.full((4, 6), 0.6 if i % 2 else 0.2)) for i in range(12)]
+        if holds:
+            assert 0 < sensor.run(frames).count < 12 * 500
+            continue
+        with pytest.raises(DataError, match=r"frame at \d+ us: 10000 us after .* longer adaptive_us"):
+            sensor.run(frames)
 
 
 def test_the_time_constants_of_adaptive_pixels_scatter():

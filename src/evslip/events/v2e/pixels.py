@@ -35,6 +35,7 @@ from evslip.events.sensor.random_numbers import FRAME, normal_maps, normals, uni
 from evslip.events.sensor.threads import Task
 from evslip.events.stream import SHOT
 from evslip.events.v2e.surround import GAIN, adapt, diffuse, steps_of
+from evslip.utils.errors import DataError
 from evslip.utils.jit import compiled
 
 
@@ -229,8 +230,11 @@ class V2EPixels:
         low_pass(log, i01, self._float(dt * 2 * math.pi * model.cutoff_hz), self._lowpass)
         if model.surround_pixels:
             diffuse(self._lowpass, self._surround, *steps_of(dt, 1e-6 * model.surround_us, model.surround_pixels))
-        if self._adapts:
-            adapt(self._lowpass, before, self._high, self._adaptive_s, self._float(dt))
+        if self._adapts and not adapt(self._lowpass, before, self._high, self._adaptive_s, self._float(dt)):
+            raise DataError(
+                f"frame at {end_us:g} us: {end_us - start_us:g} us after the one before v2e's adaptive pixels, which "
+                "take one step a frame, diverge; give frames closer together, or a longer adaptive_us"
+            )
         signal = self._signal()
         pixels, key = (signal, self._base, self._thresholds), (self._seed, int(frame))
         most = count_events(*pixels, self._leak, np.float32(dt), model.leak_jitter, *key, self._counts)

@@ -14,7 +14,8 @@ conductance that grows with v, with an e-fold of 1/0.7 ln units,
 
     dv = d lp - dt / tau sinh(0.7 v),
 
-one Euler step a frame. Adaptation is why a slow, faint change fires and a lasting one stops firing.
+one Euler step a frame, which diverges where it takes away more than twice v. Adaptation is why a slow, faint change
+fires and a lasting one stops firing.
 """
 
 import math
@@ -49,13 +50,16 @@ def diffuse(center: np.ndarray, surround: np.ndarray, share: float, coupling: fl
 
 
 @compiled(error_model="numpy")
-def adapt(center: np.ndarray, before: np.ndarray, high: np.ndarray, tau_s: np.ndarray, dt: np.floating) -> None:
-    """One step of v, `high`, in place, as lp goes from `before` to `center`."""
+def adapt(center: np.ndarray, before: np.ndarray, high: np.ndarray, tau_s: np.ndarray, dt: np.floating) -> bool:
+    """One step of v, `high`, in place, as lp goes from `before` to `center`. Returns whether none diverges."""
     height, width = center.shape
+    holds = True
     for y in range(height):
         for x in range(width):
             leak = dt * (1 / tau_s[y, x] * math.sinh(high[y, x] / EFOLD))
+            holds &= abs(leak) <= 2.0 * abs(high[y, x])
             high[y, x] += center[y, x] - before[y, x] - leak
+    return holds
 
 
 def steps_of(dt_s: float, tau_s: float, pixels: float) -> tuple[float, float, int]:
