@@ -179,6 +179,16 @@ def test_what_a_killed_writer_of_a_bag_left_goes_when_the_bag_is_written_again(s
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("name", ["a#b", "a?b", "a%20b"])
+def test_bags_may_have_names_that_mean_something_in_an_address(name, tmp_path):
+    pytest.importorskip("rosbags")
+    (tmp_path / name).mkdir()
+    path = tmp_path / name / f"{name}.db3"
+    write(path, stream(30), 100)
+    assert list(path.parent.iterdir()) == [path]
+    assert read_whole(path)[0].count == 30
+
+
 def test_the_bytes_of_aedat4_depend_on_the_events_alone(tmp_path):
     events, written = stream(25_000), []
     for value in (0, 255):  # what memory held before must not get into the file

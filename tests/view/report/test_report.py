@@ -189,6 +189,12 @@ def test_names_cannot_become_markup(tmp_path: Path, samples: Dataset):
     assert "<script>alert" not in page.source
 
 
+def test_a_name_that_is_no_utf_8_is_told_by_its_bytes(tmp_path: Path):
+    root = tmp_path / "held\udcff"
+    page = Page(write_report(tmp_path / "r.html", make(root, {"train": range(1, 2)}), pictures=pictures))
+    assert "held\\udcff" in page.source
+
+
 def test_parts_without_data_are_left_out(tmp_path: Path):
     held = make(tmp_path / "held", {"train": range(1, 3)})
     page = Page(write_report(tmp_path / "r.html", held, pictures=pictures))

@@ -11,7 +11,7 @@ from typing import Any
 import lz4.frame
 import zstandard
 
-from evslip.codecs.ros.library import choose, reading
+from evslip.codecs.ros.library import choose, plainly_named, reading
 from evslip.codecs.ros.sink import Sink
 from evslip.codecs.ros.topics import Topics
 from evslip.utils.errors import DataError
@@ -29,7 +29,7 @@ def _messages(path: Path, kinds: tuple[str, ...], topic: str, camera: str | None
         from rosbags.rosbag2 import Reader
 
         _bound_chunks()
-        with Reader(path) as reader:
+        with plainly_named(path) as named, Reader(named) as reader:
             if reader.compression_mode == "message":
                 raise _packed(path)
             wanted = choose(reader.connections, kinds, path, topic, camera)

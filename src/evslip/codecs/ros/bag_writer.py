@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from evslip.codecs.ros.definitions import types
+from evslip.codecs.ros.library import plainly_named
 from evslip.utils import atomic
 from evslip.utils.errors import MissingExtraError, StorageError
 
@@ -29,7 +30,8 @@ class BagWriter:
             raise MissingExtraError(f"{path}: bags need the package rosbags: pip install 'evslip[ros]'") from None
         self._path, self._topics = path, {}
         self._scratch = contextlib.ExitStack()
-        self._made = self._scratch.enter_context(atomic.scratch_folder(path)) / "made"
+        folder = self._scratch.enter_context(atomic.scratch_folder(path))
+        self._made = self._scratch.enter_context(plainly_named(folder)) / "made"
         self._writer: Any = Writer1(self._made)
         if self.cdr:
             plugin = StoragePlugin.MCAP if path.suffix.lower() == ".mcap" else StoragePlugin.SQLITE3

@@ -1,6 +1,7 @@
 """The library rosbags, as all kinds of bags use it."""
 
 import contextlib
+import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,18 @@ def reading(path: Path) -> Iterator[None]:
     except Exception as error:  # the library lets struct, lz4, SQLite and others speak for themselves
         reason = " ".join(str(error).split())[:160] or type(error).__name__
         raise DataError(f"{path}: damaged bag: {reason}") from None
+
+
+@contextlib.contextmanager
+def plainly_named(path: Path) -> Iterator[Path]:
+    """A path to the same file or folder that SQLite's addresses, as the library writes them, can hold."""
+    if not set("#?%") & set(str(path.absolute())):
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder) / f"bag{path.suffix.lower()}"
+        link.symlink_to(path.absolute())
+        yield link
 
 
 def choose(

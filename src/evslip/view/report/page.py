@@ -51,7 +51,8 @@ def table(head: Sequence[str], *rows: Sequence[str], links: Mapping[str, str] = 
 
 
 def text(value: str) -> str:
-    return html.escape(value)
+    """A text within a page; of a file's name that is no UTF-8, the bytes by number."""
+    return html.escape(value.encode(errors="backslashreplace").decode())
 
 
 def number(value: float, digits: int = 3, interval: tuple[float, float] | None = None) -> str:
