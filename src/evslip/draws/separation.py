@@ -11,6 +11,8 @@ from evslip.draws import provoked_slips
 from evslip.draws.draw import draw
 from evslip.draws.draw_plan import make_plan
 from evslip.draws.splits import TEXTURE, domain, is_divided
+from evslip.scene.shapes import shape_class
+from evslip.scene.shapes.shape import SIDES
 from evslip.utils.progress import over
 
 
@@ -52,6 +54,8 @@ def separate(config: Config, counts: Mapping[str, int]) -> Separation:
                 section = key.partition(".")[0]
                 if section in OPTIONAL and getattr(params, section).is_default:
                     continue  # one of the samples that are without it
+                if _is_computed(key, params.object):
+                    continue
                 value = attrgetter(key)(params)
                 home = values if is_divided(key, value) else kinds
                 home[domain(key)][split].add(value)
@@ -63,6 +67,12 @@ def _drawn_keys(config: Config, index: int, split: str) -> list[str]:
     is_weighed = config.slip_fraction is not None or config.slip.kind != provoked_slips.NATURAL
     keys += ["object.mass_kg"] if is_weighed and "object.mass_kg" not in keys else []
     return keys + (["slip.kind"] if isinstance(config.slip.kind, tuple) else [])
+
+
+def _is_computed(key: str, spec: Any) -> bool:
+    """Whether a key is a dimension of the object that follows from others, which are compared themselves."""
+    section, _, name = key.partition(".")
+    return section == "object" and name in SIDES and name not in shape_class(spec).own_sides(spec)
 
 
 def textures_of(separation: Separation) -> dict[str, int]:

@@ -19,6 +19,10 @@ class Cylinder(Shape):
     def sides(cls, spec: Any) -> tuple[float, float, float]:
         return spec.depth_m, spec.depth_m, spec.height_m
 
+    @classmethod
+    def own_sides(cls, spec: Any) -> tuple[str, ...]:
+        return "depth_m", "height_m"
+
     def surface(self) -> Surface:
         """The image goes round the mantle twice, each half showing all of it, with the seams at +x and -x, between the
         pads. Each end shows the disc that fits the image."""

@@ -3,6 +3,7 @@
 from typing import Any
 
 from evslip.scene.shapes import shape_class, shape_of_spec
+from evslip.scene.shapes.shape import SIDES
 from evslip.utils.errors import ConfigError
 
 
@@ -13,7 +14,7 @@ def resolve_object(spec: Any) -> Any:
     drawn = (spec.width_m, spec.depth_m, spec.height_m)
     # Of computed sides a nanometre beyond a limit is none. Drawn ones stay: their last bits tell the splits apart.
     settled = (side if side in drawn else round(side, 9) for side in shape_class(spec).sides(spec))
-    sides: dict[str, float] = dict(zip(("width_m", "depth_m", "height_m"), settled, strict=True))
+    sides: dict[str, float] = dict(zip(SIDES, settled, strict=True))
     _check(spec, f"object.{'mesh' if spec.shape == 'mesh' else 'shape'}", sides)
     spec = spec.model_copy(update=sides)
     shape = shape_of_spec(spec)

@@ -42,6 +42,10 @@ class MeshShape(Shape):
         return super().sides(spec)
 
     @classmethod
+    def own_sides(cls, spec: Any) -> tuple[str, ...]:
+        return {"own": (), "height": ("height_m",)}.get(spec.mesh_fit, super().own_sides(spec))
+
+    @classmethod
     def stamp(cls, spec: Any) -> tuple[int, int] | None:
         return None if spec.mesh is None else stamp_of(spec.mesh)
 

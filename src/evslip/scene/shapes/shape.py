@@ -8,6 +8,9 @@ from scipy.spatial import ConvexHull, QhullError
 
 from evslip.scene.shapes.surface import Surface
 
+SIDES = "width_m", "depth_m", "height_m"
+"""Keys of the object's dimensions, along x, y and z of its frame."""
+
 
 class VolumeMoments(NamedTuple):
     """Volume of a body and its first and second moments, as of even density."""
@@ -47,6 +50,11 @@ class Shape(ABC):
     def sides(cls, spec: Any) -> tuple[float, float, float]:
         """Width, depth and height in metres that drawn dimensions come to."""
         return spec.width_m, spec.depth_m, spec.height_m
+
+    @classmethod
+    def own_sides(cls, spec: Any) -> tuple[str, ...]:
+        """Keys of the dimensions that `sides` takes as they were drawn."""
+        return SIDES
 
     @classmethod
     def stamp(cls, spec: Any) -> tuple[int, int] | None:
