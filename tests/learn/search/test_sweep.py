@@ -14,7 +14,7 @@ import pytest
 from command_line import evslip
 from evslip.learn import Range, Space, SweepSettings, sweep
 from evslip.learn.search.spaces import PRESETS, space_of
-from evslip.learn.search.sweep import JOURNAL, STALE_S, _claim, _is_dead, _open, _take_up, read_sweep
+from evslip.learn.search.sweep import CLAIM_S, JOURNAL, STALE_S, _claim, _is_dead, _open, _take_up, read_sweep
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.train import train
 from evslip.utils.errors import ConfigError, DataError
@@ -167,12 +167,21 @@ def test_a_trial_can_be_looked_at_between_any_two_notes_of_its_claim(tmp_path) -
     assert looks == [(keys, False) for keys, _ in looks] and looks[-1][0] == {"folder", "host", "beat", "pid"}
 
 
+def test_a_trial_that_was_killed_before_it_could_note_who_it_was_is_run_again(windows, tmp_path, monkeypatch) -> None:
+    undisturbed = sweep(windows, tmp_path / "undisturbed", settings_of(trials=2))
+    monkeypatch.setattr("evslip.learn.search.sweep.CLAIM_S", 1.0)
+    sweep(windows, tmp_path / "killed", settings_of(trials=1))
+    _open(tmp_path / "killed", settings_of()).ask()
+    found = sweep(windows, tmp_path / "killed", settings_of(trials=2))
+    assert [(t.state, t.settings) for t in found.trials] == [(t.state, t.settings) for t in undisturbed.trials]
+
+
 def test_a_trial_without_a_sign_for_long_is_taken_for_dead(tmp_path) -> None:
     study = _open(tmp_path, settings_of())
     trial = study.ask()
     (drawn,) = study.get_trials()
     assert not _is_dead(drawn)
-    drawn.datetime_start -= timedelta(seconds=STALE_S + 1)  # killed before it could note who it was
+    drawn.datetime_start -= timedelta(seconds=CLAIM_S + 1)  # killed before it could note who it was
     assert _is_dead(drawn)
     for key, value in {"host": "elsewhere", "pid": 1, "beat": time.time()}.items():
         trial.set_user_attr(key, value)
@@ -190,6 +199,7 @@ def test_kills_do_not_change_what_a_sweep_draws(tmp_path) -> None:
             begun = number != 3  # one was killed before it had drawn anything
             value = trial.suggest_float("lr", 0, 1) if begun or number not in kills else 0.0
             if number in kills:
+                _claim(trial, "trials/0")
                 trial.set_user_attr("beat", 0.0)
                 _take_up(study)
             else:

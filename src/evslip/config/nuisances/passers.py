@@ -24,6 +24,6 @@ class PassersSpec(Section, Generic[N, S]):
     """Height over the table's plane, on which they stand where they cross the background."""
     distance_m: Annotated[N, Within(0.8, 20.0)] = usual(2.5)
     """Distance at which they cross: from the camera, or from the tool centre towards the lamp. Beyond the lamp
-    (light.distance_m) they throw no shadow."""
+    (light.distance_m) they throw no shadow; the background (background.radius_m) is farther."""
     texture: S = usual("weave-0")
     """As object.texture."""

@@ -15,7 +15,7 @@ class LightSpec(Section, Generic[N, S]):
     luminance_cd_m2: Annotated[N, Within(0.0, 1e10)]
     """Luminance of its surface."""
     radius_m: Annotated[N, Within(0.001, 10.0)]
-    """Its own radius: larger is brighter, with softer shadows."""
+    """Its own radius, at most 0.8 of its distance: larger is brighter, with softer shadows."""
     distance_m: Annotated[N, Within(1.0, 1000.0)]
     """From the world's origin to its centre."""
     azimuth_deg: Annotated[N, Within(-360.0, 360.0)]

@@ -34,6 +34,10 @@ AGAIN = "again"
 """Note of a trial that runs once more what a killed one had begun."""
 STALE_S = 3600.0
 """A trial that has not ended an epoch for so long counts as killed; one whose process this machine misses, at once."""
+CLAIM_S = 60.0
+"""A trial that nobody has claimed for so long does, too: it was killed before it could note who it was."""
+LOOK_S = 0.2
+"""A sweep that has nothing left but such trials looks at them again after so long."""
 
 Sampler = Literal["random", "tpe"]
 Pruner = Literal["none", "median", "hyperband"]
@@ -124,8 +128,11 @@ def sweep(
         while True:
             _take_up(study)
             step.done = _counted(study)
-            if step.done >= settings.trials:
+            if step.done >= settings.trials and not any(map(_is_unclaimed, _running(study))):
                 return read_sweep(out)
+            if step.done >= settings.trials:
+                time.sleep(LOOK_S)
+                continue
             trial = study.ask()
             _run(study, trial, windows, out, settings)
             if callback:
@@ -288,7 +295,7 @@ def _take_up(study: Any) -> None:
     from optuna.exceptions import UpdateFinishedTrialError
     from optuna.trial import TrialState
 
-    for trial in study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
+    for trial in _running(study):
         if not _is_dead(trial):
             continue
         try:
@@ -302,14 +309,24 @@ def _take_up(study: Any) -> None:
 def _is_dead(trial: Any) -> bool:
     """Whether nobody runs a running trial any more, as far as its notes tell: all of them, or the first few."""
     notes = trial.user_attrs
-    if notes.get("host") == socket.gethostname() and notes.get("pid", os.getpid()) != os.getpid():
+    if _is_unclaimed(trial):
+        return time.time() - trial.datetime_start.timestamp() > CLAIM_S
+    if notes["host"] == socket.gethostname() and notes["pid"] != os.getpid():
         try:
             os.kill(notes["pid"], 0)
         except ProcessLookupError:
             return True
         except PermissionError:
             return False
-    return time.time() - notes.get("beat", trial.datetime_start.timestamp()) > STALE_S
+    return time.time() - notes["beat"] > STALE_S
+
+
+def _is_unclaimed(trial: Any) -> bool:
+    return "pid" not in trial.user_attrs
+
+
+def _running(study: Any) -> list[Any]:
+    return [trial for trial in study.get_trials(deepcopy=False) if trial.state.name == "RUNNING"]
 
 
 def _trial(trial: Any) -> Trial:
