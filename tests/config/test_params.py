@@ -1,4 +1,5 @@
 import itertools
+import pickle
 
 import numpy as np
 import pytest
@@ -7,11 +8,14 @@ from hypothesis import strategies as st
 from scipy.stats import kstest
 
 from evslip.config.distributions import Uniform, extremes
-from evslip.config.loading import load_config
+from evslip.config.loading import dump_config, load_config
 from evslip.config.params import Params
 from evslip.config.sample import leaves
+from evslip.config.views import seen_by
 from evslip.draws.draw import draw, grid_size
 from evslip.utils.errors import ConfigError
+
+TWO = {"camera.left": {"mount": "front"}, "camera.right": {}}
 
 
 def test_a_draw_depends_on_configuration_split_and_index_alone():
@@ -20,6 +24,16 @@ def test_a_draw_depends_on_configuration_split_and_index_alone():
     assert draw(config, 7) != draw(config, 8)
     assert draw(config, 7) != draw(config, 7, "test")
     assert draw(config, 7) != draw(load_config("complex", {"seed": 1}), 7)
+
+
+@pytest.mark.parametrize("preset", ["simple", "complex", "wild", "hold"])
+def test_configurations_and_draws_can_be_pickled(preset):
+    config = load_config(preset)
+    copied = pickle.loads(pickle.dumps(config))
+    assert copied == config and dump_config(copied) == dump_config(config)
+    for params in (draw(config, 7), seen_by(draw(load_config(preset, TWO), 7), "left")):
+        again = pickle.loads(pickle.dumps(params))
+        assert again == params and again.model_dump_json() == params.model_dump_json()
 
 
 def test_changing_one_distribution_leaves_the_other_values_alone():

@@ -51,6 +51,14 @@ def root(tmp_path: Path) -> Path:
     return root
 
 
+def test_a_slice_is_the_same_samples_of_fewer(root: Path):
+    samples = open_dataset(root)
+    some = samples[1:3]
+    assert len(some) == 2 and len(samples[:0]) == 0 and len(samples) == 6
+    assert [one.name for one in samples[::-2]] == [one.name for one in samples][::-2]
+    assert_equal(some[0], samples[np.int64(1)])
+
+
 def test_records_come_back_in_order(root: Path):
     data = open_dataset(root)
     assert [r.name for r in data] == [f"train/000000{i}" for i in (0, 1, 3, 4)] + ["test/0000000", "test/0000001"]

@@ -1,3 +1,4 @@
+import copy
 import pickle
 import subprocess
 import sys
@@ -153,6 +154,15 @@ def test_a_camera_continues_from_its_state(mode, clip):
     assert equal(whole.run(clip[20:]), resumed.run(clip[20:]))
     fresh = EventCamera.from_state(camera(mode=mode).state())
     assert equal(fresh.run(clip), camera(mode=mode).run(clip))
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda camera: pickle.loads(pickle.dumps(camera))])
+@pytest.mark.parametrize("preset", ["clean", "davis346", "dvxplorer-lite"])
+def test_a_copy_continues_where_the_camera_stands(preset, copied, clip):
+    first = camera(preset)
+    first.run(clip[:20])
+    other = copied(first)
+    assert equal(first.run(clip[20:]), other.run(clip[20:]))
 
 
 def test_a_batch_is_its_cameras(clip):

@@ -12,7 +12,7 @@ from evslip.codecs.arrays.record_head import wrong_camera
 from evslip.codecs.formats import FORMATS, Format, format_of, known_suffixes, register
 from evslip.codecs.source import Source, checked, counted
 from evslip.codecs.writers import writing
-from evslip.events.checks import check_columns, extent
+from evslip.events.checks import check_columns, extent, sensor_size
 from evslip.events.stream import Events, concatenate
 from evslip.utils.errors import DataError
 
@@ -54,13 +54,15 @@ def _typed(parts: Iterator[Events], path: str | Path) -> Iterator[Events]:
 def write_events(path: str | Path, events: Events, size: tuple[int, int] | None = None) -> None:
     """Write events, the format chosen by suffix. `size` is the sensor's (width, height); default: the events' extent.
 
-    Raises DataError, StorageError.
+    Raises ConfigError, DataError, StorageError.
     """
     codec = format_of(path, writing=True).codec
+    check_columns(events, path)
+    sensor = extent(events) if size is None else sensor_size("size", size)
     if hasattr(codec, "write"):
-        codec.write(Path(path), events, size or extent(events))
+        codec.write(Path(path), events, sensor)
     else:
-        with writing(path, size or extent(events)) as push:
+        with writing(path, sensor) as push:
             push(events)
 
 

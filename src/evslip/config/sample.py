@@ -53,6 +53,10 @@ class SampleSpec(Section, Generic[N, S]):
     render: RenderSpec[N, S]
     slip: SlipSpec[N, S] = Field(default={}, validate_default=True)
 
+    def __reduce__(self) -> Any:
+        """Pickled as JSON: the sections' classes are made of type variables, and have no names to be imported by."""
+        return type(self).model_validate_json, (self.model_dump_json(),)
+
     def _check(self) -> None:
         if self.vibration.tremor_hz is not None and self.robot.kind == "cartesian":
             raise wrong("vibration.tremor_hz", "needs an arm whose joints tremble; a cartesian hand has none")

@@ -3,8 +3,9 @@
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterator, Sequence
 from copy import copy
+from operator import index
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self, SupportsIndex, overload
 
 from evslip.data import record_file
 from evslip.data.journal import Entry
@@ -75,9 +76,7 @@ class Samples(ABC):
         for one in self.listing:
             cameras = self.cameras(one) or (None,) if camera == ALL_CAMERAS else (camera,)
             listing += [one if name is None else one._replace(camera=name, events=None) for name in cameras]
-        chosen = copy(self)
-        chosen.listing = listing
-        return chosen
+        return self._listing(listing)
 
     def cameras(self, one: Listing) -> tuple[str, ...]:
         """Names of a record's cameras if it has several. Raises DataError."""
@@ -90,8 +89,18 @@ class Samples(ABC):
     def __len__(self) -> int:
         return len(self.listing)
 
-    def __getitem__(self, position: int) -> Record:
-        return self.read(position)
+    @overload
+    def __getitem__(self, position: SupportsIndex) -> Record: ...
+    @overload
+    def __getitem__(self, position: slice) -> Self: ...
+    def __getitem__(self, position: SupportsIndex | slice) -> "Record | Self":
+        return self._listing(self.listing[position]) if isinstance(position, slice) else self.read(index(position))
+
+    def _listing(self, listing: Sequence[Listing]) -> Self:
+        """The same with other records."""
+        chosen = copy(self)
+        chosen.listing = listing
+        return chosen
 
     def __iter__(self) -> Iterator[Record]:
         return (self.read(position) for position in range(len(self)))

@@ -82,7 +82,7 @@ class EventCamera:
         _one_of("device", device, DEVICES)
         require_whole("seed", seed, 0, 2**64 - 1)
         require_whole("threads", threads, 1, 1024)
-        if not isinstance(size, tuple | list) or len(size) != 2:
+        if not isinstance(size, tuple | list | np.ndarray) or len(size) != 2:
             raise ConfigError(f"camera size: {size!r} is wrong, expected (width, height)")
         for name, length in zip(("width", "height"), size, strict=True):
             require_whole(name, length, 1, 65535)

@@ -1,12 +1,13 @@
 """Checks of a stream of events from outside, whole or in parts."""
 
+import operator
 from typing import Any
 
 import numpy as np
 
 from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.stream import CAUSES, Events
-from evslip.utils.errors import DataError
+from evslip.utils.errors import ConfigError, DataError
 
 _DTYPES = {"t_us": np.int64, "x": np.uint16, "y": np.uint16, "p": np.bool_, "body": np.uint8, "cause": np.uint8}
 
@@ -50,10 +51,15 @@ def check_events(events: Events, size: tuple[int, int] | None, where: object, fi
 
 def check_columns(events: Events, where: object) -> None:
     """Raise DataError, naming `where`, unless the columns have the types of Events and one length."""
+    if not isinstance(events, Events):
+        kind = type(events).__name__
+        raise DataError(f"{where}: {kind}, expected Events; Events.from_structured makes them of an array")
     for name, dtype in _DTYPES.items():
         column: np.ndarray | None = getattr(events, name)
         if column is None:
             continue  # a label that is not known
+        if not isinstance(column, np.ndarray):
+            raise DataError(f"{where}: events/{name}: {type(column).__name__}, expected an array of {np.dtype(dtype)}")
         if column.dtype != dtype or column.shape != (len(events.t_us),):
             raise DataError(
                 f"{where}: events/{name}: {column.dtype} of shape {column.shape}, "
@@ -66,6 +72,17 @@ def check_size(width: Any, height: Any, where: object) -> tuple[int, int]:
     if not (1 <= int(width) <= 65536 and 1 <= int(height) <= 65536):
         raise DataError(f"{where}: the sensor's size is {width} x {height}, expected 1 to 65536 columns and rows")
     return int(width), int(height)
+
+
+def sensor_size(name: str, size: Any) -> tuple[int, int]:
+    """(width, height) of an argument: a tuple, list or array of two whole numbers. Raises ConfigError."""
+    try:
+        width, height = map(operator.index, size)
+    except (TypeError, ValueError):
+        raise ConfigError(f"{name}: {size!r} is wrong, expected (width, height) in whole pixels") from None
+    if not (1 <= width <= 65536 and 1 <= height <= 65536):
+        raise ConfigError(f"{name}: {width} x {height} is out of range, expected 1 to 65536 columns and rows")
+    return width, height
 
 
 def extent(events: Events) -> tuple[int, int]:

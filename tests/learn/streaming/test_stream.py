@@ -132,3 +132,35 @@ def test_a_broken_clock_is_refused(model: Path, last_us: int) -> None:
     events = Events(hours, *(np.full(2000, 100, np.uint16),) * 2, np.ones(2000, bool))
     with pytest.raises(DataError, match="at most 5,000,000 answers"):
         detect(model, events, SIZE)
+
+
+EVENTS = Events(np.arange(3) * 1000, np.zeros(3, np.uint16), np.zeros(3, np.uint16), np.ones(3, bool))
+
+
+@pytest.mark.parametrize(
+    ("events", "words"),
+    [
+        (EVENTS.replace(x=np.full(3, 400, np.uint16)), r"events/x: 400 is out of range, expected 0 to 345"),
+        (EVENTS.replace(p=np.array([1, -1, 1])), r"events/p: int64 of shape \(3,\), expected bool"),
+        (EVENTS.replace(t_us=EVENTS.t_us[::-1]), "times must never decrease"),
+        (EVENTS.replace(t_us=EVENTS.t_us.astype(float)), "events/t_us: float64"),
+        (EVENTS.replace(t_us=[0, 1, 2]), "events/t_us: list, expected an array of int64"),
+        (EVENTS.to_structured(), "ndarray, expected Events; Events.from_structured makes them"),
+    ],
+)
+def test_events_that_are_none_or_not_of_this_sensor_are_refused(events, words: str, model: Path) -> None:
+    with pytest.raises(DataError, match=words):
+        Detector(model).push(events)
+    with pytest.raises(DataError, match=words):
+        detect(model, events if isinstance(events, Events) else [events], SIZE)
+
+
+@pytest.mark.parametrize("size", [640, (346,), (346, 260.0), "ab", (0, 260)])
+def test_a_size_that_is_none_is_refused(size, model: Path) -> None:
+    with pytest.raises(ConfigError, match=r"size: .* expected"):
+        Detector(model, size=size)
+
+
+def test_a_size_may_be_a_list_or_an_array(model: Path) -> None:
+    for size in ([346, 260], np.array([346, 260])):
+        assert np.isnan(Detector(model, size=size).push(EVENTS))

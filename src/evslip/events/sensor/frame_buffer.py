@@ -1,6 +1,6 @@
 """Frames that wait to be turned into events together."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -75,13 +75,24 @@ class FrameBuffer:
         self._pixels = shape[0] * shape[1]
         groups = -(-self._pixels // GROUP)
         self._rows = np.zeros((length + 1, groups * GROUP), dtype)
-        # Made once: slicing costs more than copying a small image.
-        self._images = [row[: self._pixels].reshape(shape) for row in self._rows]
-        self._words = self._rows.view(np.uint64)
+        self._view_rows()
         self._times_us = np.zeros(length + 1)
         self._bodies = np.empty((0, self._pixels), np.uint8)
         self._twin: FrameBuffer | None = None
         self.clear()
+
+    def _view_rows(self) -> None:
+        # Made once: slicing costs more than copying a small image.
+        self._images = [row[: self._pixels].reshape(self.shape) for row in self._rows]
+        self._words = self._rows.view(np.uint64)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in ("_images", "_words")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """A copy has views of its own rows, not copies of views."""
+        self.__dict__.update(state)
+        self._view_rows()
 
     @property
     def twin(self) -> "FrameBuffer":

@@ -1,11 +1,13 @@
 """A detector on a stream of events."""
 
+import operator
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from evslip.events.checks import check_columns, check_events, sensor_size
 from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
 from evslip.learn.inference import Answers
@@ -75,7 +77,8 @@ class Detector:
             raise ConfigError(f"hop_s: {hop_s:g} is out of range, expected 0.001 to 1000")
         self._network, self.description = load_model(model)
         settings = self.description.windows
-        laid = require_sensor(settings, size or settings.sensor, align)
+        self._size = settings.sensor if size is None else sensor_size("size", size)
+        laid = require_sensor(settings, self._size, align)
         self._windows = following(self._network, laid, rolling)
         self._length_us, self._hop_us = self._network.geometry.length_us, round(hop_s * 1e6)
         self._last_us: int | None = None
@@ -109,10 +112,11 @@ class Detector:
         """Take the next events of the stream and answer for every hop that they complete.
 
         `until_us` says that the stream is known up to that time, where it is silent after the last event. `newest`: of
-        more hops, answer only so many, the newest. Raises DataError for events that lie before those pushed earlier or
-        more than an hour after them.
+        more hops, answer only so many, the newest. Raises DataError for events that are not what Events promises, that
+        lie beyond the sensor, before those pushed earlier, or more than an hour after them.
         """
-        now = self._advance(events, until_us)
+        check_events(events, self._size, "the events pushed")
+        now = self._advance(events, None if until_us is None else operator.index(until_us))
         if now - self._next_us > MOST_ANSWERS * self._hop_us:
             raise DataError(
                 f"{(now - self._next_us) / 1e6:,.0f} s pushed at once, answered every {self._hop_us / 1e6:g} s: "
@@ -166,6 +170,7 @@ def detect(
     found: list[Detection] = []
     answers, first_us, last_us = 0, None, 0
     for part in (events,) if isinstance(events, Events) else events:
+        check_columns(part, "events")
         for start in range(0, part.count, PUSHED):
             piece = part.select(slice(start, start + PUSHED))
             first_us = int(piece.t_us[0]) if first_us is None else first_us
