@@ -15,7 +15,7 @@ from evslip.events.stream import Events, empty_events
 from evslip.learn.streaming.stream import Detection
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.explorer.app import MOST_EVENTS, Explorer, make_app
-from evslip.view.explorer.labels import Labels
+from evslip.view.explorer.labels import ABSENT, Labels
 from evslip.view.explorer.sample import EVENT, LONGEST_US, Sample, pack, thinned
 from evslip.view.explorer.serve import explore
 from evslip.view.explorer.shelf import open_recording, open_shelf
@@ -152,6 +152,15 @@ def test_the_page_gets_as_many_answers_as_it_can_draw(samples: Path, monkeypatch
     assert len(found["t_us"]) == len(found["p_slip"]) == MOST_POINTS and max(found["p_slip"]) == 0.9
 
 
+def test_of_a_detector_of_another_sensor_the_page_names_a_command_that_helps(samples: Path):
+    """These pages have no option that aligns the two."""
+    app = make_app(Explorer(open_shelf(samples), Path("default")), [HOST])
+    answer = TestClient(app, base_url=f"http://{HOST}").get("/api/samples/0/detection")
+    assert answer.status_code == 422
+    assert "the sensor has 40 x 30 pixels" in answer.text and "`evslip detect --align centre`" in answer.text
+    assert "option" not in answer.text
+
+
 def test_a_recording_has_no_frames(labeller: TestClient):
     about = labeller.get("/api/samples/0").json()
     assert not about["frames"]
@@ -254,13 +263,19 @@ def test_pages_load_only_what_is_given_out(client: TestClient):
 
 def test_labels_are_on_disk_when_the_answer_comes(labeller: TestClient, tmp_path: Path):
     intervals = [[0.03, 0.04, "hold"], [0.01, 0.02, "slip"]]
-    open_now = labeller.get("/api/labels").json()["recording"]
-    answer = labeller.put("/api/labels", json={"recording": open_now, "intervals": intervals})
-    assert answer.json() == {"file": "still-labels.csv", "intervals": sorted(intervals)}
+    known = labeller.get("/api/labels").json()
+    answer = labeller.put("/api/labels", json=known | {"intervals": intervals})
+    after = labeller.get("/api/labels").json()
+    assert answer.json() == {"file": "still-labels.csv", "version": after["version"]}
+    assert after["intervals"] == sorted(intervals)
     lines = (tmp_path / "still-labels.csv").read_text().splitlines()
     assert lines == ["start_s,end_s,label", "0.010000,0.020000,slip", "0.030000,0.040000,hold"]
-    refused = labeller.put("/api/labels", json={"recording": open_now, "intervals": [[0.3, 0.2, "slip"]]})
+    refused = labeller.put("/api/labels", json=after | {"intervals": [[0.3, 0.2, "slip"]]})
     assert refused.status_code == 422
+    for outdated in (known, {"recording": known["recording"]}):
+        refused = labeller.put("/api/labels", json=outdated | {"intervals": []})
+        assert refused.status_code == 409
+        assert "changed elsewhere" in refused.text and "load the page anew" in refused.text
     assert (tmp_path / "still-labels.csv").read_text().splitlines() == lines
 
 
@@ -285,7 +300,7 @@ def test_a_page_of_another_recording_saves_nothing(labeller: TestClient, tmp_pat
         Explorer(open_recording(tmp_path / "still.h5"), labels=Labels(tmp_path / "still-labels.csv")), [HOST]
     )
     same = TestClient(again, base_url=f"http://{HOST}").put(
-        "/api/labels", json={"recording": open_now, "intervals": []}
+        "/api/labels", json={"recording": open_now, "version": ABSENT, "intervals": []}
     )
     assert same.status_code == 200  # the same recording, opened again
 

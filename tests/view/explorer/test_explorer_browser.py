@@ -1,30 +1,21 @@
 """The pages in a real browser."""
 
 import dataclasses
-import shutil
-import threading
-import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-import uvicorn
-from playwright import sync_api
 
 import evslip
 from evslip.config.loading import dump_config
 from evslip.data import building, dataset, record_file
 from evslip.data.intervals import Interval, read_intervals
-from evslip.data.record import Record
 from evslip.physics.truth import measure
-from evslip.view.explorer.app import Explorer, make_app
 from evslip.view.explorer.labels import Labels
-from evslip.view.explorer.shelf import Shelf, open_recording, open_shelf
+from evslip.view.explorer.shelf import open_recording, open_shelf
 from sample_records import CONFIG, random_events, simulated
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs a Chromium browser on the path")]
+pytestmark = pytest.mark.slow
 
 COLOURED = """() => {
     const canvas = document.getElementById("stage");
@@ -36,43 +27,6 @@ COLOURED = """() => {
 """How many pixels of the stage are not grey."""
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator:
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield started
-        started.close()
-
-
-@pytest.fixture
-def open_page(browser) -> Iterator:
-    """Opens a page of a shelf, and fails if its console complains."""
-    servers, messages = [], []
-
-    def opening(shelf: Shelf, labels: Labels | None = None, size: tuple[int, int] = (1280, 800)):
-        guard = make_app(Explorer(shelf, labels=labels), [])
-        config = uvicorn.Config(guard, port=0, log_level="warning", ws="none", lifespan="off")
-        server = uvicorn.Server(config)
-        thread = threading.Thread(target=server.run)
-        thread.start()
-        servers.append((server, thread))
-        while not server.started:
-            time.sleep(0.01)
-        address = f"127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
-        guard._hosts = frozenset([address])
-        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
-        page.on("console", lambda m: messages.append(m.text) if m.type == "error" else None)
-        page.on("pageerror", lambda error: messages.append(str(error)))
-        page.goto(f"http://{address}/")
-        return page
-
-    yield opening
-    for server, thread in servers:
-        server.should_exit = True
-        thread.join()
-    assert messages == []
-
-
 @pytest.fixture
 def samples(tmp_path: Path) -> Path:
     root = tmp_path / "data"
@@ -81,14 +35,6 @@ def samples(tmp_path: Path) -> Path:
         sample = simulated(index, "train", steps=100)
         building.add(root, sample, record_file.encode(sample))
     return root
-
-
-@pytest.fixture
-def recording(tmp_path: Path) -> Path:
-    path = tmp_path / "r.h5"
-    events = random_events(np.random.default_rng(0), 500, labelled=False)
-    record_file.write(path, Record(kind="recording", name="r", size=(40, 30), events=events))
-    return path
 
 
 def test_the_list_filters_sorts_and_completes(open_page, samples: Path):

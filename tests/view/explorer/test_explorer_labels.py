@@ -10,7 +10,7 @@ from evslip.cli.recordings import label_agreement
 from evslip.data.intervals import Interval, read_intervals, write_intervals
 from evslip.utils.errors import DataError
 from evslip.view.explorer.agreement import agreement
-from evslip.view.explorer.labels import Labels
+from evslip.view.explorer.labels import ABSENT, Labels, Outdated
 
 
 @st.composite
@@ -24,15 +24,32 @@ def intervals(draw: st.DrawFn) -> tuple[Interval, ...]:
 def test_intervals_survive_their_file(tmp_path_factory: pytest.TempPathFactory, given_intervals: tuple[Interval, ...]):
     path = tmp_path_factory.mktemp("labels") / "l.csv"
     write_intervals(path, given_intervals)
-    assert read_intervals(path) == given_intervals == Labels(path).intervals
+    assert read_intervals(path) == given_intervals == Labels(path).intervals()
 
 
 @pytest.mark.parametrize("rows", [[None], [[0, 1]], [[0, None, "slip"]], [[0, 1, ["slip"]]], [[{}, 1, "slip"]]])
 def test_wrong_rows_are_refused(tmp_path: Path, rows: list):
     labels = Labels(tmp_path / "labels.csv")
     with pytest.raises(DataError, match="interval 1"):
-        labels.replace(rows)
+        labels.replace(rows, ABSENT)
     assert not labels.path.exists()
+
+
+def test_a_file_that_was_changed_elsewhere_is_not_replaced(tmp_path: Path):
+    """By another program on the same file, or by hand; and then the reader gets what is there now."""
+    labels, other = Labels(tmp_path / "labels.csv"), Labels(tmp_path / "labels.csv")
+    version = labels.replace([[0, 1, "slip"]], ABSENT)
+    with pytest.raises(Outdated, match=r"labels\.csv were changed elsewhere"):
+        other.replace([], ABSENT)
+    assert other.as_json() == {"file": "labels.csv", "version": version, "intervals": [[0.0, 1.0, "slip"]]}
+    labels.path.write_text("start_s,end_s,label\n0,2,hold\n")
+    for outdated in (version, ABSENT, None, 3):
+        with pytest.raises(Outdated):
+            labels.replace([], outdated)
+    assert labels.intervals() == (Interval(0, 2_000_000, "hold"),)
+    labels.path.unlink()
+    labels.replace([[0, 1, "slip"]], labels.as_json()["version"])
+    assert labels.intervals() == (Interval(0, 1_000_000, "slip"),)
 
 
 @given(intervals(), intervals())

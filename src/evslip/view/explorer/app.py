@@ -12,8 +12,8 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
-from evslip.utils.errors import EvslipError
-from evslip.view.explorer.labels import Labels
+from evslip.utils.errors import DataError, EvslipError
+from evslip.view.explorer.labels import Labels, Outdated
 from evslip.view.explorer.sample import Sample
 from evslip.view.explorer.shelf import Shelf
 from evslip.view.pictures.figures import space_time
@@ -96,20 +96,39 @@ class Explorer:
 
         assert self.model is not None  # asked before
         record = self._open(position).record
-        found = thinned(detect(self.model, record.events, record.size))
+        try:
+            found = thinned(detect(self.model, record.events, record.size))
+        except DataError:
+            self._require_sensor(record.size)
+            raise
         return {
             "t_us": found.t_us.tolist(),
             "p_slip": np.round(found.p_slip.astype(float), 4).tolist(),
             "threshold": found.threshold,
         }
 
+    def _require_sensor(self, size: tuple[int, int]) -> None:
+        """Raise DataError unless the model was trained on a sensor of this size; it names a command that can align the
+        two, which these pages cannot."""
+        from evslip.learn import load_model
+
+        assert self.model is not None  # asked before
+        _, description = load_model(self.model)
+        trained = description.windows.sensor
+        if size != trained:
+            raise DataError(
+                f"no slip probability: the sensor has {size[0]} x {size[1]} pixels, and the detector was trained on "
+                f"{trained[0]} x {trained[1]}; `evslip detect --align centre` lays the one on the other"
+            )
+
     def read_labels(self, request: Request) -> Response:
         """The intervals as they are in the file, and what a page must name to replace them."""
         return JSONResponse({**self._labels().as_json(), "recording": self._labelled()})
 
     async def write_labels(self, request: Request) -> Response:
-        """Replace all intervals of the recording that is open; they are on disk when this answers. A page of another
-        one, left over from a server that was at this address before, is refused."""
+        """Replace all intervals of the recording that is open; they are on disk when this answers. Refused are a page
+        of another one, left over from a server that was at this address before, and a page that does not know what the
+        file holds by now."""
         from starlette.concurrency import run_in_threadpool
 
         labels = self._labels()
@@ -120,8 +139,11 @@ class Explorer:
         if not isinstance(given, dict) or given.get("recording") != self._labelled():
             other = f"this page is of another recording or file of labels than those open now, {self.shelf.title} and "
             raise HTTPException(409, f"{other}{labels.path.name}; nothing was saved, load the page anew")
-        await run_in_threadpool(labels.replace, given.get("intervals"))
-        return JSONResponse(labels.as_json())
+        try:
+            version = await run_in_threadpool(labels.replace, given.get("intervals"), given.get("version"))
+        except Outdated as error:
+            raise HTTPException(409, str(error)) from None
+        return JSONResponse({"file": labels.path.name, "version": version})
 
     def _labelled(self) -> str:
         """Name of what is labelled, unlike that of every other: the recording, and the file that its labels go to."""

@@ -121,7 +121,8 @@ class Sample:
         ]
         both = (("pad force", "N", truth.pad_force_n), ("friction", "of limit", truth.pad_utilisation))
         pads = [(name, unit, values) for name, unit, values in both if values is not None]
-        return curves + [curve(name, unit, t_us, dict(zip("12", v[keep].T, strict=True))) for name, unit, v in pads]
+        names = ("pad 1", "pad 2")
+        return curves + [curve(name, unit, t_us, dict(zip(names, v[keep].T, strict=True))) for name, unit, v in pads]
 
 
 def curve(name: str, unit: str, t_us: np.ndarray, lines: dict[str, np.ndarray]) -> dict[str, Any]:

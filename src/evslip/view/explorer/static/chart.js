@@ -1,7 +1,9 @@
 // Small plots over one time axis, with phases behind them and the playhead in front.
 import {color} from "./page.js";
 
-const LINES = ["--accent", "--slip"], HEIGHT = 74, LEFT = 66, RIGHT = 10, GAP = 15, FOOT = 20;
+// Events have the colours that they have in the picture.
+const OWN = {ON: "--on", OFF: "--off"}, LINES = ["--accent", "--slip"];
+const HEIGHT = 74, LEFT = 66, RIGHT = 10, GAP = 15, FOOT = 20;
 
 export class Charts {
   constructor(canvas, about, clock) {
@@ -72,7 +74,9 @@ export class Charts {
   curve({name, unit, t_us, lines}, top) {
     const context = this.context, values = Object.values(lines).flat();
     // No Math.max(...values): a call takes some 120,000 arguments at most.
-    const most = values.reduce((a, b) => Math.max(a, b), 1e-9), least = values.reduce((a, b) => Math.min(a, b), 0);
+    const least = values.reduce((a, b) => Math.min(a, b), 0);
+    // What is always 0 lies at the foot of a strip from 0 to 1.
+    const most = values.reduce((a, b) => Math.max(a, b), 0) || (least < 0 ? 0 : 1);
     const y = (value) => top + HEIGHT - 2 - (value - least) / (most - least) * (HEIGHT - 6);
     context.fillStyle = color("--quiet");
     context.textAlign = "right";
@@ -85,12 +89,16 @@ export class Charts {
     context.textAlign = "left";
     context.fillStyle = color("--line");
     context.fillRect(LEFT, top + HEIGHT, this.canvas.clientWidth - LEFT - RIGHT, 1);
-    Object.values(lines).forEach((line, k) => {
-      context.strokeStyle = color(LINES[k % LINES.length]);
+    let at = LEFT + 6;
+    Object.entries(lines).forEach(([key, line], k) => {
+      context.strokeStyle = context.fillStyle = color(OWN[key] ?? LINES[k % LINES.length]);
       context.lineWidth = 1.3;
       context.beginPath();
       line.forEach((value, i) => context.lineTo(this.x(t_us[i]), y(value)));
       context.stroke();
+      if (Object.keys(lines).length < 2) return;  // the curve's name is the line's
+      context.fillText(key, at, top - 4);
+      at += context.measureText(key).width + 14;
     });
   }
 

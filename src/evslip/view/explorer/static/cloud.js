@@ -1,5 +1,5 @@
 // Events in space and time, drawn by Plotly, which is fetched when it is first asked for.
-import {color, element} from "./page.js";
+import {ask, color, element} from "./page.js";
 
 const SPAN_US = 600000;
 let library;
@@ -15,8 +15,7 @@ function load() {
 export async function drawCloud(place, position, about, t) {
   const start = Math.round(Math.max(about.start_us, Math.min(t - SPAN_US / 2, about.end_us - SPAN_US)));
   const [answer] = await Promise.all([
-    fetch(`/api/samples/${position}/cloud?start_us=${start}&end_us=${start + SPAN_US}`), load()]);
-  if (!answer.ok) throw new Error(await answer.text());
+    ask(`/api/samples/${position}/cloud?start_us=${start}&end_us=${start + SPAN_US}`), load()]);
   const figure = await answer.json();
   const layout = {...figure.layout, height: 460, paper_bgcolor: "rgba(0,0,0,0)", font: {color: color("--text")}};
   layout.scene = {...layout.scene};

@@ -1,4 +1,6 @@
 // Events of a sample, fetched in pieces of time and kept.
+import {ask} from "./page.js";
+
 const PIECE_US = 100000, MOST = 200000, KEPT = 40, BYTES = 9;
 
 export class EventStore {
@@ -16,7 +18,8 @@ export class EventStore {
     return complete;
   }
 
-  // Calls visit(x, y, flags) for each event with from <= t < to that is there.
+  // Calls visit(x, y, flags, weight) for each event with from <= t < to that is there. Where the server sent only some
+  // of many, each stands for a weight of more than 1.
   forEach(from, to, visit) {
     const [first, last] = this.range(from, to);
     for (let number = first; number <= last; number++) {
@@ -24,7 +27,7 @@ export class EventStore {
       if (!piece?.t) continue;
       const begin = this.start + number * PIECE_US;
       for (let i = lower(piece, from - begin), end = lower(piece, to - begin); i < end; i++)
-        visit(piece.x[i], piece.y[i], piece.flags[i]);
+        visit(piece.x[i], piece.y[i], piece.flags[i], piece.weight);
     }
   }
 
@@ -39,7 +42,7 @@ export class EventStore {
     if (number < 0 || begin > this.end) return null;
     this.pieces.set(number, {});
     this.load(number, begin).catch((error) => {
-      this.pieces.set(number, unpack(new ArrayBuffer(0)));
+      this.pieces.set(number, unpack(new ArrayBuffer(0), 0));
       this.arrived(error);
     });
     if (this.pieces.size > KEPT) this.pieces.delete(this.pieces.keys().next().value);
@@ -47,17 +50,18 @@ export class EventStore {
   }
 
   async load(number, begin) {
-    const answer = await fetch(`/api/samples/${this.position}/events?start_us=${begin}&end_us=${begin + PIECE_US}&most=${MOST}`);
-    if (!answer.ok) throw new Error(await answer.text());
-    this.pieces.set(number, unpack(await answer.arrayBuffer()));
+    const span = `start_us=${begin}&end_us=${begin + PIECE_US}`;
+    const answer = await ask(`/api/samples/${this.position}/events?${span}&most=${MOST}`);
+    this.pieces.set(number, unpack(await answer.arrayBuffer(), Number(answer.headers.get("x-events"))));
     const [first, last] = this.wanted;
     if (first <= number && number <= last) this.arrived();
   }
 }
 
-function unpack(buffer) {
+function unpack(buffer, there) {
   const view = new DataView(buffer), count = Math.floor(buffer.byteLength / BYTES);
   const piece = {t: new Uint32Array(count), x: new Uint16Array(count), y: new Uint16Array(count), flags: new Uint8Array(count)};
+  piece.weight = count ? there / count : 1;
   for (let i = 0, at = 0; i < count; i++, at += BYTES) {
     piece.t[i] = view.getUint32(at, true);
     piece.x[i] = view.getUint16(at + 4, true);

@@ -1,12 +1,12 @@
 // Marking intervals of slip and hold. Times in the file are seconds since the recording's first event.
-import {complain, element, get, place} from "./page.js";
+import {Ended, ask, complain, element, get, place} from "./page.js";
 import {Player} from "./player.js";
 
 const KINDS = ["slip", "hold"];
 
 class Labeller {
-  constructor(player, {recording, intervals}) {
-    Object.assign(this, {player, recording, intervals, past: [], future: [], begun: null});
+  constructor(player, {recording, version, intervals}) {
+    Object.assign(this, {player, recording, version, intervals, past: [], future: [], begun: null});
     this.saving = Promise.resolve();
     // The browser asks before it leaves the page with a change that has not arrived.
     addEventListener("beforeunload", (event) => { if (this.unsaved) event.preventDefault(); });
@@ -21,6 +21,7 @@ class Labeller {
       "]": () => this.jump(1), "[": () => this.jump(-1),
     });
     for (const id of [...KINDS, "delete", "undo", "redo"]) place(id).addEventListener("click", () => player.keys[id[0]]());
+    place("again").addEventListener("click", () => this.store());
     this.show();
   }
 
@@ -64,24 +65,31 @@ class Labeller {
     this.intervals = intervals;
     this.unsaved = true;
     this.show();
+    this.store();
+  }
+
+  store() {
+    const {intervals} = this;
     place("saved").textContent = "saving";
     // One after the other, so that the last change is the one that stays.
     this.saving = this.saving.then(() => this.save(intervals)).catch((error) => {
       place("saved").textContent = "not saved";
-      complain(error);
+      place("unsaved").hidden = !(error instanceof Ended);
+      if (!(error instanceof Ended)) complain(error);
     });
   }
 
   async save(intervals) {
-    // Another recording may be open at this address by now.
-    const body = JSON.stringify({recording: this.recording, intervals});
-    const answer = await fetch("/api/labels", {method: "PUT", headers: {"content-type": "application/json"}, body});
-    if (!answer.ok) throw new Error((await answer.text()).trim());
-    const {file} = await answer.json();
+    // Another recording may be open at this address by now, or another page may have changed the file.
+    const body = JSON.stringify({recording: this.recording, version: this.version, intervals});
+    const answer = await ask("/api/labels", {method: "PUT", headers: {"content-type": "application/json"}, body});
+    const {file, version} = await answer.json();
+    this.version = version;
     if (intervals === this.intervals) {
       this.unsaved = false;
       place("saved").textContent = `saved in ${file}`;
     }
+    place("unsaved").hidden = true;
     place("problem").textContent = "";
   }
 

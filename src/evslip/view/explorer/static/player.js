@@ -45,16 +45,23 @@ export class Player {
     choose("color", (value) => { stage.options.color = value; });
     choose("window", (value) => { stage.options.window_us = 1000 * Number(value); });
     place("play").addEventListener("click", () => clock.toggle());
-    // Keys belong to the player, not to a list that was used last.
-    for (const id of ["view", "color", "window", "speed"]) place(id).addEventListener("change", () => place(id).blur());
+    for (const id of ["view", "color", "window", "speed"]) releaseAfterMouse(place(id));
+    // The detail of a click is the number of clicks of the mouse, and 0 where a key made it.
+    addEventListener("click", (event) => { if (event.detail) event.target.closest("button, summary")?.blur(); });
   }
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
-    const act = this.keys[event.key];
+    if ([" ", "Enter"].includes(event.key) && event.target.closest("button, a, summary")) {
+      if (event.repeat) event.preventDefault();
+      return;
+    }
+    // With Caps Lock, letters are capitals.
+    const act = this.keys[event.key] ?? this.keys[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();
-    act(event);
+    // Held, an arrow steps on and on; what marks, deletes or plays is meant once.
+    if (!event.repeat || event.key.startsWith("Arrow")) act(event);
   }
 
   step(number) {
@@ -86,11 +93,20 @@ export class Player {
   }
 
   draw(complete) {
-    const {t} = this.clock, count = this.stage.draw(t);
+    const {t} = this.clock, {count, counted} = this.stage.draw(t);
     this.stale = false;
     clearTimeout(this.patience);
     this.patience = null;
-    place("now").textContent = `${((t - this.about.origin_us) / 1e6).toFixed(4)} s, ${count.toLocaleString("en")} events in ${this.stage.options.window_us / 1000} ms`;
+    const many = `${counted ? "" : "about "}${count.toLocaleString("en")}`;
+    place("now").textContent = `${((t - this.about.origin_us) / 1e6).toFixed(4)} s, ${many} events in ${this.stage.options.window_us / 1000} ms`;
     this.stage.canvas.dataset.complete = complete ? t : "";
   }
+}
+
+// After a choice with the mouse, keys belong to the player again; who chooses with keys may go on to choose.
+function releaseAfterMouse(select) {
+  let keyed = false;
+  select.addEventListener("keydown", () => { keyed = true; });
+  select.addEventListener("pointerdown", () => { keyed = false; });
+  select.addEventListener("change", () => { if (!keyed) select.blur(); });
 }
