@@ -80,6 +80,12 @@ def test_the_page_shows_a_format_that_works(site: Path, tmp_path: Path, events):
     assert convert_format(path, tmp_path / "c.h5").lost == ()
     assert codecs.format_of(path).name == name
     assert ".lab" in codecs.known_suffixes(writing=True)
+    for text in ("40 30\n1 2 x 1\n", "40 30\n1 2 3\n", "40\n", ""):
+        (tmp_path / "wrong.lab").write_text(text)
+        with pytest.raises(DataError, match=r"wrong\.lab: "):
+            read_events(tmp_path / "wrong.lab")
+    with pytest.raises(DataError, match=r"no\.lab: "):
+        read_events(tmp_path / "no.lab")
 
 
 def test_the_recordings_of_a_folder_are_its_files_of_events_and_its_bags(tmp_path: Path):

@@ -13,6 +13,7 @@ from evslip.config.params import Params
 from evslip.config.sample import leaves
 from evslip.config.views import seen_by
 from evslip.draws.draw import draw, grid_size
+from evslip.physics.simulation import simulate
 from evslip.utils.errors import ConfigError
 
 TWO = {"camera.left": {"mount": "front"}, "camera.right": {}}
@@ -34,6 +35,13 @@ def test_configurations_and_draws_can_be_pickled(preset):
     for params in (draw(config, 7), seen_by(draw(load_config(preset, TWO), 7), "left")):
         again = pickle.loads(pickle.dumps(params))
         assert again == params and again.model_dump_json() == params.model_dump_json()
+
+
+def test_what_is_no_configuration_is_refused():
+    with pytest.raises(ConfigError, match="config: str, expected a Config; load_config makes one"):
+        draw("demo", 0)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ConfigError, match="params: Config, expected Params, as draw gives them"):
+        simulate(load_config("demo"))  # pyright: ignore[reportArgumentType]
 
 
 def test_changing_one_distribution_leaves_the_other_values_alone():

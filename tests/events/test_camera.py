@@ -209,6 +209,8 @@ def test_images_of_other_types_and_layouts_give_the_same_events(clip):
     images = [frame.luminance.astype(np.float16) for frame in clip]
     times = [frame.t_us for frame in clip]
     expected = camera().run(zip(times, images, strict=True))
+    turned = [image.astype(">f8") for image in images]
+    assert equal(expected, camera().run(zip(times, turned, strict=True)))
     frozen = [np.asfortranarray(image, np.float64) for image in images]
     for image in frozen:
         image.flags.writeable = False
@@ -311,6 +313,8 @@ def test_times_that_cannot_be_meant_are_refused(t_us, clip):
 def test_masks_that_cannot_be_meant_are_refused(clip):
     with pytest.raises(DataError, match="bodies"):
         camera().step(0, clip[0].luminance, clip[0].bodies.astype(np.int64))
+    with pytest.raises(DataError, match="bodies hold 77, expected 0 to 4, or 255 for none"):
+        camera().step(0, clip[0].luminance, np.full_like(clip[0].bodies, 77))
 
 
 def test_a_threshold_for_both_polarities_replaces_those_of_the_preset():

@@ -147,7 +147,9 @@ def test_a_trained_detector_recognises_unseen_trajectories(model):
 
 
 def test_equal_seeds_give_equal_weights_and_others_do_not(windows, model, tmp_path):
+    before = torch.random.get_rng_state()
     train(windows, tmp_path / "again", QUICK, quiet=True)
+    assert torch.equal(torch.random.get_rng_state(), before), "the caller's random numbers have changed"
     assert (tmp_path / "again" / "model.safetensors").read_bytes() == (model / "model.safetensors").read_bytes()
     train(windows, tmp_path / "other", TrainSettings(epochs=1, batch=8, val_fraction=0.25, seed=1), quiet=True)
     assert (tmp_path / "other" / "model.safetensors").read_bytes() != (model / "model.safetensors").read_bytes()

@@ -22,6 +22,10 @@ def draw(config: Config, index: int, split: str = "train") -> Params:
     Each key has a generator of its own, so changing one key's distribution leaves all others' values alone. No value
     that a distribution yields in one split can occur in the other. Raises ConfigError.
     """
+    if not isinstance(config, Config):
+        raise ConfigError(
+            f"config: {type(config).__name__}, expected a Config; load_config makes one of a preset's name"
+        )
     if split not in SPLITS:
         raise ConfigError(f"split: {split!r} is unknown; expected one of {', '.join(SPLITS)}")
     if index < 0:

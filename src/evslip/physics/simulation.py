@@ -6,6 +6,7 @@ from evslip.physics.motion.servo_plan import plan
 from evslip.physics.stepping import SteppedSimulation
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.vibration.displacement import with_vibration
+from evslip.utils.errors import ConfigError
 
 
 def check_reach(params: Params) -> None:
@@ -16,8 +17,11 @@ def check_reach(params: Params) -> None:
 def simulate(params: Params) -> Trajectory:
     """Run the pick-and-place of one sample at 1 kHz; bit-identical for equal parameters on one machine.
 
-    Raises PlanRejected for a motion that the robot cannot do, and GraspFailed when the physics diverges.
+    Raises ConfigError for what are no parameters, PlanRejected for a motion that the robot cannot do, and GraspFailed
+    when the physics diverges.
     """
+    if not isinstance(params, Params):
+        raise ConfigError(f"params: {type(params).__name__}, expected Params, as draw gives them")
     simulation = SteppedSimulation(params, trembling=False)
     simulation.advance(simulation.end_us)
     return with_vibration(simulation.trajectory())

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -14,7 +15,18 @@ import pytest
 from command_line import evslip
 from evslip.learn import Range, Space, SweepSettings, sweep
 from evslip.learn.search.spaces import PRESETS, space_of
-from evslip.learn.search.sweep import CLAIM_S, JOURNAL, STALE_S, _claim, _is_dead, _open, _take_up, read_sweep
+from evslip.learn.search.sweep import (
+    CLAIM_S,
+    JOURNAL,
+    STALE_S,
+    Sweep,
+    Trial,
+    _claim,
+    _is_dead,
+    _open,
+    _take_up,
+    read_sweep,
+)
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.train import train
 from evslip.utils.errors import ConfigError, DataError
@@ -233,10 +245,48 @@ def test_the_table_and_the_page_show_every_trial(windows, tmp_path) -> None:
     assert len(figure["data"]) == 3
     assert figure["layout"]["xaxis"]["ticktext"] == ["batch", "lr", "shift_px", "balanced accuracy"]
     assert all(0 <= height <= 1 for trace in figure["data"] for height in trace["y"])
-    assert figure["data"][-1]["name"] == f"trial {found.best.number}"  # the best, drawn last in the darkest colour
+    assert figure["data"][-1]["name"] == f"trial {found.best.number}"  # the best, drawn last in the strongest colour
     json.dumps(figure, allow_nan=False)
     rows = (tmp_path / "sweep.csv").read_text().splitlines()
     assert len(rows) == 4 and rows[0].startswith("trial,state,balanced accuracy,batch,lr,shift_px")
+
+
+def made_up(folder: Path, count: int = 4, **settings: float) -> Sweep:
+    trials = [Trial(k, "complete", 0.1 * k, {"lr": 1e-3 * (k + 1), **settings}, {}, "", "") for k in range(count)]
+    return Sweep(folder, "loss", trials)
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf")])
+def test_the_page_of_a_sweep_stands_values_that_are_no_numbers(bad: float, tmp_path: Path) -> None:
+    found = made_up(tmp_path, odd=bad)
+    found.trials.append(replace(found.trials[0], number=9, value=bad))
+    write_sweep(found)
+    figure = parallel_coordinates(found)
+    assert len(figure["data"]) == 4  # one without a result has no line
+    assert [note["text"] for note in figure["layout"]["annotations"]].count(str(bad)) == 1
+    weakest = figure["data"][0]["line"]["color"]
+    assert float(weakest.rpartition(",")[2].rstrip(")")) >= 0.25
+
+
+@pytest.mark.slow
+def test_a_narrow_screen_scrolls_the_axes_of_a_sweep(tmp_path: Path) -> None:
+    api = pytest.importorskip("playwright.sync_api", reason="needs the package playwright")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if chromium is None:
+        pytest.skip("needs a Chromium browser on the path")
+    write_sweep(made_up(tmp_path, **{f"quite_long_{k}": k for k in range(6)}))
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 400, "height": 800})
+        page.goto((tmp_path / "sweep.html").as_uri())
+        page.wait_for_selector(".wide .xtick")
+        outer = page.evaluate("document.documentElement.scrollWidth")
+        places = page.eval_on_selector_all(
+            ".wide .xtick text", "all => all.map((one) => one.getBoundingClientRect().x)"
+        )
+        browser.close()
+    assert outer == 400 and len(places) == 8
+    assert min(b - a for a, b in zip(places, places[1:], strict=False)) > 60
 
 
 @pytest.mark.parametrize("name", PRESETS)

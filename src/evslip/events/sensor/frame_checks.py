@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from evslip.events.frame import BODIES, NO_BODY
 from evslip.events.sensor.optics import Intensity
 from evslip.utils.errors import DataError
 
@@ -35,6 +36,11 @@ def checked_mask(bodies: Any, shape: tuple[int, int], time_us: float) -> np.ndar
         raise DataError(
             f"{_frame_at(time_us)}: bodies are {bodies.dtype} of shape {bodies.shape}, expected uint8 of {shape}"
         )
+    highest = int(np.where(bodies == NO_BODY, 0, bodies).max())
+    if highest >= len(BODIES):
+        raise DataError(
+            f"{_frame_at(time_us)}: bodies hold {highest}, expected 0 to {len(BODIES) - 1}, or {NO_BODY} for none"
+        )
     return bodies
 
 
@@ -47,6 +53,8 @@ def checked_image(image: Any, shape: tuple[int, int], intensity: Intensity, time
         )
     if image.dtype == BYTE and intensity != "linear":
         return image
+    if image.dtype.kind == "f" and not image.dtype.isnative:  # of FITS or some HDF5 files
+        image = image.astype(image.dtype.newbyteorder("="))
     if image.dtype not in FLOATS:
         hint = "; for images of 0 to 255 make the camera with intensity='uint8'" if image.dtype == BYTE else ""
         wanted = "float16, float32 or float64" if intensity == "linear" else "uint8 or a float"

@@ -57,6 +57,7 @@ class TrainResult:
         )
 
 
+@torch.random.fork_rng()  # the caller's random numbers stay what they would be
 def train(
     windows: Windows,
     out: str | Path,
