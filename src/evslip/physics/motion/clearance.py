@@ -6,6 +6,7 @@ import numpy as np
 from evslip.config.params import Params
 from evslip.config.views import each_view
 from evslip.physics.grip import camera_place_m, check_opening, pad_of, tcp_offset_m
+from evslip.physics.motion.above_table import require_above, require_camera_above
 from evslip.physics.motion.phases import phase_bounds_s
 from evslip.physics.robots.catalogue import robot_of
 from evslip.physics.robots.description import FINGER_Z_M, TCP_M, Arm, Gripper, corners_of
@@ -77,7 +78,7 @@ def check_object(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: 
         below = np.stack([-np.sin(tilt_rad), np.cos(tilt_rad)], axis=1) @ points.T
         lowest = np.where(carried, tool_m[:, 2] + below.min(axis=1), np.inf)
         remedy = "lift it higher (motion.lift_m), tilt it less, or raise the way-points"
-        _require_above(-TOUCH_M, t_s, lowest, f"the {name}", remedy)
+        require_above(-TOUCH_M, t_s, lowest, f"the {name}", remedy)
 
 
 def check_cameras(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad: np.ndarray) -> None:
@@ -94,11 +95,6 @@ def check_cameras(params: Params, t_s: np.ndarray, tool_m: np.ndarray, tilt_rad:
         require_camera_above(one, t_s[seen], height[seen], remedy)
 
 
-def require_camera_above(params: Params, t_s: np.ndarray, height_m: np.ndarray, remedy: str) -> None:
-    """Raise PlanRejected if a camera, at heights (n,) above the table at times (n,), goes into it."""
-    _require_above(0.0, t_s, height_m, f"the {params.seen_by} camera" if params.seen_by else "the camera", remedy)
-
-
 def check_arm(model: mujoco.MjModel, arm: Arm, gripper: Gripper, t_s: np.ndarray, angles_rad: np.ndarray) -> None:
     """Raise PlanRejected if a link or the hand goes into the table at joint angles (n, k) of times (n,)."""
     data = mujoco.MjData(model)
@@ -112,11 +108,4 @@ def check_arm(model: mujoco.MjModel, arm: Arm, gripper: Gripper, t_s: np.ndarray
         down[k], height[k] = data.xmat[bodies, 6:], data.xpos[bodies, 2]
     for body, (name, corners) in enumerate(moving.items()):
         lowest = height[:, body] + (down[:, body] @ corners.T).min(axis=1, initial=np.inf)
-        _require_above(0.0, t_s, lowest, name, "lift higher (motion.lift_m) or grip a higher object")
-
-
-def _require_above(least_m: float, t_s: np.ndarray, height_m: np.ndarray, name: str, remedy: str) -> None:
-    worst = int(height_m.argmin())
-    if height_m[worst] < least_m:
-        depth = f"{-1e3 * height_m[worst]:.1f} mm into the table at {t_s[worst]:.2f} s"
-        raise PlanRejected("collision", f"motion: puts {name} {depth}; {remedy}")
+        require_above(0.0, t_s, lowest, name, "lift higher (motion.lift_m) or grip a higher object")

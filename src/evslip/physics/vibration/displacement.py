@@ -11,7 +11,7 @@ from evslip.config.params import Params
 from evslip.config.views import camera_names, seen_by
 from evslip.physics.grip import camera_place_m
 from evslip.physics.held import held_span, recorded
-from evslip.physics.motion.clearance import require_camera_above
+from evslip.physics.motion.above_table import require_camera_above
 from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory, rotation_of
 from evslip.physics.vibration.noise import shaped_noise
