@@ -62,6 +62,30 @@ def test_page_and_controller_get_what_is_answered(recording):
         assert process.returncode in (0, 130)
 
 
+def test_page_and_terminal_tell_why_a_stream_failed_at_once(tmp_path):
+    t_us = np.arange(0, 100_000, 100)
+    pixels = (t_us % 16).astype(np.uint16)
+    write_events(tmp_path / "small.h5", Events(t_us, pixels, pixels, t_us % 3 == 0), (16, 16))
+    words = ["live", str(tmp_path / "small.h5"), "--align", "corner", "--page", "0"]
+    process = subprocess.Popen([sys.executable, "-m", "evslip", *words], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        lines, found = iter(process.stdout.readline, ""), {}
+        while len(found) < 2:
+            line = next(lines)
+            found |= {kind: line for kind in ("http", "note: ") if line.startswith(kind)}
+        address = found["http"].split()[0].rstrip("/")
+        with websockets.sync.client.connect(address.replace("http", "ws") + "/api/stream", origin=address) as page:
+            data = page.recv(timeout=20)
+            assert isinstance(data, bytes)
+            (length,) = struct.unpack_from("<I", data)
+            head = json.loads(data[4 : 4 + length])
+        assert head["over"] and found["note: "].strip()[:40] == f"note: {head['notes'][-1]}"[:40]
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+
+
 def test_a_websocket_gets_lines_also_after_it_came_back():
     got, came = [], threading.Event()
 

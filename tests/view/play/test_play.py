@@ -3,7 +3,8 @@
 import json
 import struct
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -130,6 +131,54 @@ def test_the_page_is_sent_messages_and_sends_commands(client: TestClient, world:
         shown = [read(socket.receive_bytes())[0]["settings"]["mass_g"] for _ in range(4)]
         assert shown[-1] == 33.0
     assert world.viewers == 0
+
+
+def connected(client: TestClient):
+    return client.websocket_connect(STREAM, headers={"origin": f"http://{HOST}"})
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+
+
+def until(socket: Any, condition: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
+    """The first head of a message that is so."""
+    return next(head for head in (read(socket.receive_bytes())[0] for _ in range(500)) if condition(head))
+
+
+def test_a_pause_and_what_is_done_in_it_are_published(client: TestClient, world: World):
+    with connected(client) as socket:
+        head = until(socket, lambda head: not head["paused"])
+        socket.send_text('{"pause": true}')
+        assert until(socket, lambda now: now["paused"])["title"] == head["title"]
+        socket.send_text('{"press": "next"}')
+        shown = until(socket, lambda now: now["title"] != head["title"])
+        assert shown["paused"] and shown["rows"] == []
+        socket.send_text('{"set": {"mass_g": 44}}')
+        assert until(socket, lambda now: now["settings"]["mass_g"] == 44)["title"] == shown["title"]
+        socket.send_text('{"pause": false}')
+        until(socket, lambda now: not now["paused"] and now["rows"])
+
+
+def test_a_page_that_goes_takes_its_own_pull_away(client: TestClient, world: World):
+    with connected(client) as one:
+        with connected(client) as other:
+            one.send_text('{"pull": [0, 20]}')
+            wait_until(lambda: bool(world._pulled.any()))
+            other.send_text('{"set": {"mass_g": 44}}')
+            wait_until(lambda: world._episode.simulation.mass_kg == 0.044)
+        assert world._commands.empty() and world._pulled.any()  # the other one pulled at nothing
+    wait_until(lambda: not world._pulled.any())
+
+
+def test_bytes_from_a_page_are_ignored(client: TestClient, world: World):
+    with connected(client) as socket:
+        socket.send_bytes(b"x")
+        socket.send_text('{"set": {"mass_g": 44}}')
+        wait_until(lambda: world._episode.simulation.mass_kg == 0.044)
 
 
 @pytest.mark.parametrize("headers", [{"origin": "http://elsewhere.net"}, {}, {"host": "elsewhere.net"}], ids=str)

@@ -15,6 +15,10 @@ from evslip.view.pictures import charts
 from evslip.view.pictures.figures import Figure
 from evslip.view.report import page
 
+AXIS_PX = 90
+"""Least width of an axis of a setting, and of both margins together."""
+LEAST_ALPHA = 0.25
+"""Strength of the worst trial's line."""
 FIGURES = ("val_accuracy", "val_auroc", "best_epoch", "epochs", "seconds")
 
 
@@ -28,8 +32,8 @@ def write_sweep(found: Sweep) -> None:
     parts = [
         page.section(
             "Settings and what came of them",
-            "A line is a trial, from its settings to its result: the better, the darker. Marks tell their values.",
-            page.embed("parallel", parallel_coordinates(found)),
+            "A line is a trial, from its settings to its result: the better, the stronger. Marks tell their values.",
+            _scrolled(parallel_coordinates(found)),
         ),
         page.section(
             "In the order of trials", "The thin line is the best so far.", page.embed("course", _course(found))
@@ -56,7 +60,7 @@ def sweep_table(found: Sweep, most: int, short: bool = False) -> list[list[str]]
 def parallel_coordinates(found: Sweep) -> Figure:
     """An axis a setting, and one for the result; a line a trial that has a result. Drawn without WebGL, which not every
     browser has."""
-    ended = sorted((t for t in found.trials if t.value is not None), key=lambda t: _rank(found, t), reverse=True)
+    ended = sorted((t for t in found.trials if _has_result(t)), key=lambda t: _rank(found, t), reverse=True)
     columns: dict[str, list[Any]] = {
         name: [trial.settings.get(name) for trial in ended] for trial in ended for name in trial.settings
     }
@@ -65,7 +69,7 @@ def parallel_coordinates(found: Sweep) -> Figure:
     traces = []
     for k, trial in enumerate(ended):
         share = (k + 1) / len(ended)  # 1: the best
-        color = f"rgba(10,111,176,{0.12 + 0.88 * share**3:.3f})"
+        color = f"rgba(10,111,176,{LEAST_ALPHA + (1 - LEAST_ALPHA) * share**3:.3f})"
         line = charts.line(
             f"trial {trial.number}", range(len(axes)), [heights[k] for heights, _ in axes], 0, marked=True
         )
@@ -75,6 +79,7 @@ def parallel_coordinates(found: Sweep) -> Figure:
     upright = {"type": "line", "y0": 0, "y1": 1, "line": {"color": "rgba(130,130,130,0.7)", "width": 1.5}}
     side = {"showarrow": False, "xanchor": "right", "xshift": -6, "font": {"size": 11}}
     ticks = {"tickvals": list(range(len(axes))), "ticktext": list(columns), "showgrid": False, "zeroline": False}
+    ticks["automargin"] = True
     return {
         "data": traces,
         "layout": {
@@ -90,10 +95,16 @@ def parallel_coordinates(found: Sweep) -> Figure:
     }
 
 
+def _scrolled(figure: Figure) -> str:
+    """Parallel coordinates that keep their axes apart: where the screen is narrower, they scroll."""
+    least_px = AXIS_PX * (1 + len(figure["layout"]["shapes"]))
+    return f'<div class="wide"><div style="min-width: {least_px}px">{page.embed("parallel", figure)}</div></div>'
+
+
 def _axis(values: Sequence[Any]) -> tuple[list[float], list[tuple[float, str]]]:
     """Values of one setting as heights from 0 to 1: numbers by size, on a logarithmic scale where they span more than a
-    factor of 20; names and flags by rank. And the heights of marks, with their texts."""
-    if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+    factor of 20; names, flags and what is no finite number by rank. And the heights of marks, with their texts."""
+    if not all(map(_is_size, values)):
         names = sorted({str(value) for value in values})
         heights = [(k + 0.5) / len(names) for k in range(len(names))]
         return [heights[names.index(str(value))] for value in values], list(zip(heights, names, strict=True))
@@ -106,7 +117,7 @@ def _axis(values: Sequence[Any]) -> tuple[list[float], list[tuple[float, str]]]:
 
 
 def _course(found: Sweep) -> Figure:
-    ended = [trial for trial in found.trials if trial.state == "complete" and trial.value is not None]
+    ended = [trial for trial in found.trials if trial.state == "complete" and _has_result(trial)]
     numbers, values = [float(t.number) for t in ended], [float(t.value or 0) for t in ended]
     better = min if found.goal == "loss" else max
     best = [better(values[: k + 1]) for k in range(len(values))]
@@ -137,6 +148,14 @@ def _rank(found: Sweep, trial: Trial) -> tuple[int, float, int]:
         return 2, 0.0, trial.number
     sign = 1 if found.goal == "loss" else -1
     return int(trial.state != "complete"), sign * trial.value, trial.number
+
+
+def _is_size(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _has_result(trial: Trial) -> bool:
+    return trial.value is not None and math.isfinite(trial.value)
 
 
 def _goal(found: Sweep) -> str:

@@ -28,7 +28,9 @@ def serve_live(
             follow(detector, [*shows, put])
         except EvslipError as error:
             failures.append(error)
-            put(Note(str(error)))
+            for show in (*shows, put):
+                show(Note(str(error)))
+            view.is_over = True
 
     thread = threading.Thread(target=run, name="live detector", daemon=True)
     thread.start()

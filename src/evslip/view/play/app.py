@@ -21,18 +21,33 @@ LOOK_S = 0.005
 """Time between two looks for a new message."""
 
 
-def make_app(world: World, hosts: list[str]) -> Any:
-    """The application, which answers to the given values of the Host header alone."""
-    about = {"settings": {name: asdict(one) for name, one in SETTINGS.items()}, "curves": CURVES}
+class Hand:
+    """What one page does to the world."""
 
-    def take(text: str) -> str | None:
+    def __init__(self, world: World):
+        self._world, self._pulls = world, False
+
+    def take(self, text: str) -> str | None:
+        """Hand a command over; what is wrong with it, if anything."""
         try:
-            world.command(json.loads(text))
+            given = json.loads(text)
+            self._world.command(given)
         except (ValueError, RecursionError):
             return "expected JSON"
         except EvslipError as error:
             return str(error)
+        self._pulls = any(given["pull"]) if "pull" in given else self._pulls
         return None
+
+    def let_go(self) -> None:
+        """End a pull of this page: one that is closed cannot end it."""
+        if self._pulls:
+            self._world.command({"pull": [0, 0]})
+
+
+def make_app(world: World, hosts: list[str]) -> Any:
+    """The application, which answers to the given values of the Host header alone."""
+    about = {"settings": {name: asdict(one) for name, one in SETTINGS.items()}, "curves": CURVES}
 
     async def send(socket: WebSocket) -> None:
         sequence = 0
@@ -45,11 +60,13 @@ def make_app(world: World, hosts: list[str]) -> Any:
             await socket.send_bytes(message)
 
     async def stream(socket: WebSocket) -> None:
+        hand = Hand(world)
         world.viewers += 1
         try:
-            await talk(socket, lambda: send(socket), take)
+            await talk(socket, lambda: send(socket), hand.take)
         finally:
             world.viewers -= 1
+            hand.let_go()
 
     routes = [
         Route("/", lambda request: page("play", "play", "evslip play", "play.css")),

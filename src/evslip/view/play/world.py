@@ -42,7 +42,7 @@ class World:
         self._controller_name = CONTROLLER.checked("controller", controller)
         self._commands: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._latest: tuple[int, bytes] = (0, b"")
-        self._paused, self.viewers = False, 0
+        self._paused, self._is_told, self.viewers = False, True, 0
         self._begin(0)
 
     def command(self, given: dict[str, Any]) -> None:
@@ -60,6 +60,8 @@ class World:
         while not stop.is_set():
             if self.viewers == 0 or self._paused:
                 self._obey()
+                if not self._is_told:
+                    self._publish()
                 stop.wait(0.05)
                 begun_s, begun_us = time.monotonic(), self._episode.t_us
                 continue
@@ -91,6 +93,7 @@ class World:
             self._force_n if self._controller_name == MANUAL else self._controller.step(episode.events, episode.senses)
         )
         episode.advance(episode.t_us + STEP_US, force_n)
+        self._asked.clear()
         if self._controller_name != MANUAL:
             self._force_n = episode.target_n
         # What a detector that does not control answers is shown as well.
@@ -106,7 +109,7 @@ class World:
         self._params = episode.params
         self._factors, self._pulled, self._pushed_until = {"lamp": 1.0, "room": 1.0}, np.zeros(2), -1
         self._push, self._force_n = np.zeros(2), episode.target_n
-        self._answer = NO_ANSWER
+        self._answer, self._asked = NO_ANSWER, dict[str, float]()
         self._control(self._controller_name)
         self._shown = Message(episode.t_us)
 
@@ -132,24 +135,33 @@ class World:
                 given = self._commands.get_nowait()
             except queue.Empty:
                 return
+            self._is_told = False
             for name, value in given.items():
                 getattr(self, f"_do_{name}")(value)
 
     def _do_set(self, values: dict[str, Any]) -> None:
-        simulation = self._episode.simulation
         for name, value in values.items():
             if name == "controller":
                 self._control(value)
             elif name == "force_n":
                 self._force_n = value
             elif name == "mass_g":
-                simulation.disturb(mass_kg=value / 1e3)
+                self._disturb(mass_kg=value / 1e3)
             elif name == "friction":
-                simulation.disturb(friction=value)
+                self._disturb(friction=value)
             elif name != "sensor":
                 self._factors[name] = value
         if values.keys() & {"lamp", "room", "sensor"}:
             self._look_anew(values.get("sensor", self._params.sensor.preset))
+
+    def _disturb(self, mass_kg: float | None = None, friction: float | None = None) -> None:
+        self._episode.simulation.disturb(mass_kg, friction)
+        given = {"mass_kg": mass_kg, "friction": friction}
+        self._asked |= {name: value for name, value in given.items() if value is not None}
+
+    def _condition(self, name: str) -> float:
+        """Mass or friction as it was asked for last: the simulation tells of it after its next sample only."""
+        return self._asked[name] if name in self._asked else float(getattr(self._episode.simulation, name))
 
     def _look_anew(self, sensor: str) -> None:
         first, now = self._episode.params, self._params
@@ -166,11 +178,10 @@ class World:
         self._pulled = PULL_N * np.array(way_px)
 
     def _do_press(self, button: str) -> None:
-        simulation = self._episode.simulation
         if button == "wet":
-            simulation.disturb(friction=WET * simulation.friction)
+            self._disturb(friction=WET * self._condition("friction"))
         elif button == "weight":
-            simulation.disturb(mass_kg=simulation.mass_kg + WEIGHT_KG)
+            self._disturb(mass_kg=self._condition("mass_kg") + WEIGHT_KG)
         elif button == "next":
             self._begin(self._episode.params.index + 1)
         else:
@@ -192,21 +203,22 @@ class World:
 
     def _publish(self) -> None:
         self._latest = self._latest[0] + 1, self._shown.packed(self._episode, self._state())
-        self._shown = Message(self._episode.t_us)
+        self._shown, self._is_told = Message(self._episode.t_us), True
 
     def _state(self) -> dict[str, Any]:
-        episode, simulation = self._episode, self._episode.simulation
+        episode = self._episode
         return {
             "settings": {
                 "controller": self._controller_name,
                 "force_n": round(self._force_n, 3),
-                "mass_g": round(1e3 * simulation.mass_kg, 1),
-                "friction": round(simulation.friction, 4),
+                "mass_g": round(1e3 * self._condition("mass_kg"), 1),
+                "friction": round(self._condition("friction"), 4),
                 **self._factors,
                 "sensor": self._params.sensor.preset,
             },
             "title": f"{episode.params.split}/{episode.params.index}: {episode.params.object.shape}, "
             f"{episode.params.motion.kind}",
+            "paused": self._paused,
             "lost": episode.is_lost,
             "alarm": self._answer.alarm,
         }

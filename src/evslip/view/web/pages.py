@@ -55,13 +55,15 @@ async def talk(
     send: Callable[[], Coroutine[Any, Any, None]],
     take: Callable[[str], str | None] = lambda text: None,
 ) -> None:
-    """Run `send` until a page goes, and meanwhile hand over what the page says; what `take` answers is sent to it."""
+    """Run `send` until a page goes, and meanwhile hand over what the page says; what `take` answers is sent to it.
+    Bytes say nothing: no page of ours sends any."""
     await socket.accept()
     sending = asyncio.create_task(send())
     try:
         with contextlib.suppress(WebSocketDisconnect):
-            while True:
-                if answer := take(await socket.receive_text()):
+            while (message := await socket.receive())["type"] == "websocket.receive":
+                text = message.get("text")
+                if text is not None and (answer := take(text)):
                     await socket.send_text(answer)
     finally:
         sending.cancel()

@@ -27,6 +27,10 @@ export class Curves {
     this.rows.splice(0, Math.max(first, 0));
   }
 
+  clear() {
+    this.rows = [];
+  }
+
   draw() {
     const ratio = devicePixelRatio, width = this.canvas.clientWidth, {context} = this;
     if (!width) return;

@@ -3,20 +3,28 @@ import {Curves} from "./curves.js";
 import {element, get, place} from "./page.js";
 import {Picture, listen} from "./stream.js";
 
-const KEY_PX = 60;
+const KEY_PX = 60, SETTLE_MS = 500;
 const WAYS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
 const about = await get("/api/about");
 const curves = new Curves(place("curves"), about.curves);
 const stage = place("stage"), picture = new Picture(stage);
-let paused = false;
+let paused = false, title = "";
 
-const take = ({rows}) => {
-  curves.add(rows);
-  pace(rows);
+const take = (head) => {
+  if (head.title !== title) begin(head.title);
+  curves.add(head.rows);
+  pace(head);
 };
 const socket = listen(take, draw, "The program has ended. Start evslip play again, and load this page anew.");
 const send = (command) => { if (socket.readyState === 1) socket.send(JSON.stringify(command)); };
+
+// Another object: neither the last one's curves nor its settings are to be seen.
+function begin(name) {
+  title = name;
+  curves.clear();
+  moved.clear();
+}
 
 function draw(head, rest) {
   const words = picture.words(head.size), grey = new Uint8Array(rest, 0, words.length);
@@ -30,12 +38,20 @@ function draw(head, rest) {
   place("title").textContent = head.title;
   place("state").textContent = head.lost ? "lost" : head.alarm ? "slip" : "";
   place("state").classList.toggle("slips", head.lost || head.alarm);
+  // Another page may have paused the program, or this one, before it was loaded anew.
+  paused = head.paused;
+  place("pause").textContent = paused ? "go on" : "pause";
   show(head.settings);
 }
 
 // How fast simulated time goes.
 const times = [];
-function pace(rows) {
+function pace({rows, paused}) {
+  if (paused) {
+    times.length = 0;
+    place("pace").textContent = "paused";
+  }
+  if (paused || !rows.length) return;
   times.push([performance.now() / 1e3, rows.at(-1)[0]]);
   if (times.length > 1 && times.at(-1)[1] < times.at(-2)[1]) times.splice(0, times.length - 1);
   if (times.length > 50) times.shift();
@@ -44,8 +60,9 @@ function pace(rows) {
   place("pace").textContent = `${share.toFixed(2)} x real time`;
 }
 
-// Settings: each as the program says it is, unless it is being moved.
-const inputs = {};
+// Settings: each as the program says it is, unless it is being moved. What comes just after tells of the time before.
+const inputs = {}, moved = new Map();  // moved: times in ms until which an input shows what it was moved to
+const settle = (name) => moved.set(name, performance.now() + SETTLE_MS);
 for (const [name, {label, unit, names, least, most, step}] of Object.entries(about.settings)) {
   const id = `set-${name}`, output = element("output");
   const input = names ? element("select", {id}, ...names.map((one) => new Option(one)))
@@ -54,16 +71,22 @@ for (const [name, {label, unit, names, least, most, step}] of Object.entries(abo
   input.addEventListener("input", () => {
     send({set: {[name]: value()}});
     output.value = names ? "" : `${input.value} ${unit}`;
+    if (moved.get(name) !== Infinity) settle(name);
     if (name === "controller") enable();
   });
+  // The list of a select takes the pointer away, and its release is never told.
+  if (!names) input.addEventListener("pointerdown", () => moved.set(name, Infinity));
   place("settings").append(element("label", {}, element("span", {}, label), output, input));
   inputs[name] = {input, output, unit, names};
 }
+for (const name of ["pointerup", "pointercancel"]) addEventListener(name, () => {
+  for (const [input, until] of moved) if (until === Infinity) settle(input);
+});
 const enable = () => { inputs.force_n.input.disabled = inputs.controller.input.value !== "off"; };
 function show(settings) {
   for (const [name, {input, output, unit, names}] of Object.entries(inputs)) {
-    if (document.activeElement === input && !input.disabled) continue;
-    input.value = settings[name];
+    if (moved.get(name) > performance.now() && !input.disabled) continue;
+    if (input.value !== String(settings[name])) input.value = settings[name];  // an open list keeps what is marked in it
     output.value = names ? "" : `${+settings[name].toFixed(2)} ${unit}`;
   }
   enable();
@@ -107,8 +130,4 @@ stage.addEventListener("blur", () => { held.clear(); pull(0, 0); });
 
 for (const button of document.querySelectorAll("[data-press]"))
   button.addEventListener("click", () => send({press: button.dataset.press}));
-place("pause").addEventListener("click", () => {
-  paused = !paused;
-  send({pause: paused});
-  place("pause").textContent = paused ? "go on" : "pause";
-});
+place("pause").addEventListener("click", () => send({pause: !paused}));
