@@ -15,11 +15,13 @@ from command_line import Done, evslip
 from evslip.cli import VERBS
 from evslip.cli.doctor import OPTIONAL
 from evslip.codecs import read_events, write_events
+from evslip.config.loading import dump_config
 from evslip.config.presets import PRESETS
 from evslip.control.controllers import CONTROLLERS
+from evslip.data import building
 from evslip.events import Events, load_noise_map
 from evslip.learn.shipped import NAMES
-from sample_records import random_events
+from sample_records import CONFIG, random_events
 
 ROOT = Path(__file__).parents[2]
 
@@ -323,3 +325,32 @@ def test_no_verb_writes_over_what_it_reads_or_over_a_record(tmp_path):
     assert before == {path: path.read_bytes() for path in before}
     for _ in range(2):
         assert evslip("windows", a, tmp_path / "w.h5", "--no-balance", "--length-s", 0.01).returncode == 0
+
+
+def test_windows_replace_nothing_else_and_check_every_folder_before_they_cut(tmp_path):
+    record, notes, out = tmp_path / "set" / "a.h5", tmp_path / "notes.txt", tmp_path / "w.h5"
+    write_events(tmp_path / "c.csv", random_events(np.random.default_rng(0), 300, labelled=False), (40, 30))
+    (tmp_path / "l.csv").write_text("0,0.04,hold\n")
+    assert evslip("import", tmp_path / "c.csv", record, "--labels", tmp_path / "l.csv").returncode == 0
+    notes.write_text("mine")
+    assert_one_line(evslip("windows", record, notes, "--length-s", 0.01), "notes.txt: is there already")
+    assert notes.read_text() == "mine"
+    (tmp_path / "vt" / "prophesee_recordings").mkdir(parents=True)
+    (tmp_path / "vt" / "prophesee_recordings" / "rotate_01_td.mat").write_text("mine")
+    for folder, words in ((tmp_path / "vt", "expected a new folder"), (notes, "a parent of it is a file")):
+        assert_one_line(evslip("windows", record, out, "--length-s", 0.01, "--vt-snn", folder), words)
+        assert not out.exists()
+
+
+def test_windows_are_not_put_among_the_samples(tmp_path):
+    root = tmp_path / "ds"
+    building.create(root, dump_config(CONFIG))
+    for name in ("samples/w.h5", "journal/w.h5", "plan-test.json"):
+        assert_one_line(evslip("windows", root, root / name), "among the data set's own files")
+    assert [path.name for path in root.iterdir()] == ["config.toml"]
+
+
+def test_a_seed_out_of_range_is_told_in_all_digits():
+    said = evslip("show", "demo", "--set", f"seed={2**63}")
+    assert_one_line(said, f"seed: {2**63} is out of range, expected 0 to {2**63 - 1}")
+    assert_one_line(evslip("show", "demo", "--set", "object.mass_kg=0.0000001"), "mass_kg: 1e-07 is out of range")

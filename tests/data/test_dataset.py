@@ -431,6 +431,8 @@ def test_the_same_configuration_is_accepted_again(root: Path):
 
 
 def test_a_damaged_configuration_is_named(root: Path):
+    for plan in root.glob("plan-*.json"):  # which would vouch for the right one
+        plan.unlink()
     (root / "config.toml").write_bytes(b"\xff = [")
     with pytest.raises(DataError, match=r"config\.toml"):
         building.create(root, TOML)
@@ -526,3 +528,58 @@ def test_generating_again_removes_what_a_killed_rewriter_of_a_finished_sample_le
     assert other.exists()
     add(root, simulated(4))
     assert open_dataset(root).verify() == []
+
+
+def test_a_lost_or_damaged_configuration_that_the_plan_knows_is_written_again(root: Path):
+    """So "delete the files named and generate again" helps, as `verify` says."""
+    path = root / "config.toml"
+    other = dump_config(load_config("demo", {"camera.width": 41, "camera.height": 30}))
+    for harm in (path.unlink, lambda: path.write_bytes(b"\xff = ["), lambda: path.write_text(other)):
+        harm()
+        building.create(root, TOML)
+        assert path.read_text() == TOML
+        assert open_dataset(root).verify() == []
+    path.unlink()
+    with pytest.raises(DataError, match=r"but no config\.toml"):
+        building.create(root, other)
+    assert not path.exists()
+
+
+def test_one_plan_of_another_configuration_is_enough_to_write_none_again(root: Path):
+    path = root / "config.toml"
+    path.write_text(dump_config(load_config("demo", {"seed": 1})))
+    (root / "plan-test.json").unlink()
+    requested.request(root, "test", 2)
+    path.unlink()
+    with pytest.raises(DataError, match=r"but no config\.toml"):
+        building.create(root, TOML)
+
+
+@pytest.mark.parametrize("count", ['"x"', "NaN", "-5", "true", "2.5", "null"])
+def test_a_plan_of_no_number_of_samples_is_damaged(root: Path, count: str):
+    path = root / "plan-train.json"
+    path.write_text(f'{{"count": {count}}}\n')
+    assert open_dataset(root).verify() == [f"{path}: damaged"]
+    assert requested.requested_count(root, "train") == 0
+    assert open_dataset(root).status()["requested"] == 7
+    path.write_bytes(requested._encoded(json.loads(count), layout.sha256_of(root / "config.toml")))
+    assert open_dataset(root).verify() == [f"{path}: damaged"]
+
+
+def test_rejected_samples_are_no_recordings(tmp_path: Path):
+    (tmp_path / "a.h5").write_bytes(encode(rejected(0)))
+    for path in (tmp_path, tmp_path / "a.h5"):
+        with pytest.raises(DataError, match="rejected samples alone"):
+            open_samples(path)
+    (tmp_path / "b.h5").write_bytes(encode(simulated(1)))
+    assert [one.name for one in open_samples(tmp_path).listing] == ["b"]
+
+
+def test_only_what_a_data_set_keeps_for_itself_is_no_place_for_other_files(root: Path):
+    for name in ("samples/w.h5", "samples/train/000/w.h5", "journal/w.h5", "config.toml", "plan-test.json"):
+        with pytest.raises(DataError, match="among the data set's own files"):
+            layout.require_not_own(root / name, root)
+    for path in (root / "w.h5", root / "pictures/w.h5", root.parent / "w.h5", root):
+        layout.require_not_own(path, root)
+    (root / "config.toml").unlink()
+    layout.require_not_own(root / "samples/w.h5", root)  # a folder of any files

@@ -15,17 +15,19 @@ from evslip.data.intervals import Interval, read_intervals
 from evslip.data.record import Poses, Record
 from evslip.data.recordings import Recordings, open_samples
 from evslip.events.stream import Events
+from evslip.exchange import vt_snn
 from evslip.exchange.importing.pose_files import even, read_poses, truth_of
 from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.importing.settings import Importing
 from evslip.exchange.vt_snn import export_windows, import_vt_snn, is_vt_snn
-from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.errors import ConfigError, DataError, StorageError
 from evslip.view.report.report import write_report
 from evslip.windows.cutting import windows_of
 from evslip.windows.label import Label
 from evslip.windows.window_set import WindowSettings
 from sample_records import assert_equal, random_events, simulated
 from shared_data import shared
+from slip_records import slip_windows
 
 SIZE = (346, 260)
 
@@ -429,3 +431,18 @@ def test_a_real_recording_is_imported(tmp_path: Path):
     windows = open_samples(tmp_path / "a.h5").windows(WindowSettings(balance=False))
     assert windows.label.tolist() == [Label.HOLD, Label.SLIP, Label.SLIP]
     assert (tmp_path / "a.h5").stat().st_size / made.events.count <= 3.5
+
+
+def test_a_layout_of_vt_snn_that_cannot_be_written_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    windows, written = slip_windows(), []
+
+    def full(path: Path, *_: object) -> None:
+        written.append(path)
+        if len(written) > 2:
+            raise StorageError("no space left on the disk")
+        path.touch()
+
+    monkeypatch.setattr(vt_snn, "write_events", full)
+    with pytest.raises(StorageError, match="no space left"):
+        export_windows(windows, tmp_path / "vt")
+    assert len(written) == 3 and not any((tmp_path / "vt").iterdir())

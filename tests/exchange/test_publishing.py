@@ -5,6 +5,7 @@ import hashlib
 import io
 import json
 import os
+import shutil
 import tarfile
 from pathlib import Path
 
@@ -260,3 +261,31 @@ def test_wrong_use_is_refused(made: Path, tmp_path: Path):
         publish(empty, tmp_path / "out")
     with pytest.raises(DataError, match="no such folder"):
         publish(tmp_path / "nowhere", tmp_path / "out")
+
+
+@pytest.mark.parametrize("key", ["name", "license"])
+@pytest.mark.parametrize("text", ["a\nb", "a\r\nb", "a\n", "\n", "a\u2028b"])
+def test_what_has_line_breaks_is_no_name(key: str, text: str):
+    with pytest.raises(ConfigError, match=rf"{key}: .* has line breaks"):
+        Publication(**{key: text})
+
+
+@pytest.mark.parametrize("webdataset", [False, True])
+def test_a_publication_without_its_metadata_is_not_whole(made: Path, tmp_path: Path, webdataset: bool):
+    out = tmp_path / "out"
+    publish(made, out, Publication(webdataset=webdataset))
+    (out / "croissant.json").unlink()
+    done = evslip("verify", out)
+    assert done.returncode == 2 and done.stdout.strip() == f"{out / 'croissant.json'}: missing"
+    next((out / "data").rglob("*.tar" if webdataset else "*.h5")).unlink()
+    assert evslip("verify", out).stdout.count(": missing") > 1
+
+
+def test_samples_that_were_asked_for_and_are_not_there_are_counted(made: Path):
+    assert evslip("verify", made).stdout.strip() == f"{made}: every record is whole"
+    requested.request(made, "train", 9)
+    for words in ("7 records are whole; 4 that", "0 records are whole; 11 that"):
+        done = evslip("verify", made)
+        assert (done.returncode, done.stdout.strip()) == (0, f"{made}: {words} were asked for are not there yet")
+        for folder in ("samples", "journal"):
+            shutil.rmtree(made / folder, ignore_errors=True)

@@ -1,5 +1,6 @@
 import hashlib
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 import evslip
 from evslip.config.loading import dump_config
 from evslip.data import building
+from evslip.generation import generate
 from evslip.generation.generate import Job, make_sample
 from evslip.generation.progress import Progress
 from evslip.utils.errors import ConfigError
@@ -169,3 +171,38 @@ def test_a_configuration_that_failed_can_be_mended_in_its_folder(tmp_path):
     with pytest.raises(ConfigError, match="cannot reach"):
         evslip.generate(small_config(**{"object.x_m": 0.9}), tmp_path, 1, workers=1)
     assert len(evslip.generate(small_config(), tmp_path, 1, workers=1).made) == 1
+
+
+def other_versions(monkeypatch, **changed: str) -> None:
+    here = generate._versions() | changed
+    monkeypatch.setattr(generate, "_versions", lambda: here)
+
+
+@pytest.mark.parametrize("split", ["train", "test"])
+def test_a_part_of_other_versions_is_refused_though_it_finds_nothing_of_its_own(tmp_path, monkeypatch, split):
+    config = small_config(test_share=0.5)
+    evslip.generate(config, tmp_path, 2, part=(1, 2), workers=1)
+    before = records(tmp_path)
+    other_versions(monkeypatch, numpy="9.9.9")
+    part = (2, 2) if split == "train" else (1, 1)
+    path = tmp_path / "samples/train/000/0000000.h5"
+    with pytest.raises(ConfigError, match=rf"^numpy 9\.9\.9 here, \d.* in {path}; expected the same"):
+        evslip.generate(config, tmp_path, 2, split=split, part=part, workers=1)
+    assert records(tmp_path) == before
+    assert not (tmp_path / "plan-test.json").exists()
+
+
+def test_a_run_of_other_versions_does_not_resume(finished, monkeypatch):
+    other_versions(monkeypatch, hdf5="1.0")
+    with pytest.raises(ConfigError, match=r"^hdf5 1\.0 here, "):
+        evslip.generate(small_config(), finished, 5, workers=1)
+    assert len(evslip.generate(small_config(), finished, 4, workers=1).made) == 0
+
+
+def test_a_damaged_record_tells_no_versions(finished, tmp_path):
+    root = tmp_path / "copy"
+    shutil.copytree(finished, root)
+    paths = sorted((root / "samples").rglob("*.h5"))
+    paths[0].write_bytes(paths[0].read_bytes()[:-1])
+    assert len(evslip.generate(small_config(), root, 4, part=(1, 4), workers=1).made) == 1
+    assert records(root) == records(finished)

@@ -1,5 +1,6 @@
 """Windows of several data sets in one file."""
 
+import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -75,3 +76,12 @@ def test_sensors_must_agree(sets: list[Samples]):
     other = Small(replace(record, size=(320, 240)) for record in sets[0])
     with pytest.raises(DataError, match="320x240"):
         windows_of(Mixture([sets[0], other]))  # pyright: ignore[reportArgumentType]
+
+
+def test_a_folder_whose_name_is_not_utf_8_gives_names_that_can_be_stored(sets: list[Samples], tmp_path: Path):
+    odd = tmp_path / os.fsdecode(b"far\xff")
+    shutil.copytree(sets[1].root, odd)
+    cut = windows_of(Mixture([sets[0], open_samples(odd)]))
+    cut.save(tmp_path / "both.h5")
+    names = open_windows(tmp_path / "both.h5").name
+    assert {name.partition(":")[0] for name in names} == {"near", "far\\xff"}

@@ -18,7 +18,7 @@ from evslip.utils.errors import ConfigError, DataError, StorageError
 from evslip.windows.cutting import crop, windows_of
 from evslip.windows.settings import WindowSettings
 from evslip.windows.window_events import WindowEvents, pack
-from evslip.windows.window_set import Windows
+from evslip.windows.window_set import Windows, require_replaceable
 from slip_records import SIZE, slip_records, slip_windows
 
 PAGE = Path(__file__).parents[2] / "docs/reference/windows.md"
@@ -160,3 +160,13 @@ def test_a_whole_crop_is_the_stream():
     settings = WindowSettings().of_whole_sensor()
     events = slip_records(1)[0].events
     assert crop(events, settings) == events
+
+
+def test_what_is_no_file_of_windows_is_not_replaced(path, tmp_path):
+    for name, content in {"notes.txt": b"mine", "config.toml": b"a = 1\n", "clip.npz": b"PK\x03\x04"}.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(DataError, match="is there already, and no file of windows"):
+            require_replaceable(tmp_path / name)
+    (tmp_path / "empty.h5").touch()
+    for other in (tmp_path / "empty.h5", tmp_path / "new.h5", path):
+        require_replaceable(other)

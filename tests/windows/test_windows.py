@@ -437,3 +437,28 @@ def test_the_learning_half_never_imports_the_physics_nor_windows_torch() -> None
         "assert not {'mujoco', 'evslip.physics.simulation', 'evslip.physics.scene_model'} & set(sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("fold", [-1, 5, 0.5, float("nan")])
+def test_there_are_five_folds(windows: Windows, fold: float) -> None:
+    with pytest.raises(ConfigError, match=r"fold .*: expected 0, 1, 2, 3 or 4"):
+        windows.split_as_paper(fold)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("fraction", [0, 1, -0.5, 2, float("nan"), float("inf")])
+def test_a_side_of_a_split_is_a_fraction(windows: Windows, fraction: float) -> None:
+    with pytest.raises(ConfigError, match=r"fraction .*: expected more than 0 and less than 1"):
+        windows.split_by_trajectory(fraction)
+
+
+@pytest.mark.parametrize("ratio", [0, -1, float("nan"), float("inf")])
+def test_a_ratio_of_labels_is_above_0(windows: Windows, ratio: float) -> None:
+    with pytest.raises(ConfigError, match=r"ratio .*: expected more than 0, and finite"):
+        windows.balanced(ratio=ratio)
+
+
+def test_the_smallest_ratio_leaves_one_of_each_and_the_largest_all(windows: Windows) -> None:
+    assert np.bincount(windows.balanced(ratio=1e-3).label).tolist() == [1, 1]
+    assert len(windows.balanced(ratio=1e308)) == len(windows)
+    holds = windows[windows.label == Label.HOLD]
+    assert len(holds.balanced(ratio=1e-3)) == len(holds)

@@ -116,7 +116,8 @@ def publish(
 
 
 def verify(dataset: Positional[Path]) -> None:
-    """Check every byte of a data set; exit code 2 if anything is damaged, missing or surplus.
+    """Check every byte of a data set; exit code 2 if anything is damaged, missing or surplus. Samples that were asked
+    for and are not made yet are counted.
 
     Args:
         dataset: Folder of the data set, or of what `evslip publish` wrote.
@@ -125,10 +126,17 @@ def verify(dataset: Positional[Path]) -> None:
     from evslip.exchange.publishing.publication_check import find_problems, is_publication
 
     is_published = is_publication(dataset)
-    problems = find_problems(dataset) if is_published else open_dataset(dataset).verify()
+    made = None if is_published else open_dataset(dataset)
+    problems = find_problems(dataset) if made is None else made.verify()
     for problem in problems:
         console.print(problem)
     if problems:
         again = "publish the data set again" if is_published else "delete the files named and generate again"
         raise EvslipError(f"{dataset}: {len(problems)} problems found; {again}")
-    console.print(f"{dataset}: every record is whole")
+    counts = {"missing": 0} if made is None else made.status()
+    if counts["missing"]:
+        console.print(
+            f"{dataset}: {counts['done']} records are whole; {counts['missing']} that were asked for are not there yet"
+        )
+    else:
+        console.print(f"{dataset}: every record is whole")

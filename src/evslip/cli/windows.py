@@ -41,7 +41,9 @@ def windows(
             and about 4 s a window.
         vt_snn: Folder in which to write the windows in VT-SNN's layout, too: prophesee_recordings/rotate_01_td.mat ...
     """
+    from evslip.data.layout import require_not_own
     from evslip.data.recordings import open_samples
+    from evslip.exchange.vt_snn import check_folder as check_vt_snn
     from evslip.exchange.vt_snn import export_windows
     from evslip.windows.cutting import windows_of
     from evslip.windows.mixture import Mixture
@@ -53,7 +55,11 @@ def windows(
     *datasets, out = datasets_and_out
     require_place(out)
     require_not_read(out, *datasets)
+    for path in datasets:
+        require_not_own(out, path)
     require_replaceable(out)
+    if vt_snn is not None:
+        check_vt_snn(vt_snn)
     sets = [open_samples(path) if split is None else open_samples(path).split(split) for path in datasets]
     sets = [samples.seen_by(camera) for samples in sets]
     if visualize is not None and (len(sets) > 1 or not sets[0].splits):

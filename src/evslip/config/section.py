@@ -45,9 +45,17 @@ class Within:
         low, high = extremes(value)
         if not (self.low <= low and high <= self.high):  # nan is out of every range
             bad = high if low >= self.low else low
-            shown = f"{bad:g}" if not abs(bad) >= 1e300 else "a number of over 300 digits"
             reason = f"; {self.reason}" if self.reason else ""
-            raise wrong(name, f"{shown} is out of range, expected {self.low:g} to {self.high:g}{reason}")
+            span = f"{_shown(self.low)} to {_shown(self.high)}"
+            raise wrong(name, f"{_shown(bad)} is out of range, expected {span}{reason}")
+
+
+def _shown(number: float) -> str:
+    """A number for a person: whole ones as they are, for of two seeds in six digits nobody sees which is larger."""
+    if abs(number) >= 1e300:
+        return "a number of over 300 digits"
+    is_exact = isinstance(number, int) or (abs(number) < 2**53 and number.is_integer())
+    return str(int(number)) if is_exact else f"{number:g}"
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from evslip.data import requested
 from evslip.data.dataset import finished
 from evslip.data.journal import Entry, Journal
-from evslip.data.layout import CONFIG, JOURNAL, SAMPLES, is_temporary, sample_path, sweep
+from evslip.data.layout import CONFIG, JOURNAL, SAMPLES, is_temporary, sample_path, sha256_of, sweep
 from evslip.data.record import Record
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, StorageError
@@ -21,9 +22,12 @@ from evslip.utils.toml import MOST_BYTES, parse_toml
 def create(root: Path, config_toml: str) -> None:
     """Make a data set, or check that the one there has the same configuration.
 
+    Where its file of the configuration is gone or damaged, and the plan knows this one's sum, it is written again.
     Raises ConfigError with the difference if not, DataError if the folder holds something else, StorageError.
     """
     path = root / CONFIG
+    if _is_lost(path, config_toml) and requested.vouches_for(root, config_toml):
+        atomic.write_bytes(path, config_toml.encode())
     if not path.exists():
         with atomic.storage_errors(root):
             there = list(root.iterdir()) if root.is_dir() else []
@@ -38,6 +42,13 @@ def create(root: Path, config_toml: str) -> None:
     require_config(root, config_toml)
     sweep(path)
     _sweep_finished(root)
+
+
+def _is_lost(path: Path, config_toml: str) -> bool:
+    """Whether a configuration's file may be written again: there is none, or one of other bytes."""
+    if not path.exists():
+        return True
+    return path.is_file() and sha256_of(path) != hashlib.sha256(config_toml.encode()).hexdigest()
 
 
 def require_config(root: Path, config_toml: str) -> None:

@@ -7,11 +7,13 @@ journal/{00..ff}/*.jsonl            name, size and sha256 of every finished reco
 """
 
 import hashlib
+import os
 import re
 from pathlib import Path
 
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
+from evslip.utils.seeds import SPLITS
 
 CONFIG, SAMPLES, JOURNAL = "config.toml", "samples", "journal"
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.tmp")
@@ -25,6 +27,16 @@ def sample_path(root: Path, split: str, index: int) -> Path:
 def plan_path(root: Path, split: str) -> Path:
     """File with the number of samples that a split was asked for."""
     return root / f"plan-{split}.json"
+
+
+def require_not_own(path: Path, root: Path) -> None:
+    """Raise DataError where a file to write would lie among those that a data set keeps for itself."""
+    place, home = (Path(os.path.realpath(one)) for one in (path, root))
+    if not (home / CONFIG).is_file() or home not in place.parents:
+        return
+    first = place.relative_to(home).parts[0]
+    if first in (CONFIG, SAMPLES, JOURNAL) or first in {plan_path(home, split).name for split in SPLITS}:
+        raise DataError(f"{path}: would lie among the data set's own files; give the new one another place")
 
 
 def is_temporary(path: Path) -> bool:

@@ -112,6 +112,12 @@ def is_record(path: str | Path) -> bool:
         return record_head.is_record(file)
 
 
+def is_rejected(path: str | Path) -> bool:
+    """Whether a file is the record of a sample whose motion or grasp failed: nothing was filmed. Raises DataError."""
+    with hdf5.opened(path) as file:
+        return record_head.is_record(file) and file.attrs["kind"] == "rejected"
+
+
 def _fill(file: h5py.File, record: Record) -> None:
     version = record_head.VERSION_OF_SEVERAL if record.streams else record_head.VERSION
     file.attrs.update({"format": record_head.FORMAT, "version": version, "kind": record.kind, "name": record.name})

@@ -6,13 +6,14 @@ from pathlib import Path
 from evslip.codecs.formats import HDF5
 from evslip.data.dataset import open_dataset
 from evslip.data.layout import CONFIG
-from evslip.data.record_file import ALL_CAMERAS, is_record
+from evslip.data.record_file import ALL_CAMERAS, is_record, is_rejected
 from evslip.data.samples import Listing, Samples
 from evslip.utils.errors import DataError
 
 
 class Recordings(Samples):
-    """The records of a folder's files, by name; or of one file."""
+    """The records of a folder's files, by name; or of one file. Rejected samples, of which nothing was filmed, are left
+    out."""
 
     def __init__(self, root: Path):
         self.root = root
@@ -21,8 +22,11 @@ class Recordings(Samples):
             if root.is_file()
             else sorted(path for path in root.iterdir() if path.suffix.lower() in HDF5.suffixes)
         )
-        self.listing = [Listing(path, path.stem) for path in files if is_record(path)]
-        if not self.listing:
+        records = [path for path in files if is_record(path)]
+        self.listing = [Listing(path, path.stem) for path in records if not is_rejected(path)]
+        if records and not self.listing:
+            raise DataError(f"{root}: rejected samples alone, of which nothing was filmed; expected other records")
+        if not records:
             raise DataError(f"{root}: no data set ({CONFIG}) and no record of evslip; `evslip import` makes some")
 
     @cached_property

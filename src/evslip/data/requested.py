@@ -2,16 +2,18 @@
 
 import contextlib
 import fcntl
+import hashlib
 import json
 import os
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from evslip.data.layout import CONFIG, plan_path, sha256_of, sweep
 from evslip.utils import atomic
 from evslip.utils.errors import StorageError
+from evslip.utils.seeds import SPLITS
 
 
 def request(root: Path, split: str, count: int) -> None:
@@ -31,7 +33,14 @@ def request(root: Path, split: str, count: int) -> None:
 def requested_count(root: Path, split: str) -> int:
     """Number of samples that a split was asked for; 0 without a plan that can be read."""
     count = _read(root, split).get("count")
-    return count if isinstance(count, int) else 0
+    return count if _is_count(count) else 0
+
+
+def vouches_for(root: Path, config_toml: str) -> bool:
+    """Whether a whole plan says that the data set was made with this text of a configuration, and none says another."""
+    plans = [plan for split in SPLITS if _is_whole(plan_path(root, split), plan := _read(root, split))]
+    digest = hashlib.sha256(config_toml.encode()).hexdigest()
+    return {plan["config_sha256"] for plan in plans} == {digest}
 
 
 def problems(root: Path, split: str, is_needed: bool) -> list[str]:
@@ -40,9 +49,10 @@ def problems(root: Path, split: str, is_needed: bool) -> list[str]:
     if not path.is_file():
         return [f"{path}: missing"] if is_needed else []
     data, plan = path.read_bytes(), _read(root, split)
-    if data == json.dumps({"count": plan.get("count")}).encode() + b"\n":  # as the first versions wrote it
+    count = plan.get("count")
+    if _is_count(count) and data == json.dumps({"count": count}).encode() + b"\n":  # as the first versions wrote it
         return []
-    if data != _encoded(plan.get("count", 0), plan.get("config_sha256")):
+    if not _is_whole(path, plan):
         return [f"{path}: damaged"]
     if plan["config_sha256"] != sha256_of(root / CONFIG):
         return [f"{root / CONFIG}: damaged, its sha256 is not the one in {path.name}"]
@@ -61,6 +71,16 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(lock)
+
+
+def _is_count(count: Any) -> TypeGuard[int]:
+    return isinstance(count, int) and not isinstance(count, bool) and count >= 0
+
+
+def _is_whole(path: Path, plan: dict[str, Any]) -> bool:
+    """Whether a plan's file is, to the byte, what `request` writes."""
+    count = plan.get("count")
+    return _is_count(count) and path.read_bytes() == _encoded(count, plan.get("config_sha256"))
 
 
 def _encoded(count: int, config_sha256: str | None) -> bytes:

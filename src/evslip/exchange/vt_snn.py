@@ -9,6 +9,7 @@ from evslip.data import record_file
 from evslip.data.intervals import Interval, LabelName
 from evslip.exchange.importing.event_files import read_event_file
 from evslip.exchange.importing.settings import Importing
+from evslip.utils import atomic
 from evslip.utils.errors import DataError
 from evslip.utils.progress import over
 from evslip.windows.label import Label
@@ -21,18 +22,27 @@ LABELS: dict[str, LabelName] = {"rotate": "slip", "rotation": "slip", "stable": 
 
 def export_windows(windows: Windows, out: str | Path) -> int:
     """Write each window as prophesee_recordings/rotate_NN_td.mat or stable_NN_td.mat: times in microseconds since its
-    start, pixels of the crop, p of 1 or -1. Returns the number of files. Raises DataError, StorageError."""
-    home = Path(out) / VT_SNN
-    if home.is_dir() and any(home.glob("*.mat")):
-        raise DataError(f"{home}: holds .mat files already; expected a new folder")
+    start, pixels of the crop, p of 1 or -1. All of them, or none. Returns the number of files. Raises DataError,
+    StorageError."""
+    check_folder(out)
     counts = {"rotate": 0, "stable": 0}
     digits = max(2, len(str(len(windows))))
     size = windows.settings.width, windows.settings.height
-    for i in over("files of VT-SNN", range(len(windows))):
-        name = "rotate" if windows.label[i] == Label.SLIP else "stable"
-        counts[name] += 1
-        write_events(home / f"{name}_{counts[name]:0{digits}d}_td.mat", events_of(*windows[i].columns), size)
+    with atomic.staged_folder(Path(out) / VT_SNN) as home:
+        for i in over("files of VT-SNN", range(len(windows))):
+            name = "rotate" if windows.label[i] == Label.SLIP else "stable"
+            counts[name] += 1
+            write_events(home / f"{name}_{counts[name]:0{digits}d}_td.mat", events_of(*windows[i].columns), size)
     return len(windows)
+
+
+def check_folder(out: str | Path) -> None:
+    """Raise DataError or StorageError where `export_windows` could not write, as far as that is seen without writing:
+    before long work."""
+    home = Path(out) / VT_SNN
+    atomic.require_place(home / "stable_01_td.mat")
+    if home.is_dir() and any(home.iterdir()):
+        raise DataError(f"{home}: is there already; expected a new folder")
 
 
 def import_vt_snn(

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.config.params import Params
 from evslip.config.views import camera_names, each_view
 from evslip.data import building, dataset, record_file, requested
-from evslip.data.layout import sample_path
+from evslip.data.layout import SAMPLES, sample_path
 from evslip.data.record import Record, Stream, provenance
 from evslip.draws.draw import draw
 from evslip.events.frame import Frame
@@ -36,7 +37,7 @@ from evslip.rendering.camera import hand_camera
 from evslip.rendering.pathtrace import variant
 from evslip.rendering.pathtrace.denoising import check_denoiser
 from evslip.utils import jit
-from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected, StorageError
+from evslip.utils.errors import ConfigError, DataError, GraspFailed, PlanRejected, StorageError
 from evslip.utils.version import __version__
 
 STAGES = ("physics", "frames", "events", "file")
@@ -223,7 +224,8 @@ def generate(
     Samples that are there already are left alone, so running it again resumes. The records' bytes do not depend on
     `workers`, the parts or the runner: "local", "ray" or "ray:ADDRESS". A sample that takes longer than `limit_s`, or
     breaks its worker again and again, is left out, and the others are made. Raises ConfigError (also when the folder
-    holds a data set of another configuration), DataError, StorageError, and EvslipError naming what was left out.
+    holds a data set of another configuration, or of other versions of the packages), DataError, StorageError, and
+    EvslipError naming what was left out.
     """
     start = time.perf_counter()
     if not isinstance(config, Config):
@@ -249,8 +251,8 @@ def generate(
     finished = dataset.finished(root, split, indices)
     versions = json.dumps(_versions())
     jobs = [Job(str(root), text, split, i, versions) for i in indices if (split, i) not in finished]
-    if jobs and finished:
-        _check_version(sample_path(root, *min(finished)))
+    if jobs:
+        _check_versions(root, [sample_path(root, *min(finished))] if finished else [])
     requested.request(root, split, count)
     if jobs and note:
         progress.notice(note)
@@ -269,11 +271,27 @@ def generate(
     return Summary(made, len(indices) - len(jobs), time.perf_counter() - start)
 
 
-def _check_version(path: Path) -> None:
-    """Raise ConfigError if a finished sample is of another version, whose frames and events differ."""
-    made_by = record_file.read(path, events=False).provenance.get("evslip")
-    if made_by != __version__:
+def _check_versions(root: Path, first: list[Path]) -> None:
+    """Raise ConfigError if a data set holds samples of other versions, whose frames and events differ.
+
+    One record is enough, of any part and split, for each was compared with one before it; those of `first` are looked
+    at before others. Damaged ones are left to `verify`. A data set is not listed for it as a whole: it may be large.
+    """
+    for path in chain(first, (root / SAMPLES).rglob("[0-9]*.h5")):
+        try:
+            there = record_file.read(path, events=False).provenance
+        except DataError:
+            continue
+        _compare_versions(path, there)
+        break
+
+
+def _compare_versions(path: Path, there: dict[str, str]) -> None:
+    if there.get("evslip") != __version__:
         raise ConfigError(
-            f"{path}: was made by evslip {made_by}, whose frames are not those of {__version__}; "
-            f"expected a new folder, or evslip {made_by} to go on"
+            f"{path}: was made by evslip {there.get('evslip')}, whose frames are not those of {__version__}; "
+            f"expected a new folder, or evslip {there.get('evslip')} to go on"
         )
+    for package, here in _versions().items():
+        if there.get(package, here) != here:
+            raise ConfigError(f"{package} {here} here, {there[package]} in {path}; expected the same, or a new folder")

@@ -7,6 +7,7 @@ from pathlib import Path
 from evslip.data.record import Record
 from evslip.data.samples import Samples
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import printable
 
 SEPARATOR = ":"
 
@@ -38,7 +39,7 @@ def set_names(roots: Sequence[Path]) -> list[str]:
     for number, path in enumerate(whole):
         if path in whole[:number]:
             raise ConfigError(f"{roots[number]}: given twice; expected different data sets")
-        name = path.stem if path.is_file() else path.name
+        name = printable(path.stem if path.is_file() else path.name)
         same = (f"{name}-{n}" for n in range(2, len(roots) + 2))
         names.append(name if name not in names else next(other for other in same if other not in names))
     return names

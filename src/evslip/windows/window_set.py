@@ -1,5 +1,6 @@
 """Many labelled windows, in memory and as one file."""
 
+import math
 import zlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -11,7 +12,7 @@ import numpy as np
 
 from evslip.events.frame import BODIES
 from evslip.utils import atomic, hdf5
-from evslip.utils.errors import DataError
+from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.label import Label
 from evslip.windows.labelled_events import LabelledEvents
 from evslip.windows.object_events import ObjectEvents
@@ -116,7 +117,7 @@ class Windows:
 
     def balanced(self, seed: int = 0, ratio: float = 1.0) -> "Windows":
         """Windows of which the commoner label has at most `ratio` for each of the rarer one, the others removed at
-        random; all of one label alone."""
+        random; all of one label alone. Raises ConfigError for a ratio that is not above 0 and finite."""
         chosen = balanced_choice(self.label, seed, ratio)
         return self if len(chosen) == len(self) else self.take(chosen)
 
@@ -124,8 +125,10 @@ class Windows:
         """Two sets that share no trajectory; the second has about `fraction` of them, at least one of each kind.
 
         Trajectories with and without slip are divided separately, so that both labels occur on both sides. Raises
-        DataError if there are too few.
+        DataError if there are too few, ConfigError for a fraction that is not between 0 and 1.
         """
+        if not 0 < fraction < 1:  # nan is not, either
+            raise ConfigError(f"fraction {fraction:g}: expected more than 0 and less than 1")
         names = np.unique(self.name)
         slips = np.isin(names, self.name[self.label == Label.SLIP])
         rng = np.random.default_rng([seed, 0x5911])
@@ -148,8 +151,11 @@ class Windows:
 
         The splits of the paper's public code: five stratified folds, shuffled, with seed 100 (scikit-learn's
         StratifiedKFold), over the holds and then the slips. Windows of one simulation are alike and come to lie on both
-        sides, so the scores are too good. Raises DataError for fewer than five windows of a label.
+        sides, so the scores are too good. Raises DataError for fewer than five windows of a label, ConfigError for a
+        fold other than 0 to 4.
         """
+        if fold not in range(5):
+            raise ConfigError(f"fold {fold}: expected 0, 1, 2, 3 or 4")
         self._require_both_labels()
         order = np.argsort(self.label, kind="stable")
         (holds, slips), rng = np.bincount(self.label, minlength=2), np.random.RandomState(100)
@@ -244,11 +250,18 @@ def open_windows(path: str | Path) -> Windows:
 
 
 def require_replaceable(path: Path) -> None:
-    """Raise DataError for an HDF5 file that is there and holds no windows, such as a record: it is not to be lost."""
-    if path.is_file() and h5py.is_hdf5(path):
-        with hdf5.opened(path) as file:
-            if file.attrs.get("format") != FORMAT:
-                raise DataError(f"{path}: is there already, and no file of windows; give the new one another name")
+    """Raise DataError for a file that is there, not empty, and holds no windows, such as a record or a text: it is not
+    to be lost."""
+    if path.is_file() and path.stat().st_size and not _holds_windows(path):
+        raise DataError(f"{path}: is there already, and no file of windows; give the new one another name")
+
+
+def _holds_windows(path: Path) -> bool:
+    """Whether a file says that `evslip windows` wrote it. Raises DataError for a damaged one."""
+    if not h5py.is_hdf5(path):
+        return False
+    with hdf5.opened(path) as file:
+        return file.attrs.get("format") == FORMAT
 
 
 def _checked(windows: Windows, path: str | Path) -> Windows:
@@ -288,10 +301,13 @@ def _check_movement(windows: Windows, path: str | Path) -> None:
 
 def balanced_choice(label: np.ndarray, seed: int, ratio: float) -> np.ndarray:
     """Positions, in order, of the labels (n,) that stay: at most `ratio` of the commoner for each of the rarer. Where
-    there is but one label, all."""
+    there is but one label, all; else at least one of each. Raises ConfigError."""
+    if not 0 < ratio < math.inf:  # nan is not, either
+        raise ConfigError(f"ratio {ratio:g}: expected more than 0, and finite")
     indices = [np.flatnonzero(label == one) for one in (Label.HOLD, Label.SLIP)]
-    number = round(ratio * min(map(len, indices)))
-    if not number:
+    rarer = min(map(len, indices))
+    if not rarer:
         return np.arange(len(label))
+    number = max(1, round(min(ratio * rarer, len(label))))
     rng = np.random.default_rng([seed, 0xBA1A])
     return np.sort(np.concatenate([rng.choice(which, min(number, len(which)), replace=False) for which in indices]))

@@ -32,6 +32,10 @@ class Publication:
     """How to cite it, as BibTeX or a sentence."""
 
     def __post_init__(self) -> None:
+        for key in ("name", "license"):
+            text = getattr(self, key) or ""
+            if text.splitlines() not in ([], [text]):
+                raise ConfigError(f"{key}: {text[:60]!r} has line breaks; expected one line")
         if not 0.001 <= self.shard_mb <= 1e6:
             raise ConfigError(f"shard_mb: {self.shard_mb:g} is out of range, expected 0.001 to 1000000")
         if not 1 <= self.fps <= 1000:

@@ -17,15 +17,20 @@ MOST_BYTES = 16 << 20
 
 
 def is_publication(root: Path) -> bool:
-    """Whether it is the folder of a publication, other than one for robot learning."""
-    return (root / METADATA).is_file() and not (root / JOURNAL).is_dir()
+    """Whether it is the folder of a publication, other than one for robot learning; also one without its metadata."""
+    has_tables = (root / "data").is_dir() and any(root.glob("*.jsonl"))
+    return ((root / METADATA).is_file() or has_tables) and not (root / JOURNAL).is_dir()
 
 
 def find_problems(root: Path) -> list[str]:
     """One line a problem: tables and records that are damaged or missing, and files that no table lists. Raises
     DataError for metadata that are damaged."""
     expected, problems = {}, []
-    for name, digest in _tables(root / METADATA).items():
+    if not (root / METADATA).is_file():
+        problems.append(f"{root / METADATA}: missing")
+        for table in sorted(root.glob("*.jsonl")):  # nobody vouches for them, yet they tell more than nothing
+            expected |= _listed(table)
+    for name, digest in _tables(root / METADATA).items() if not problems else ():
         table = root / name
         if sha256_of(table) == digest:
             expected |= _listed(table)
