@@ -51,6 +51,15 @@ def root(tmp_path: Path) -> Path:
     return root
 
 
+def test_a_split_may_be_a_link_to_another_disk(root: Path, tmp_path: Path):
+    before = open_dataset(root).verify()
+    shutil.move(root / "samples" / "train", tmp_path / "train")
+    (root / "samples" / "train").symlink_to(tmp_path / "train")
+    assert open_dataset(root).verify() == open_dataset(root).split("train").verify() == before == []
+    (tmp_path / "train" / "stray").touch()
+    assert len(open_dataset(root).verify()) == 1
+
+
 def test_a_slice_is_the_same_samples_of_fewer(root: Path):
     samples = open_dataset(root)
     some = samples[1:3]

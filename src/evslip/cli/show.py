@@ -79,6 +79,8 @@ def show(
         return _masses(config, count)
     if plot is not None:
         return _plot(config, plot, count, test_count)
+    if json and index is None:
+        raise ConfigError("json: is of a sample; give its index, too")
     if index is None:
         print(dump_config(config), end="")
         return None

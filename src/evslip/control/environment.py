@@ -36,7 +36,7 @@ class HoldEnv(gymnasium.Env[Any, np.ndarray]):
         "voxels" (float32), "state" (the hand's senses alone: no frame is drawn) or "combined" (counts and state).
     action: "change" of the target force in [-1, 1], of at most `change_n_s` a second, or "force", in newtons.
     rate_hz: steps a second, a divisor of 1000 from 20 on.
-    size: width and height of the sensor, in place of the configuration's.
+    size: width and height of the sensor, in place of those of a preset or a file; not for a Config.
     settings: of `StepSettings`: change_n_s, window_s, most_events, bins, weights.
 
     Raises ConfigError, also for an action that is none.

@@ -18,7 +18,9 @@ def find_problems(root: Path, splits: tuple[str, ...], progress: Callable[[int, 
     problems += dict.fromkeys(lines)
     expected = {sample_path(root, *key): wanted for key, wanted in entries.items() if key[0] in splits}
     samples = root / SAMPLES
-    folders = [samples] if splits == SPLITS else [samples / split for split in splits]
+    # A split may be a link to another disk, and links are followed only where a search begins.
+    linked = (path for path in samples.glob("*") if path.is_symlink() and path.is_dir())
+    folders = [samples, *linked] if splits == SPLITS else [samples / split for split in splits]
     present = sorted(path for folder in folders for path in folder.rglob("*") if not path.is_dir())
     problems += [f"{path}: missing" for path in sorted(expected.keys() - set(present))]
     kept = [path for path in sorted((root / JOURNAL).rglob("*")) if not path.is_dir()]

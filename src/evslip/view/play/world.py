@@ -3,6 +3,7 @@
 import queue
 import threading
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -59,18 +60,14 @@ class World:
         begun_s, begun_us = time.monotonic(), self._episode.t_us
         while not stop.is_set():
             if self.viewers == 0 or self._paused:
-                self._obey()
+                self._guarded(self._obey)
                 if not self._is_told:
                     self._publish()
                 stop.wait(0.05)
                 begun_s, begun_us = time.monotonic(), self._episode.t_us
                 continue
             before = self._episode
-            try:
-                self.step()
-            except EvslipError as error:  # such as physics that diverge where the pull is too hard
-                console.print(f"{before.params.split}/{before.params.index}: {error}", style="red", soft_wrap=True)
-                self._do_press("next")
+            self._guarded(self.step)
             if self._episode.is_lost:
                 stop.wait(LOST_S)
             if self._episode is not before:
@@ -80,6 +77,16 @@ class World:
                 stop.wait(ahead_s)
             elif ahead_s < -BEHIND_S:
                 begun_s, begun_us = time.monotonic(), self._episode.t_us
+
+    def _guarded(self, act: Callable[[], None]) -> None:
+        """Do something, or say what was wrong and go on with the next object: such as physics that diverge where the
+        pull is too hard."""
+        params = self._episode.params
+        try:
+            act()
+        except EvslipError as error:
+            console.print(f"{params.split}/{params.index}: {error}", style="red", soft_wrap=True)
+            self._do_press("next")
 
     def step(self) -> None:
         """A step of control; at the end of an episode, the next one's begin."""
