@@ -86,6 +86,12 @@ def test_labels_and_what_a_record_knows_are_told(tmp_path: Path):
 def test_no_events_and_huge_sensors_are_told(tmp_path: Path):
     write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 0), (40, 30))
     assert examine(tmp_path / "a.npz")[0].lines(10)[-1].endswith("0 events out of order, 0 beyond the sensor")
+    alone = Events(np.array([5_000_000]), *np.zeros((2, 1), np.uint16), np.ones(1, bool))
+    write_events(tmp_path / "c.npz", alone, (40, 30))
+    assert any(
+        "0 of over 10 ms; the longest 0 ms, 0.000 s after" in line
+        for line in examine(tmp_path / "c.npz")[0].lines(10_000)
+    )
     corner = np.array([0, 65535], np.uint16)
     far = Events(np.array([1, 2]), corner, corner, np.ones(2, bool))
     write_events(tmp_path / "b.npz", far)

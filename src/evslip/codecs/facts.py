@@ -126,7 +126,7 @@ class _Counts:
             return
         t = events.t_us
         if not self.count:
-            self.start_us = self.end_us = self._last_us = int(t[0])
+            self.start_us = self.end_us = self._last_us = self.gap_start_us = int(t[0])
         # Compared, not subtracted, where times may be farther apart than an int64 can hold.
         before = np.concatenate([[self._last_us], t[:-1]])
         backward = t < before
