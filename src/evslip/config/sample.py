@@ -73,15 +73,12 @@ class SampleSpec(Section, Generic[N, S]):
     def _check_passers(self) -> None:
         passers: Any = self.passers
         around: Any = self.background.radius_m
-        reach = extremes(passers.width_m)[1] / 2 + CAMERA_M
-        crosses = extremes(passers.count)[1] > 0 and "background" in choices(passers.crosses)
-        if crosses and extremes(passers.distance_m)[1] + reach > extremes(around)[0]:
-            most, least = extremes(passers.distance_m)[1], extremes(around)[0]
-            raise wrong(
-                "passers.distance_m",
-                f"{most:g} puts bodies beyond the background, of background.radius_m {least:g}; expected at most "
-                f"{least - reach:g}",
-            )
+        count, width, farthest = (extremes(one)[1] for one in (passers.count, passers.width_m, passers.distance_m))
+        least, crosses = extremes(around)[0], count > 0 and "background" in choices(passers.crosses)
+        most = least - CAMERA_M - width / 2
+        if crosses and farthest > most:
+            beyond = f"{farthest:g} puts bodies beyond the background, of background.radius_m {least:g}"
+            raise wrong("passers.distance_m", f"{beyond}; expected at most {most:g}")
 
 
 VIEWS = tuple(("camera", name) for name in CAMERAS)

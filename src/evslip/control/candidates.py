@@ -1,6 +1,6 @@
 """Episodes by configuration, split and index, and what follows one that cannot be played."""
 
-from collections.abc import Mapping, Sized
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from evslip.config.distributions import extremes
 from evslip.config.loading import load_config
 from evslip.control.episode import Episode, require_one_camera
 from evslip.draws.draw import draw
+from evslip.events.checks import sensor_size
 from evslip.utils.errors import ConfigError, GraspFailed, PlanRejected
 from evslip.utils.seeds import SPLITS
 
@@ -33,9 +34,7 @@ class Candidates:
         """size: width and height of the sensor, in place of the configuration's. Raises ConfigError."""
         changes = dict(overrides or {})
         if size is not None:
-            if not isinstance(size, Sized) or len(size) != 2:
-                raise ConfigError(f"size: {size!r} is wrong, expected (width, height)")
-            changes |= {"camera.width": size[0], "camera.height": size[1]}
+            changes |= dict(zip(("camera.width", "camera.height"), sensor_size("size", size), strict=True))
         if isinstance(config, Config) and changes:
             raise ConfigError("overrides, size: belong to a preset or a file, not to a Config that is made already")
         self.config = config if isinstance(config, Config) else load_config(config, changes)

@@ -25,14 +25,15 @@ def is_publication(root: Path) -> bool:
 def find_problems(root: Path) -> list[str]:
     """One line a problem: tables and records that are damaged or missing, and files that no table lists. Raises
     DataError for metadata that are damaged."""
-    expected, problems = {}, []
-    if not (root / METADATA).is_file():
+    expected, problems, tables = {}, [], dict[str, str | None]()
+    if (root / METADATA).is_file():
+        tables |= _tables(root / METADATA)
+    else:  # nobody vouches for the tables, yet they tell more than nothing
         problems.append(f"{root / METADATA}: missing")
-        for table in sorted(root.glob("*.jsonl")):  # nobody vouches for them, yet they tell more than nothing
-            expected |= _listed(table)
-    for name, digest in _tables(root / METADATA).items() if not problems else ():
+        tables |= {path.name: None for path in sorted(root.glob("*.jsonl"))}
+    for name, digest in tables.items():
         table = root / name
-        if sha256_of(table) == digest:
+        if digest is None or sha256_of(table) == digest:
             expected |= _listed(table)
         elif table.exists():
             problems.append(f"{table}: damaged, its sha256 is not that in {METADATA}")

@@ -128,9 +128,9 @@ def sweep(
         while True:
             _take_up(study)
             step.done = _counted(study)
-            if step.done >= settings.trials and not any(map(_is_unclaimed, _running(study))):
-                return read_sweep(out)
             if step.done >= settings.trials:
+                if not any(map(_is_unclaimed, _running(study))):
+                    return read_sweep(out)
                 time.sleep(LOOK_S)
                 continue
             trial = study.ask()
