@@ -32,6 +32,16 @@ def test_a_sample_without_a_readout_is_written_as_before_there_was_one():
     assert not camera_for(params).readout.is_on
 
 
+@pytest.mark.parametrize("frame_us", [100.0, {"min": 100.0, "max": 200.0}, [200.0, 100.0]])
+def test_a_scan_that_may_be_longer_than_a_frame_is_refused_before_a_sample_is_drawn(frame_us):
+    with pytest.raises(ConfigError, match=r"^simple: readout\.scan_us: 150 takes longer than a frame, .* lets be 100;"):
+        load_config("simple", {"readout.frame_us": frame_us, "readout.scan_us": -150.0})
+
+
+def test_frames_and_scans_that_are_walked_through_together_are_left_to_the_sample():
+    load_config("simple", {"readout.frame_us": [100.0, 200.0], "readout.scan_us": [90.0, 150.0]})
+
+
 def test_a_readout_is_drawn_kept_and_used():
     config = load_config("simple", FAULTY | {"readout.lost_share": {"min": 0.1, "max": 0.2}})
     assert config_from_text(dump_config(config)) == config

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Strict
+from pydantic import Field, Strict
 
 from evslip.config.distributions import Names, Number, choices
 from evslip.config.nuisances.share import ShareSpec
@@ -24,6 +24,9 @@ class Config(SampleSpec[Number, Names]):
     """Groups of keys whose lists are walked through together, entry by entry, instead of being combined."""
     share: Annotated[ShareSpec, LATER] = ShareSpec()
     """Shares of the samples that have each nuisance."""
+    files_sha256: Annotated[str | None, Field(pattern="^[0-9a-f]{64}$"), LATER] = None
+    """Digest of all files that textures, object.mesh and sensor.preset name, of a folder's images too: with others, or
+    under other names, nothing is made. Noted by itself where a data set is begun."""
     slip_fraction: Annotated[float | None, Strict(), Within(0.0, 1.0)] = None
     """If given, this share of the samples slips: each gets a mass above 1.25 or below 0.85 of its onset mass."""
 

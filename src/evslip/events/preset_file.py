@@ -52,6 +52,12 @@ def read_readout(path: str | Path) -> Readout:
         raise ConfigError(text if text.startswith(str(path)) else f"{path}: {text.removeprefix('camera ')}") from None
 
 
+def files_of(path: Path) -> tuple[Path, ...]:
+    """A preset's file, and the one of its maps if it has any. Raises ConfigError."""
+    maps = _tree(path).get("maps")
+    return (path,) if maps is None else (path, _beside(path, maps))
+
+
 def _section(path: Path, tree: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     section = tree.get(name, {})
     if not isinstance(section, dict):
@@ -125,10 +131,14 @@ def _number(path: Path, name: str, value: Any) -> float:
     return float(value)
 
 
-def _maps(path: Path, name: Any) -> dict[str, np.ndarray]:
+def _beside(path: Path, name: Any) -> Path:
     if not isinstance(name, str) or Path(name).name != name or not name.endswith(".npz"):
         raise ConfigError(f"{path}: maps: {str(name)[:80]!r} is wrong, expected the name of an .npz file beside it")
-    beside = path.with_name(name)
+    return path.with_name(name)
+
+
+def _maps(path: Path, name: Any) -> dict[str, np.ndarray]:
+    beside = _beside(path, name)
     try:
         with npz.archive(beside) as archive:
             unknown = npz.names(archive) - set(MAPS)

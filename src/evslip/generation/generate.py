@@ -19,6 +19,7 @@ from evslip.data import building, dataset, record_file, requested
 from evslip.data.layout import SAMPLES, sample_path
 from evslip.data.record import Record, Stream, provenance
 from evslip.draws.draw import draw
+from evslip.draws.draw_plan import pinned
 from evslip.events.frame import Frame
 from evslip.events.stream import Events, empty_events
 from evslip.generation.estimate import Estimate, estimate, require_room, together
@@ -27,7 +28,6 @@ from evslip.generation.runners import require_workers, runner
 from evslip.generation.runners.local import crew_size
 from evslip.generation.sensor import camera_for
 from evslip.generation.warm_up import is_warm, warm_up
-from evslip.physics.robots.catalogue import pinned
 from evslip.physics.simulation import check_reach, simulate
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import measure
@@ -243,7 +243,7 @@ def generate(
         raise ConfigError(
             f"count: {len(indices):,} samples in one run, expected at most {MOST_AT_ONCE:,}; divide them by parts, I/N"
         )
-    config = config.model_copy(update={"robot": pinned(config.robot)})
+    config = pinned(config)
     note = require_room(_estimate(config, count, split), len(indices), workers, Path(out)) if run_is_local else None
     _check(config, count, split)
     root, text, progress = Path(out).absolute(), dump_config(config), progress or Progress()

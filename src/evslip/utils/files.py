@@ -1,7 +1,9 @@
 """Files that are read: whether they are there, and what may be read of them."""
 
+import hashlib
 import os
 import stat
+from collections.abc import Iterable
 from pathlib import Path
 
 from evslip.utils.errors import DataError
@@ -63,6 +65,11 @@ def stamp_of(name: str | Path) -> tuple[int, int]:
     except (OSError, RuntimeError, ValueError):
         return 0, 0
     return status.st_mtime_ns, status.st_size
+
+
+def digest(files: Iterable[Path]) -> str:
+    """Digest of what is in files, in their order. Raises OSError."""
+    return hashlib.sha256(b"".join(hashlib.sha256(file.read_bytes()).digest() for file in files)).hexdigest()
 
 
 def printable(name: str) -> str:

@@ -1,8 +1,9 @@
 """The readout of the event camera, and its faults."""
 
-from typing import Annotated, Generic
+from typing import Annotated, Any, Generic
 
-from evslip.config.section import N, S, Section, Within
+from evslip.config.distributions import extremes
+from evslip.config.section import N, S, Section, Within, wrong
 from evslip.events.readout.settings import READOUT_LIMITS
 
 
@@ -39,3 +40,13 @@ class ReadoutSpec(Section, Generic[N, S]):
     """How far the clock jumps ahead, or back if negative; time stamps stand still until they are right again."""
     clock_us: Annotated[N | None, Within(*READOUT_LIMITS["clock_us"])] = None
     """Resolution of the time stamps."""
+
+    def _check(self) -> None:
+        frame_us: Any = self.frame_us
+        scan_us: Any = self.scan_us
+        if None in (frame_us, scan_us) or (isinstance(frame_us, tuple) and isinstance(scan_us, tuple)):
+            return  # the preset's own, or walked through together: then each sample's own are checked
+        longest, shortest = max(map(abs, extremes(scan_us))), extremes(frame_us)[0]
+        if longest > shortest:
+            beyond = f"{longest:g} takes longer than a frame, which readout.frame_us lets be {shortest:g}"
+            raise wrong("scan_us", f"{beyond}; expected at most that")

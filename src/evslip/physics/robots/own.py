@@ -13,11 +13,10 @@ from evslip.physics.robots.arms import ARMS
 from evslip.physics.robots.description import TCP_M, Arm, Gripper, Robot
 from evslip.physics.robots.grippers import GRIPPERS
 from evslip.physics.robots.own_arm import arm_of
-from evslip.physics.robots.own_files import digest
 from evslip.physics.robots.own_gripper import gripper_of
 from evslip.physics.robots.own_gripper_links import gripper_from
 from evslip.utils.errors import ConfigError
-from evslip.utils.files import stamp_of
+from evslip.utils.files import digest, stamp_of
 
 DOWN_DEG = 45.0
 """Largest angle between the hand at rest and straight down, ..."""

@@ -11,8 +11,9 @@ from evslip.physics.robots import urdf
 from evslip.physics.robots.arms import servos_of
 from evslip.physics.robots.description import MOST_JOINTS, Arm
 from evslip.physics.robots.hulls import has_flat_body, has_volume, link_corners, shape_corners
-from evslip.physics.robots.own_files import digest, require_mesh
+from evslip.physics.robots.own_files import require_mesh
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import digest
 
 ACCELERATION_DEG_S2 = 860.0
 LONGEST_M = 5.0

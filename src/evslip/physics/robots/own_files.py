@@ -1,7 +1,5 @@
 """Files that a robot's file names."""
 
-import hashlib
-from collections.abc import Iterable
 from pathlib import Path
 
 from evslip.utils.errors import ConfigError
@@ -18,8 +16,3 @@ def require_mesh(file: Path, key: str) -> None:
         raise ConfigError(f"{key}: {file.name}: there is no such file, {file}")
     if file.stat().st_size > MOST_BYTES:
         raise ConfigError(f"{key}: {file.name}: larger than {MOST_BYTES >> 20} MB; simplify the mesh")
-
-
-def digest(files: Iterable[Path]) -> str:
-    """Digest of what is in files, in their order."""
-    return hashlib.sha256(b"".join(hashlib.sha256(file.read_bytes()).digest() for file in files)).hexdigest()

@@ -10,8 +10,9 @@ from evslip.config.robot_file import BoxFile, GripperFile, PadsFile, PartFile
 from evslip.physics.robots.description import FINGER_Z_M, TCP_M, Box, Gripper, Look, Part, corners_of
 from evslip.physics.robots.grippers import RUBBER, mass_of
 from evslip.physics.robots.hulls import mesh_triangles
-from evslip.physics.robots.own_files import digest, require_mesh
+from evslip.physics.robots.own_files import require_mesh
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import digest
 
 SLACK_M = 0.0005
 """Distances of a pad from its jaw, and of a mesh from the middle, that do not matter."""

@@ -13,11 +13,12 @@ from evslip.physics.robots import urdf
 from evslip.physics.robots.description import FINGER_Z_M, STRAIGHT, TCP_M, Box, Gripper, Look, Part, corners_of
 from evslip.physics.robots.grippers import mass_of
 from evslip.physics.robots.hulls import has_flat_body, shape_corners
-from evslip.physics.robots.own_files import digest, require_mesh
+from evslip.physics.robots.own_files import require_mesh
 from evslip.physics.robots.own_gripper import LONGEST_M, TURNED, around, assembled, pad_of, vector
 from evslip.physics.robots.own_pads import backing_m
 from evslip.physics.robots.urdf import ET, Origin, Shape, after
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import digest
 
 SIDES = ("left", "right")
 ALONG = math.cos(math.radians(1.0))
