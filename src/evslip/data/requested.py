@@ -1,12 +1,8 @@
 """Number of samples that a split was asked for: a small file that also vouches for the configuration."""
 
-import contextlib
-import fcntl
 import hashlib
 import json
-import os
 import zlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeGuard
 
@@ -19,7 +15,7 @@ from evslip.utils.seeds import SPLITS
 def request(root: Path, split: str, count: int) -> None:
     """Note that a split shall have at least `count` samples. Raises StorageError."""
     path = plan_path(root, split)
-    with _alone(root):
+    with atomic.alone_in(root):
         if count > requested_count(root, split):
             try:
                 atomic.write_bytes(path, _encoded(count, sha256_of(root / CONFIG)))
@@ -57,20 +53,6 @@ def problems(root: Path, split: str, is_needed: bool) -> list[str]:
     if plan["config_sha256"] != sha256_of(root / CONFIG):
         return [f"{root / CONFIG}: damaged, its sha256 is not the one in {path.name}"]
     return []
-
-
-@contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Keep another process, or thread, from changing a plan between our reading and our writing: it would be lost. The
-    folder itself is locked, so that no file of a lock is left in it. Raises StorageError."""
-    with atomic.storage_errors(folder):
-        lock = os.open(folder, os.O_RDONLY)
-    try:
-        with contextlib.suppress(OSError):  # a file system without locks
-            fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(lock)
 
 
 def _is_count(count: Any) -> TypeGuard[int]:

@@ -202,6 +202,21 @@ def sync_folder(folder: Path) -> None:
 
 
 @contextlib.contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep another process, or thread, that asks for the same from changing a file of a folder between our reading and
+    our writing: its change would be lost. The folder itself is locked, so that no file of a lock is left in it. Raises
+    StorageError."""
+    with storage_errors(folder):
+        lock = os.open(folder, os.O_RDONLY)
+    try:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(lock)
+
+
+@contextlib.contextmanager
 def storage_errors(path: Path) -> Iterator[None]:
     """Turn what the operating system says about a path into one clear line."""
     try:

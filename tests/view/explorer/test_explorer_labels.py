@@ -1,5 +1,7 @@
 import math
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 from evslip.cli.recordings import label_agreement
 from evslip.data.intervals import Interval, read_intervals, write_intervals
 from evslip.utils.errors import DataError
+from evslip.view.explorer import labels as labels_module
 from evslip.view.explorer.agreement import agreement
 from evslip.view.explorer.labels import ABSENT, Labels, Outdated
 
@@ -50,6 +53,29 @@ def test_a_file_that_was_changed_elsewhere_is_not_replaced(tmp_path: Path):
     labels.path.unlink()
     labels.replace([[0, 1, "slip"]], labels.as_json()["version"])
     assert labels.intervals() == (Interval(0, 1_000_000, "slip"),)
+
+
+def test_of_two_servers_that_save_at_the_same_moment_one_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    first, second = Labels(tmp_path / "labels.csv"), Labels(tmp_path / "labels.csv")
+    is_writing, may_go_on = Event(), Event()
+
+    def slowly(path: Path, found: list[Interval]) -> None:
+        is_writing.set()
+        assert may_go_on.wait(30)
+        write_intervals(path, found)
+
+    monkeypatch.setattr(labels_module, "write_intervals", slowly)
+    with ThreadPoolExecutor(2) as pool:
+        saved = pool.submit(first.replace, [[0, 1, "slip"]], ABSENT)
+        assert is_writing.wait(30)
+        refused = pool.submit(second.replace, [[0, 2, "hold"]], ABSENT)
+        with pytest.raises(TimeoutError):
+            refused.result(0.2)
+        may_go_on.set()
+        assert saved.result(30) == first.as_json()["version"]
+        with pytest.raises(Outdated):
+            refused.result(30)
+    assert first.intervals() == (Interval(0, 1_000_000, "slip"),)
 
 
 @given(intervals(), intervals())

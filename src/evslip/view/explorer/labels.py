@@ -14,6 +14,7 @@ from evslip.data.intervals import (
     read_intervals,
     write_intervals,
 )
+from evslip.utils import atomic
 from evslip.utils.errors import DataError
 from evslip.utils.files import require_file
 
@@ -56,7 +57,7 @@ class Labels:
             found.append(interval)
         found.sort()
         check_intervals(found, "labels")
-        with self._lock:
+        with self._lock, atomic.alone_in(self.path.parent):
             if version != self._version():
                 raise Outdated(
                     f"the labels in {self.path.name} were changed elsewhere, by another page or program; nothing was "
@@ -67,10 +68,8 @@ class Labels:
 
     def as_json(self) -> dict[str, Any]:
         """The file's name, its version, which whoever replaces it must name, and its intervals in seconds."""
-        with self._lock:
-            # Before the intervals: what changes in between is then refused later, and not lost.
-            version = self._version()
-            intervals = [[start / 1e6, end / 1e6, label] for start, end, label in self.intervals()]
+        version = self._version()  # before the intervals: what changes in between is then refused later, and not lost
+        intervals = [[start / 1e6, end / 1e6, label] for start, end, label in self.intervals()]
         return {"file": self.path.name, "version": version, "intervals": intervals}
 
     def _version(self) -> str:
