@@ -279,6 +279,22 @@ def test_srgb_bytes_are_decoded_to_luminance():
 
 
 @pytest.mark.parametrize(
+    ("frames", "message"),
+    [
+        (None, "NoneType, expected a sequence"),
+        ([None], "one is NoneType"),
+        (["ab"], "one is str"),
+        ([np.ones((48, 64))], "one is ndarray"),
+        ([(0,)], "one is tuple, expected"),
+        ([(0, np.ones((48, 64)), None, 3)], "one is tuple, expected"),
+    ],
+)
+def test_what_is_no_sequence_of_frames_is_refused(frames, message):
+    with pytest.raises(DataError, match=f"^frames: {message}"):
+        EventCamera("clean", size=(64, 48)).run(frames)
+
+
+@pytest.mark.parametrize(
     ("change", "message"),
     [
         (lambda image: image.astype(np.uint8), "uint8.*expected float.*intensity='uint8'"),

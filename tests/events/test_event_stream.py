@@ -108,6 +108,10 @@ def test_signs_as_polarity_are_read():
         (np.zeros(3, [("t", "f8"), ("x", "i2"), ("y", "i2"), ("p", "?")]), "whole numbers, times in microseconds"),
         (np.array([(1, -1, 0, 0)], [("t", "i8"), ("x", "i2"), ("y", "i2"), ("p", "?")]), "events/x: -1"),
         (np.array([(2, 0, 0, 0), (1, 0, 0, 0)], [("t", "i8"), ("x", "i2"), ("y", "i2"), ("p", "?")]), "never decrease"),
+        (np.array([(2**63 + 1, 0, 0, 0)], [("t", "u8"), ("x", "i2"), ("y", "i2"), ("p", "?")]), "events/t_us: .* to"),
+        (np.array([(1, 0, 0, np.nan)], [("t", "i8"), ("x", "i2"), ("y", "i2"), ("p", "f4")]), "events/p: float32"),
+        (np.array([(1, 0, 0, "1")], [("t", "i8"), ("x", "i2"), ("y", "i2"), ("p", "S1")]), "events/p: .S1"),
+        ([(1, 0, 0, 0)], "list: expected a structured NumPy array"),
     ],
 )
 def test_arrays_that_hold_no_events_are_refused(rows, message):

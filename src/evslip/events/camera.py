@@ -14,7 +14,7 @@ from evslip.events.pixels.accurate import AccuratePixels
 from evslip.events.presets import named, named_readout, resolve
 from evslip.events.readout.settings import Readout, with_changes
 from evslip.events.sensor.frame_buffer import FrameBuffer
-from evslip.events.sensor.frame_checks import checked_image, checked_mask, checked_time
+from evslip.events.sensor.frame_checks import checked_image, checked_mask, checked_time, timed
 from evslip.events.sensor.optics import INTENSITIES, Intensity
 from evslip.events.sensor.ordering import in_time_order, unpack
 from evslip.events.sensor.sensor import Sensor
@@ -212,7 +212,8 @@ class EventCamera:
 
         Works through the sequence as it comes and keeps only events; the arrays may be reused once the next frame is
         asked for. With more than one thread, frames are asked for while those before them are still worked on.
-        Continues where the last call ended. When a frame raises, the camera stands after the one before it.
+        Continues where the last call ended. When a frame raises, the camera stands after the one before it. Raises
+        DataError.
         """
         with self._processor() as processor:
 
@@ -220,8 +221,8 @@ class EventCamera:
                 self._buffer = processor.process(self._buffer)
 
             try:
-                for t_us, image, *bodies in frames:
-                    self._take(t_us, image, bodies[0] if bodies else None, CHUNK_FRAMES, process)
+                for t_us, image, bodies in timed(frames):
+                    self._take(t_us, image, bodies, CHUNK_FRAMES, process)
                     if processor.wants(self._buffer):
                         process()
             finally:

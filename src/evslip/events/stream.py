@@ -143,10 +143,10 @@ class Events:
     __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     def __repr__(self) -> str:
-        on = int(np.count_nonzero(self.p))
+        on = int(np.count_nonzero(self.p))  # also of lists, which `check_events` refuses
         text = f"{type(self).__name__}: {self.count:,} events, {on:,} ON, {self.count - on:,} OFF"
         if self.count:
-            width, height = int(self.x.max(initial=0)) + 1, int(self.y.max(initial=0)) + 1
+            width, height = int(np.max(self.x)) + 1, int(np.max(self.y)) + 1
             text += f", {self.t_us[0] / 1e6:.6f} to {self.t_us[-1] / 1e6:.6f} s, within {width}x{height} pixels"
         known = [name for name in LABELS if getattr(self, name) is not None]
         return f"<{text}{', with ' if known else ''}{' and '.join(known)}>"

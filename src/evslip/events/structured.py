@@ -47,6 +47,8 @@ def rows_of(t_us: np.ndarray, x: np.ndarray, y: np.ndarray, p: np.ndarray, layou
 
 def columns_of(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Times, columns, rows and polarities of a structured array, in the dtypes of Events. Raises DataError."""
+    if not isinstance(rows, np.ndarray):
+        raise DataError(f"{type(rows).__name__}: expected a structured NumPy array")
     found = {own: name for name, own in _found(rows.dtype).items()} if rows.ndim == 1 else {}
     lacking = [own for own in _NAMES if own not in found]
     if lacking:
@@ -59,9 +61,11 @@ def columns_of(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
     for name, column in zip(_NAMES, (t_us, x, y), strict=False):
         if column.dtype.kind not in "iu":
             raise DataError(f"events/{name}: {column.dtype}; expected whole numbers, times in microseconds")
-    for name, column in (("x", x), ("y", y)):
-        if len(column) and (column.min() < 0 or column.max() > 65535):
-            raise DataError(f"events/{name}: {column.min()} to {column.max()}; expected 0 to 65535")
+    for name, column, low, high in (("t_us", t_us, -(2**63), 2**63 - 1), ("x", x, 0, 65535), ("y", y, 0, 65535)):
+        if len(column) and (column.min() < low or column.max() > high):
+            raise DataError(f"events/{name}: {column.min()} to {column.max()}; expected {low} to {high}")
+    if p.dtype.kind not in "biuf" or np.isnan(p).any():
+        raise DataError(f"events/p: {p.dtype}, not always a number; expected numbers, above 0 for ON")
     return t_us.astype(np.int64), x.astype(np.uint16), y.astype(np.uint16), p > 0
 
 

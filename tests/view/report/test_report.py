@@ -350,11 +350,12 @@ def test_a_browser_draws_the_page(
 STUCK = """() => [...document.querySelectorAll("main *")]
     .filter(one => ["auto", "scroll"].includes(getComputedStyle(one).overflowX) && one.scrollWidth > one.clientWidth)
     .filter(one => one.tabIndex < 0 || !one.getAttribute("aria-label")).map(one => one.outerHTML.slice(0, 80))"""
+INK = "document.querySelector('[data-figure=theta]').layout.font.color"
 THETA_AXIS = "document.querySelector('[data-figure=theta]').layout.yaxis.type"
 
 
 @pytest.mark.slow
-def test_a_page_is_printed_whole(tmp_path: Path, samples: Dataset, cut: Windows, model_dir: Path):
+def test_a_page_is_printed_whole_and_in_light_colours(tmp_path: Path, samples: Dataset, cut: Windows, model_dir: Path):
     api = pytest.importorskip("playwright.sync_api", reason="needs the package playwright")
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
@@ -362,15 +363,21 @@ def test_a_page_is_printed_whole(tmp_path: Path, samples: Dataset, cut: Windows,
     path = write_report(tmp_path / "r.html", samples, cut, model_dir, pictures=pictures)
     with api.sync_playwright() as playwright:
         software_gl = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        page = playwright.chromium.launch(executable_path=chromium, args=software_gl).new_page()
+        page = playwright.chromium.launch(executable_path=chromium, args=software_gl).new_page(color_scheme="dark")
         page.set_default_timeout(120_000)  # drawing in software waits for the processors
         page.goto(path.as_uri())
         undrawn = "document.querySelectorAll('[data-figure]:not(:has(.main-svg))').length"
         before = page.evaluate(undrawn)
+        page.evaluate("dispatchEvent(new Event('beforeprint'))")
+        inks = [page.evaluate(INK)]
+        page.evaluate("dispatchEvent(new Event('afterprint'))")
+        inks.append(page.evaluate(INK))
         page.pdf(path=tmp_path / "r.pdf")
         after = page.evaluate(undrawn)
         page.emulate_media(media="print")
+        ground = page.evaluate("getComputedStyle(document.body).backgroundColor")
         height = page.evaluate("getComputedStyle(document.querySelector('.gallery')).maxHeight")
         page.context.browser.close()
     assert before > 10 and after == 0
-    assert height == "none"
+    assert height == "none" and ground == "rgb(255, 255, 255)"
+    assert inks == ["#1c2128", "#e4e8ec"]

@@ -1,5 +1,6 @@
 """Checks of a frame from outside, before any pixel changes."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -70,3 +71,15 @@ def checked_image(image: Any, shape: tuple[int, int], intensity: Intensity, time
 
 def _frame_at(time_us: float) -> str:
     return f"frame at {time_us:.10g} us"
+
+
+def timed(frames: Any) -> Iterator[tuple[Any, Any, Any]]:
+    """(t_us, image, bodies) of each of a sequence of frames, bodies None where it has none. Raises DataError."""
+    try:
+        each = iter(frames)
+    except TypeError:
+        raise DataError(f"frames: {type(frames).__name__}, expected a sequence of (t_us, image)") from None
+    for frame in each:
+        if not isinstance(frame, tuple | list) or len(frame) not in (2, 3):
+            raise DataError(f"frames: one is {type(frame).__name__}, expected (t_us, image) or (t_us, image, bodies)")
+        yield frame[0], frame[1], frame[2] if len(frame) == 3 else None
