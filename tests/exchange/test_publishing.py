@@ -289,3 +289,8 @@ def test_samples_that_were_asked_for_and_are_not_there_are_counted(made: Path):
         assert (done.returncode, done.stdout.strip()) == (0, f"{made}: {words} were asked for are not there yet")
         for folder in ("samples", "journal"):
             shutil.rmtree(made / folder, ignore_errors=True)
+
+
+def test_a_folder_of_any_name_gives_a_name_of_one_line():
+    assert Publication().name_of(os.fsdecode(b"/data/r\xffc\nii")) == "r\\xffc ii"
+    assert Publication(name="Mine").name_of("/data/other") == "Mine"

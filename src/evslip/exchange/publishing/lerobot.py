@@ -56,8 +56,7 @@ def publish_lerobot(source: str | Path, out: Path, how: Publication) -> int:
         info = info_of(shape, ", ".join(sorted(robots)), len(rows), first, how.fps)
         for name, value in {"info.json": info, "stats.json": stats.table()}.items():
             (meta / name).write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8")
-        name = how.name or Path(source).resolve().name
-        (folder / "README.md").write_text(card_of(shape, name, how, len(rows), first), encoding="utf-8")
+        (folder / "README.md").write_text(card_of(shape, how.name_of(source), how, len(rows), first), encoding="utf-8")
     return len(rows)
 
 

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from datetime import date
+from pathlib import Path
 
 from evslip.utils.errors import ConfigError
+from evslip.utils.files import printable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +48,10 @@ class Publication:
             raise ConfigError("camera: records are published whole; expected camera with lerobot alone")
         if self.date_published is not None and not _is_day(self.date_published):
             raise ConfigError(f"date_published: {self.date_published!r} is no day, expected YYYY-MM-DD")
+
+    def name_of(self, source: str | Path) -> str:
+        """The name of the publication of a data set, as one line of text: a folder's may be of any bytes."""
+        return self.name or " ".join(printable(Path(source).resolve().name).splitlines())
 
     @property
     def metadata(self) -> dict[str, str]:

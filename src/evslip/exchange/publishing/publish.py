@@ -38,7 +38,7 @@ def publish(source: str | Path, out: str | Path, how: Publication | None = None)
     if not samples.listing:
         raise DataError(f"{source}: holds no finished sample")
     config = samples.config_toml
-    name = how.name or printable(Path(source).resolve().name)
+    name = how.name_of(source)
     with atomic.staged_folder(out) as folder:
         (folder / "data").mkdir()
         splits = _write_data(samples.listing, folder / "data", how)
