@@ -16,6 +16,7 @@ from evslip.exchange.live.backlog import Backlog
 from evslip.exchange.live.feed import Feed
 from evslip.exchange.live.sender import send_file
 from evslip.exchange.live.source import Piece
+from evslip.exchange.live.transports.datagrams import Receiver
 from evslip.exchange.live.transports.packet import Packer, pack_faery, unpack, unpack_faery
 from evslip.utils.errors import ConfigError, DataError
 from sample_records import random_events
@@ -137,6 +138,44 @@ def test_a_sender_that_begins_anew_restarts_the_stream():
     assert [piece.restart for piece in pieces if piece.events.count] == [True, True]
     assert feed.counters.restarts == 1 and feed.counters.late == feed.counters.lost == 0
     assert any("begun anew" in note for note in feed.notes())
+
+
+def test_of_two_senders_the_one_that_began_last_is_heard_and_the_other_told():
+    receiver = Receiver()
+    first, second = (Packer(SIZE, stream, 500) for stream in (7, 8))
+
+    def piece(packer: Packer, at_s: float) -> Piece:
+        return receiver.piece(packer.pack(some_events(10, 0.001), 6_000_000), at_s)
+
+    assert piece(first, 0.0).restart and not piece(first, 0.1).restart
+    assert piece(second, 0.2).restart  # a sender that was started anew
+    left_out = piece(first, 0.3)
+    assert (left_out.restart, left_out.events.count, left_out.foreign, left_out.lost) == (False, 0, 10, 0)
+    assert not piece(second, 0.4).restart
+    together = receiver.piece([*second.pack(some_events(10, 0.001), 0), *first.pack(some_events(5, 0.001), 0)], 0.5)
+    assert (together.restart, together.events.count, together.foreign, together.lost) == (False, 10, 5, 0)
+    again = piece(first, 2.0)  # the other has been silent
+    assert again.restart and again.events.count == 10 and again.foreign == 0
+    receiver.piece([first.end(6_000_000)], 2.1)
+    assert piece(second, 2.2).restart  # the other has said that it is over
+
+
+def test_a_second_sender_is_told_once():
+    port = free_port()
+    feed = Feed(make_source(f"udp://127.0.0.1:{port}"))
+    feed.start()
+    with make_target(f"udp://127.0.0.1:{port}", SIZE) as one, make_target(f"udp://127.0.0.1:{port}", SIZE) as other:
+        for k in range(6):
+            for target in (one, other):
+                start_us = 5_000_000 + 1000 * k
+                target.send(some_events(10, 0.001, start_us), start_us + 1000)
+                time.sleep(0.02)
+        end_s = time.monotonic() + 5
+        while feed.counters.foreign < 50 and time.monotonic() < end_s:
+            feed.take(0.01)
+    feed.stop()
+    assert feed.counters.restarts == 1 and feed.counters.foreign == 50 and feed.counters.lost == 0
+    assert sum("others send to this address" in note for note in feed.notes()) == 1
 
 
 def test_disorder_and_pixels_beyond_the_sensor_are_dropped_and_counted():

@@ -9,11 +9,16 @@ import torch
 from evslip.learn.networks.network import Network
 from evslip.learn.networks.speed_network import SpeedNetwork, estimates
 from evslip.learn.speed_estimate import SpeedEstimate
+from evslip.utils.errors import DataError
 from evslip.windows.window_set import Windows
 
 BATCH = 32
 COLUMNS = 5
 """Numbers of an answer: slip probability; median and scale of the rotation's speed, and of the slide's."""
+
+
+class NoAnswer(DataError):
+    """What a network gives is not a number."""
 
 
 class Answers(NamedTuple):
@@ -34,16 +39,29 @@ class Answers(NamedTuple):
 
 
 def predict(network: Network, inputs: Sequence[Any]) -> np.ndarray:
-    """Answers for prepared windows, float32 of shape (n, COLUMNS); speeds are nan unless the network estimates them."""
+    """Answers for prepared windows, float32 of shape (n, COLUMNS); speeds are nan unless the network estimates them.
+    Raises NoAnswer."""
     if not len(inputs):
         return np.empty((0, COLUMNS), np.float32)
     with torch.inference_mode():
         parts = [_columns(network, inputs[first : first + BATCH]) for first in range(0, len(inputs), BATCH)]
-    return torch.cat(parts).cpu().numpy()
+    found = torch.cat(parts).cpu().numpy()
+    require_numbers(found if isinstance(network, SpeedNetwork) else found[:, :1])
+    return found
+
+
+def require_numbers(columns: np.ndarray) -> None:
+    """Raise NoAnswer unless all are finite: a slip that is not a number would be taken for a hold."""
+    wrong = int((~np.isfinite(columns)).any(1).sum())
+    if wrong:
+        raise NoAnswer(
+            f"the network's answers to {wrong} of {len(columns)} windows are not numbers: its weights, or what it makes "
+            "of these windows, are too large or divide by nothing"
+        )
 
 
 def answers(network: Network, windows: Windows, progress: Callable[[int], None] | None = None) -> Answers:
-    """Answers for every window. `progress` is called with numbers of windows."""
+    """Answers for every window. `progress` is called with numbers of windows. Raises NoAnswer."""
     training = network.training
     network.eval()
     parts = [np.empty((0, COLUMNS), np.float32)]

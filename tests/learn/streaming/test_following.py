@@ -7,7 +7,11 @@ import torch
 from evslip.events.stream import Events
 from evslip.learn.layers.grids import counts_in
 from evslip.learn.layers.rolling_counts import RollingConvolution, RollingCounts
+from evslip.learn.networks.countnet import CountNet
+from evslip.learn.networks.network import Geometry
+from evslip.learn.streaming.following import RollingCountNet, following
 from evslip.learn.streaming.stream import Detector
+from evslip.windows.settings import WindowSettings
 from evslip.windows.window_events import WindowEvents
 
 LENGTH_US = 160_001  # no multiple of the bins
@@ -65,3 +69,20 @@ def test_rolling_detector_answers_as_the_dense_one(seed):
     assert np.array_equal(found[True][0], found[False][0]) and np.array_equal(found[True][2], found[False][2])
     assert len(np.unique(found[True][1])) > 100
     assert np.allclose(found[True][1], found[False][1], atol=2e-5)
+
+
+@pytest.mark.parametrize("size", [(16, 16), (64, 48), (160, 120)])
+def test_any_crop_can_be_followed(size):
+    """Small pictures take other machine code than large ones."""
+    torch.manual_seed(0)
+    settings = WindowSettings(left=3, top=2, width=size[0], height=size[1])
+    network = CountNet(Geometry.of(settings)).eval()
+    events, ends_us = some_events(40_000, 0.6), np.arange(160_000, 600_000, 30_000)
+    found = []
+    for rolling in (False, True):
+        follower = following(network, settings, rolling)
+        follower.push(events)
+        found.append(follower.answers(ends_us))
+    assert isinstance(follower, RollingCountNet) and len(np.unique(found[0][0][:, 0])) > 10
+    assert np.allclose(found[0][0][:, 0], found[1][0][:, 0], atol=2e-5)
+    assert np.array_equal(found[0][1], found[1][1])

@@ -8,7 +8,7 @@ import pytest
 from evslip.events.stream import Events
 from evslip.exchange.live.feed import Feed
 from evslip.exchange.live.source import Ended, LiveSource, Piece
-from evslip.learn.streaming.live import Answered, LiveDetector, Status
+from evslip.learn.streaming.live import Answered, LiveDetector, Note, Status
 from evslip.learn.streaming.stream import Detector, detect
 
 SIZE = (346, 260)
@@ -81,6 +81,35 @@ def test_after_a_restart_a_detector_answers_as_a_new_one(name):
     detector.follow(events.replace(t_us=events.t_us + 10**9))
     getattr(detector, name)()
     assert np.array_equal(detector.follow(events).p_slip, Detector("default", hop_s=0.02).follow(events).p_slip)
+
+
+class Changing(Given):
+    """A source whose sensor changes while the pieces before still wait."""
+
+    size = SIZE
+
+    def read(self, timeout_s):
+        piece = super().read(timeout_s)
+        self.size = (int(piece.events.x.max()) + 1, int(piece.events.y.max()) + 1)
+        return piece
+
+
+def test_pieces_of_a_sensor_before_the_present_one_are_answered_for_theirs():
+    large = some_events(20_000, 0.3)
+    small = large.replace(t_us=large.t_us + 20_000_000, x=large.x % 64, y=large.y % 48)
+    sizes = []
+
+    def make(size):
+        sizes.append(size)
+        return Detector("default", size=size, align="centre", hop_s=0.02)
+
+    live = LiveDetector(Feed(Changing([Piece(large, 0.0), Piece(small, 0.0)])), make)
+    live._feed.start()
+    live._feed._thread.join()  # both pieces wait
+    found = list(live.reports())
+    assert sizes == [(346, 260), (64, 48)]
+    assert [len(one.detection.t_us) > 0 for one in found if isinstance(one, Answered)] == [True, True]
+    assert any(isinstance(one, Note) and "size is now (64, 48)" in one.text for one in found)
 
 
 def run(live: LiveDetector) -> list:

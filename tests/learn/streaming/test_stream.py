@@ -10,6 +10,8 @@ from evslip.events.stream import Events, empty_events
 from evslip.learn import Detector, build_model, detect
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.inference import Answers, predict, probabilities
+from evslip.learn.networks import register
+from evslip.learn.networks.countnet import CountNet
 from evslip.learn.streaming.following import WholeWindows
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.cutting import crop, windows_of
@@ -164,3 +166,42 @@ def test_a_size_that_is_none_is_refused(size, model: Path) -> None:
 def test_a_size_may_be_a_list_or_an_array(model: Path) -> None:
     for size in ([346, 260], np.array([346, 260])):
         assert np.isnan(Detector(model, size=size).push(EVENTS))
+
+
+def test_of_more_hops_one_at_least_is_answered(model: Path) -> None:
+    with pytest.raises(ConfigError, match="newest: 0 is out of range, expected 1 or more"):
+        Detector(model).follow(EVENTS, newest=0)
+
+
+def test_what_is_refused_leaves_the_detector_as_it_was(model: Path) -> None:
+    detector, hour_us = Detector(model, hop_s=0.001), 3_500_000_000
+    far = EVENTS.select(slice(0, 3)).replace(t_us=np.array([0, hour_us, 2 * hour_us]))
+    with pytest.raises(DataError, match="shorter pieces"):
+        detector.follow(far)
+    with pytest.raises(DataError, match="until_us: 1180591620717411303424 is out of range"):
+        detector.follow(EVENTS, until_us=2**70)
+    fresh = Detector(model, hop_s=0.001).follow(EVENTS, newest=5)
+    assert np.array_equal(detector.follow(EVENTS, newest=5).p_slip, fresh.p_slip)
+
+
+class Overflowing(CountNet):
+    """Of windows with few events it makes what is no number, as a mean over nothing does."""
+
+    def prepare(self, window: WindowEvents) -> torch.Tensor:
+        grids = super().prepare(window)
+        return grids * (np.nan if 0 < len(window.t_us) < 1000 else 1.0)
+
+
+def test_an_answer_that_is_not_a_number_is_no_hold(tmp_path: Path) -> None:
+    settings = WindowSettings()
+    register(f"{__name__}:Overflowing")
+    network = build_model(f"{__name__}:Overflowing")
+    save_model(tmp_path, network, Description(f"{__name__}:Overflowing", 0.5, settings, {}))
+    rng = np.random.default_rng(0)
+    t_us = np.sort(rng.integers(0, 400_000, 500))
+    few = Events(t_us, *(rng.integers(80, 200, 500, np.uint16) for _ in "xy"), t_us % 2 == 0)
+    message = r"answers to \d+ of \d+ windows are not numbers"
+    with pytest.raises(DataError, match=message):
+        detect(tmp_path, few, SIZE)
+    with pytest.raises(DataError, match=message):
+        predict(network.eval(), [network.prepare(WindowEvents.of(few.between(0, 160_000), 0))])

@@ -16,6 +16,8 @@ class Counters:
     """Datagrams that this machine threw away, of sources that do not number their events."""
     damaged: int = 0
     """Datagrams that were not understood."""
+    foreign: int = 0
+    """Events of other senders at the same address, which were left out."""
     late: int = 0
     """Events dropped because the stream had already gone beyond their time."""
     outside: int = 0
@@ -49,8 +51,8 @@ class Counters:
         lost = f"{self.lost:,} lost" if self.tells_loss else "loss unknown"
         parts = [f"{self.received:,} events", lost]
         named = {
-            "lost_packets": "datagrams thrown away", "damaged": "damaged datagrams", "late": "late",
-            "outside": "beyond the sensor", "dropped": "dropped under overload", "skipped": "answers skipped",
+            "lost_packets": "datagrams thrown away", "damaged": "damaged datagrams",
+            "foreign": "of other senders", "late": "late", "outside": "beyond the sensor", "dropped": "dropped under overload", "skipped": "answers skipped",
             "reconnects": "reconnects", "restarts": "restarts",
         }  # fmt: skip
         parts += [f"{getattr(self, name):,} {text}" for name, text in named.items() if getattr(self, name)]

@@ -138,6 +138,9 @@ class Feed:
         counters.lost = max(counters.lost + piece.lost, 0)
         counters.lost_packets += piece.lost_packets
         counters.damaged += piece.damaged
+        if piece.foreign and not counters.foreign:
+            self.note(f"{self.source.name}: others send to this address, too; their events are left out")
+        counters.foreign += piece.foreign
         for part in self._checked(piece):
             self._backlog.put(part)
         counters.lag_ms = self.clock.lag_s * 1e3
@@ -167,6 +170,7 @@ class Feed:
         jumps = np.flatnonzero((steps < -BACK_US) | (steps > JUMP_US)) + 1
         starts = [0, *jumps.tolist(), events.count]
         parts = [events.select(slice(*pair)) for pair in pairwise(starts)]
+        piece = replace(piece, size=size)
         for number, part in enumerate(parts):
             final = number == len(parts) - 1
             until_us = piece.until_us if final else None

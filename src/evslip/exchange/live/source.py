@@ -34,6 +34,10 @@ class Piece:
     """Datagrams that were not understood."""
     restart: bool = False
     """Whether the sender, or its clock, has begun anew: times and numbers do not continue those before."""
+    foreign: int = 0
+    """Events of other senders at the same place, which were left out."""
+    size: tuple[int, int] | None = None
+    """The sensor's (width, height) when they came, as far as it was known; `feed.Feed` fills it in."""
 
 
 class LiveSource(ABC):

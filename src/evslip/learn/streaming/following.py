@@ -9,7 +9,7 @@ from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from evslip.events.stream import Events, concatenate, empty_events
-from evslip.learn.inference import BATCH, COLUMNS, predict, slip_columns
+from evslip.learn.inference import BATCH, COLUMNS, predict, require_numbers, slip_columns
 from evslip.learn.layers.rolling_counts import RollingConvolution, RollingCounts
 from evslip.learn.networks.countnet import BINS, POOL, CountNet
 from evslip.learn.networks.network import Network
@@ -79,7 +79,7 @@ class RollingCountNet(Following):
         corner, size = (settings.left, settings.top), (settings.width, settings.height)
         self._window = RollingCounts(corner, size, network.geometry.length_us, BINS, POOL)
         layers: list[Any] = list(network.net)
-        with torch.inference_mode():
+        with torch.no_grad():  # not inference_mode: convolutions of small pictures refuse weights that were made in it
             first, *later = (fuse_conv_bn_eval(layers[i], layers[i + 1]) for i in (0, 3, 6))
             where = torch.cat([network.places, network.prior[None]])[None]
             # Places and prior never change: their part of the convolution is a constant.
@@ -107,6 +107,7 @@ class RollingCountNet(Following):
                     counts[i] = self._window.events
                     sums[i - first] = self._first(self._window.counts)
                 parts.append(slip_columns(self._rest(sums.permute(0, 3, 1, 2))).numpy())
+            require_numbers(parts[-1][:, :1])
         return np.concatenate([np.empty((0, COLUMNS), np.float32), *parts]), counts
 
     def forget(self, before_us: int) -> None:

@@ -130,12 +130,12 @@ class LiveDetector:
     def _answer(self, pieces: list[Piece]) -> Iterator[Answered]:
         first = 0
         for i in range(1, len(pieces) + 1):
-            if i == len(pieces) or pieces[i].restart:
+            if i == len(pieces) or pieces[i].restart or pieces[i].size != pieces[first].size:
                 yield from self._answer_joined(pieces[first:i])
                 first = i
 
     def _answer_joined(self, pieces: list[Piece]) -> Iterator[Answered]:
-        detector = self._ready()
+        detector = self._ready(pieces[0].size)
         if pieces[0].restart:
             detector.restart()
             self._was_slip = False
@@ -152,8 +152,7 @@ class LiveDetector:
             self._feed.counters.skipped += detector.skipped - skipped
         yield self._described(found, events)
 
-    def _ready(self) -> Detector:
-        size = self._feed.size
+    def _ready(self, size: tuple[int, int] | None) -> Detector:
         if self._detector is None or size != self._size:
             if self._detector is not None:
                 self._feed.note(f"{self._feed.source.name}: the sensor's size is now {size}")

@@ -20,6 +20,8 @@ from evslip.windows.settings import Align
 
 MOST_SILENCE_US = 3_600_000_000
 """A longer gap is a broken clock, not a silent scene."""
+LATEST_US = 2**63
+"""No time is so late: times are 64-bit whole numbers."""
 MOST_ANSWERS = 5_000_000
 """Answers to one stream: more than a day of them every 20 ms."""
 PUSHED = 250_000
@@ -112,16 +114,14 @@ class Detector:
         """Take the next events of the stream and answer for every hop that they complete.
 
         `until_us` says that the stream is known up to that time, where it is silent after the last event. `newest`: of
-        more hops, answer only so many, the newest. Raises DataError for events that are not what Events promises, that
-        lie beyond the sensor, before those pushed earlier, or more than an hour after them.
+        more hops, answer only so many, the newest, one at least. Raises DataError for events that are not what Events
+        promises, that lie beyond the sensor, before those pushed earlier, or more than an hour after them; these leave
+        the detector as it was. Raises DataError, too, where the network's answer is not a number.
         """
+        if newest is not None and newest < 1:
+            raise ConfigError(f"newest: {newest} is out of range, expected 1 or more")
         check_events(events, self._size, "the events pushed")
         now = self._advance(events, None if until_us is None else operator.index(until_us))
-        if now - self._next_us > MOST_ANSWERS * self._hop_us:
-            raise DataError(
-                f"{(now - self._next_us) / 1e6:,.0f} s pushed at once, answered every {self._hop_us / 1e6:g} s: "
-                f"expected at most {MOST_ANSWERS:,} answers, a longer hop_s, or shorter pieces"
-            )
         self._windows.push(Events(*events.columns))
         ends = np.arange(self._next_us, now + 1, self._hop_us)
         if newest is not None and len(ends) > newest:
@@ -141,9 +141,10 @@ class Detector:
             return self._next_us - 1
         first = int(events.t_us[0]) if events.count else int(until_us or 0)
         last = max(int(events.t_us[-1]) if events.count else first, first if until_us is None else until_us)
-        if self._last_us is None:
-            self._next_us = first + self._length_us
-        elif not 0 <= first - self._last_us <= MOST_SILENCE_US:
+        if not -LATEST_US <= last < LATEST_US:
+            raise DataError(f"until_us: {last} is out of range, expected a 64-bit whole number")
+        next_us = first + self._length_us if self._last_us is None else self._next_us
+        if self._last_us is not None and not 0 <= first - self._last_us <= MOST_SILENCE_US:
             raise DataError(
                 f"events at {first} us pushed after {self._last_us} us; expected time order and no gap of over an hour"
             )
@@ -151,7 +152,12 @@ class Detector:
             silence_us = int(np.diff(events.t_us, append=last).view(np.uint64).max())
             if silence_us > MOST_SILENCE_US:
                 raise DataError(f"no event for {silence_us / 1e6:,.0f} s; expected no gap of over an hour")
-        self._last_us = last
+        if last - next_us > MOST_ANSWERS * self._hop_us:
+            raise DataError(
+                f"{(last - next_us) / 1e6:,.0f} s pushed at once, answered every {self._hop_us / 1e6:g} s: "
+                f"expected at most {MOST_ANSWERS:,} answers, a longer hop_s, or shorter pieces"
+            )
+        self._last_us, self._next_us = last, next_us
         return last
 
 

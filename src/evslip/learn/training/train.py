@@ -12,7 +12,7 @@ import torch
 from torch.nn.modules.batchnorm import _BatchNorm
 
 from evslip.learn.checkpoint import Description, load_model, save_model
-from evslip.learn.inference import BATCH, Answers, answers, probabilities
+from evslip.learn.inference import BATCH, Answers, NoAnswer, answers, probabilities
 from evslip.learn.networks import build_model
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.speed_network import SpeedNetwork
@@ -110,7 +110,7 @@ def train(
                 state.save(out / STATE, of)
                 if watch:
                     watch(len(state.history), row)
-        except _NotFinite as error:
+        except (_NotFinite, NoAnswer) as error:
             failure = error
     if not state.best:
         reason = failure or "the validation loss was never finite"
