@@ -222,7 +222,7 @@ def main(out: Path) -> None:
     assert truth.onset_us is not None
     alarm = next((a.t_s for a in answers if a.t_s * 1e6 > truth.onset_us and a.p_slip >= result.threshold), None)
     said = "no alarm" if alarm is None else f"an alarm {1e3 * alarm - truth.onset_us / 1e3:.0f} ms later"
-    print(f"{params.motion.kind}: slip begins at {truth.onset_us / 1e6:.3f} s, {said}")
+    print(f"a motion of kind {params.motion.kind}: slip begins at {truth.onset_us / 1e6:.3f} s, {said}")
 
 
 if __name__ == "__main__":

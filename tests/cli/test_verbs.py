@@ -347,6 +347,9 @@ def test_windows_are_not_put_among_the_samples(tmp_path):
     building.create(root, dump_config(CONFIG))
     for name in ("samples/w.h5", "journal/w.h5", "plan-test.json"):
         assert_one_line(evslip("windows", root, root / name), "among the data set's own files")
+    for option in ("--vt-snn", "--visualize"):
+        assert_one_line(evslip("windows", root, tmp_path / "w.h5", option, root), "is the data set's own folder")
+        assert_one_line(evslip("windows", root, tmp_path / "w.h5", option, root / "samples/v"), "data set's own files")
     assert [path.name for path in root.iterdir()] == ["config.toml"]
 
 

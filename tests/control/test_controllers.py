@@ -378,3 +378,10 @@ def test_the_truth_in_place_of_a_detector_is_acted_on_at_once():
         assert found[19] <= 2.0 < found[20]
     with pytest.raises(ConfigError, match="truth"):
         make_controller("detector", model="truth").reset(SETUP)
+
+
+def test_a_detector_for_another_camera_is_refused_by_what_would_be_right():
+    other = SETUP._replace(size=(64, 48))
+    message = r"model: default-hold was trained on 346x260 pixels, .* 64x48; expected camera\.width = 346 and camera\.h"
+    with pytest.raises(DataError, match=message):
+        make_controller("detector").reset(other)

@@ -7,7 +7,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from evslip.cli.options import DETECTOR, Browser, Port, given, options_of
 from evslip.utils.console import console
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.files import require_not_read
 from evslip.utils.progress import Step
 from evslip.view.pictures.film_settings import FilmSettings
@@ -139,6 +139,8 @@ def report(
                 raise ConfigError(f"{name}: {folder} is no data set, to which alone {name} belongs")
         console.print(f"report: {write_model_report(where, folder)}")
         return
+    if not folder.exists():
+        raise DataError(f"{folder}: is not there; expected a data set, a model, or what `evslip evaluate` wrote")
     samples, real = open_samples(folder).seen_by(camera), [read_recording(path) for path in compare]
     page = write_report(where, samples, windows, model, compare=real, most_pictures=pictures)
     console.print(f"report: {page}")

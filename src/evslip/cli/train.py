@@ -10,6 +10,7 @@ from evslip.cli.options import given, options_of
 from evslip.learn.networks import NETWORKS
 from evslip.learn.training.settings import BY_NETWORK, TrainSettings
 from evslip.utils.console import console, print_table
+from evslip.utils.errors import DataError
 
 _KINDS = get_type_hints(TrainSettings)
 _SUITABLE = arg(help_behavior_hint="(default: what suits the network)")
@@ -103,3 +104,7 @@ def sweep(
         again = ["evslip", "train", str(windows), "OUT", *settings.training(found.best.settings).words()]
         console.print(f"the same again: {shlex.join(again)}", soft_wrap=True)
     console.print(f"{out / 'sweep.html'}, sweep.csv")
+    failed = [trial for trial in found.trials if trial.state == "failed"]
+    if found.best is None and failed:
+        first = failed[0]
+        raise DataError(f"{out}: none of {len(found.trials)} trials ended; trial {first.number}: {first.error}")

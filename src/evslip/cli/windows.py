@@ -57,6 +57,9 @@ def windows(
     require_not_read(out, *datasets)
     for path in datasets:
         require_not_own(out, path)
+        for folder in (vt_snn, visualize):
+            if folder is not None:
+                require_not_own(folder, path, is_folder=True)
     require_replaceable(out)
     if vt_snn is not None:
         check_vt_snn(vt_snn)

@@ -29,9 +29,12 @@ def plan_path(root: Path, split: str) -> Path:
     return root / f"plan-{split}.json"
 
 
-def require_not_own(path: Path, root: Path) -> None:
-    """Raise DataError where a file to write would lie among those that a data set keeps for itself."""
+def require_not_own(path: Path, root: Path, is_folder: bool = False) -> None:
+    """Raise DataError where a file to write would lie among those that a data set keeps for itself, or many of a folder
+    beside them."""
     place, home = (Path(os.path.realpath(one)) for one in (path, root))
+    if is_folder and place == home and (home / CONFIG).is_file():
+        raise DataError(f"{path}: is the data set's own folder; expected a new one, which may lie in it")
     if not (home / CONFIG).is_file() or home not in place.parents:
         return
     first = place.relative_to(home).parts[0]

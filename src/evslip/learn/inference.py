@@ -55,8 +55,8 @@ def require_numbers(columns: np.ndarray) -> None:
     wrong = int((~np.isfinite(columns)).any(1).sum())
     if wrong:
         raise NoAnswer(
-            f"the network's answers to {wrong} of {len(columns)} windows are not numbers: its weights, or what it makes "
-            "of these windows, are too large or divide by nothing"
+            f"the network's answers to {wrong} of {len(columns)} windows are not numbers: its weights, or what it "
+            "makes of these windows, are too large or divide by nothing"
         )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.kinds import KINDS, plain, suits
 
 LabelMode = Literal["motion", "angular", "paper"]
 Align = Literal["centre", "corner"]
@@ -136,10 +137,9 @@ def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
     values = {}
     for field in fields(WindowSettings):
         if field.name in stored:
-            given = stored[field.name]
-            value = given.item() if getattr(given, "shape", None) == () else given
-            if not _suits(value, field.type):
-                wanted = _KINDS.get(field.type, "a word")
+            value = plain(stored[field.name])
+            if not suits(value, field.type):
+                wanted = KINDS.get(field.type, "a word")
                 raise DataError(f"{where}: {field.name}: {str(value)[:60]!r} is wrong; expected {wanted}")
             values[field.name] = value
         elif field.name not in ("labels", "label_s", "ratio"):
@@ -158,14 +158,3 @@ def stored_settings(stored: Mapping[str, Any], where: object) -> WindowSettings:
 def in_whole_ms(seconds: float) -> float:
     """Seconds, rounded to milliseconds."""
     return round(1e3 * seconds) / 1e3
-
-
-_KINDS: dict[Any, str] = {int: "a whole number", float: "a finite number", bool: "true or false"}
-
-
-def _suits(value: Any, kind: Any) -> bool:
-    if kind is bool or isinstance(value, bool):
-        return kind is bool and isinstance(value, bool)
-    if kind not in (int, float):
-        return isinstance(value, str)
-    return isinstance(value, kind | int) and -(2**63) <= value < 2**63

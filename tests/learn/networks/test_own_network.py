@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 import torch
 
-from evslip.learn import build_model, load_model, networks
+from evslip.learn import TrainSettings, build_model, load_model, networks, train
 from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.networks import NETWORKS, network_class, register
+from evslip.learn.networks.countnet import CountNet
 from evslip.utils.errors import ConfigError, DataError
 from evslip.windows.window_set import WindowSettings
 from slip_records import slip_windows
@@ -112,3 +113,39 @@ def test_names_are_listed_without_torch():
     code = "import sys; from evslip.learn.networks import NETWORKS; print(len(NETWORKS), 'torch' in sys.modules)"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout
     assert said.split() == [str(len(NETWORKS)), "False"]
+
+
+class Three(CountNet):
+    def forward(self, batch):
+        return torch.zeros(len(batch), 3)
+
+
+class Single(CountNet):
+    def forward(self, batch):
+        return 5
+
+
+class Broken(CountNet):
+    def prepare(self, events):
+        raise KeyError("polarity\nof what")
+
+
+class Narrow(CountNet):
+    def __init__(self):  # lacks geometry
+        super().__init__()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("Three", r"forward of .*:Three gives \(2, 3\) for two windows; expected a tensor of shape \(windows, 2\)"),
+        ("Single", r"forward of .*:Single gives int for two windows"),
+        ("Broken", r"model: .*:Broken fails on a window: KeyError: 'polarity.*of what'"),
+        ("Narrow", r"model: .*:Narrow fails on a window: TypeError: .*positional argument"),
+    ],
+)
+def test_a_network_that_does_not_do_what_it_shall_is_refused_before_training(name, message, apart, tmp_path):
+    settings = TrainSettings.of(f"{__name__}:{name}", epochs=1, val_fraction=0.4)
+    with pytest.raises(ConfigError, match=message) as caught:
+        train(slip_windows(4), tmp_path / "out", settings, quiet=True)
+    assert "\n" not in str(caught.value) and not (tmp_path / "out").exists()

@@ -332,6 +332,12 @@ def test_the_paper_s_grids_are_the_paper_s() -> None:
         ("speed = [1, 2]", "speed: no setting"),
         ("lr = [-1.0]", "lr -1"),
         ('batch = ["a"]', "batch"),
+        ("batch = { min = 8.0, max = 16.0 }", "batch 8.0: expected a whole number"),
+        ("lr = [0.1]\nepochs = 1.5", "epochs 1.5: expected a whole number"),
+        ('lr = [0.1]\nflip = "no"', "flip 'no': expected true or false"),
+        ("shift_px = { min = 0.5, max = 3.5 }", "shift_px 0.5: expected a whole number"),
+        ("val_fraction = [0.2, 0.3]", "val_fraction: decides on the windows of validation"),
+        ('protocol = ["paper", "trajectory"]', "protocol: decides on the windows of validation"),
         ("lr = ", "TOML"),
     ],
 )
@@ -348,7 +354,19 @@ def test_what_is_not_for_the_network_or_the_windows_is_refused_before_any_trial(
     for space in (Space({"reverse": (False, True)}), Space({"batch": (4, 8)}, {"reverse": True})):
         with pytest.raises(ConfigError, match=r"^reverse: windows of"):
             sweep(newest, tmp_path, settings_of(space=space))
+    for name in ("start", "noise"):
+        with pytest.raises(DataError, match="nope"):
+            sweep(windows, tmp_path, settings_of(space=Space({name: ("", "nope")})))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_sweep_of_which_no_trial_ends_says_so(windows, tmp_path) -> None:
+    windows.save(tmp_path / "w.h5")
+    (tmp_path / "space.toml").write_text("lr = [1e30]\nepochs = 2\n")
+    words = ("--space", tmp_path / "space.toml", "--network", "countnet", "--trials", 2)
+    result = evslip("sweep", tmp_path / "w.h5", tmp_path / "out", *words)
+    assert result.returncode == 2 and "none of 2 trials ended; trial 0: the loss" in " ".join(result.stderr.split())
+    assert (tmp_path / "out" / "sweep.csv").is_file()
 
 
 def test_other_mistakes_are_refused(windows, tmp_path) -> None:

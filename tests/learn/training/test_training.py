@@ -156,9 +156,21 @@ def test_settings_of_a_network_and_wrong_ones() -> None:
         ("time_dropout", 1.0),
         ("shift_px", -1),
         ("seed", 2**64),
+        ("epochs", 1.5),
+        ("epochs", True),
+        ("batch", float("nan")),
+        ("batch", 8.0),
+        ("lr", float("inf")),
+        ("lr", "0.1"),
+        ("flip", "no"),
+        ("flip", 1),
+        ("start", 3),
+        ("seed", 10**400),
     ):
-        with pytest.raises(ConfigError, match=name):
+        with pytest.raises(ConfigError, match=name) as caught:
             TrainSettings.of("snn", **{name: value})
+        assert len(str(caught.value)) < 200
+    assert TrainSettings(epochs=np.int64(3), lr=np.float32(0.5)) == TrainSettings(epochs=3, lr=0.5)  # type: ignore
 
 
 def test_the_paper_s_split_is_by_window_and_by_label(windows) -> None:

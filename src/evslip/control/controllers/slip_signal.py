@@ -8,7 +8,8 @@ from evslip.control.controllers.controller import NO_ANSWER, Setup, SlipAnswer
 from evslip.events.stream import Events
 from evslip.learn.checkpoint import load_model
 from evslip.learn.streaming.stream import Detector
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, DataError
+from evslip.windows.alignment import OtherSensor
 
 MODEL = "default-hold"
 """Detector that is asked where none is named: the one of the package that was trained for the control of a grip."""
@@ -51,7 +52,14 @@ class SlipSignal:
 
     def __init__(self, model: str, setup: Setup, threshold: float | None, answers: int):
         """answers: number of them in a row, each above the threshold, that are an alarm."""
-        self._detector = Detector(model, size=setup.size, hop_s=setup.step_us / 1e6)
+        try:
+            self._detector = Detector(model, size=setup.size, hop_s=setup.step_us / 1e6)
+        except OtherSensor:
+            width, height = load_model(model)[1].windows.sensor
+            raise DataError(
+                f"model: {model} was trained on {width}x{height} pixels, and the camera has {setup.size[0]}x"
+                f"{setup.size[1]}; expected camera.width = {width} and camera.height = {height}, or another model"
+            ) from None
         self._threshold = self._detector.description.threshold if threshold is None else threshold
         self._needed, self._in_a_row = answers, 0
         self._latest, self._known_us = NO_ANSWER, 0

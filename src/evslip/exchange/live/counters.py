@@ -52,7 +52,8 @@ class Counters:
         parts = [f"{self.received:,} events", lost]
         named = {
             "lost_packets": "datagrams thrown away", "damaged": "damaged datagrams",
-            "foreign": "of other senders", "late": "late", "outside": "beyond the sensor", "dropped": "dropped under overload", "skipped": "answers skipped",
+            "foreign": "of other senders", "late": "late", "outside": "beyond the sensor",
+            "dropped": "dropped under overload", "skipped": "answers skipped",
             "reconnects": "reconnects", "restarts": "restarts",
         }  # fmt: skip
         parts += [f"{getattr(self, name):,} {text}" for name, text in named.items() if getattr(self, name)]

@@ -11,6 +11,7 @@ from evslip.utils.errors import ConfigError, DataError
 from evslip.utils.toml import read_toml
 
 Value = bool | int | float | str
+VALIDATED_ON = frozenset({"protocol", "val_fraction"})
 MOST_VALUES = 1000
 """Values of a list to choose from."""
 
@@ -45,6 +46,8 @@ class Space:
                 raise ConfigError(
                     f"{name}: no setting of training to search; expected some of {', '.join(sorted(known))}"
                 )
+        for name in VALIDATED_ON & self.searched.keys():
+            raise ConfigError(f"{name}: decides on the windows of validation, and trials on others cannot be compared")
         if not self.searched:
             raise ConfigError(f"space: names nothing to search; expected some of {', '.join(sorted(known))}")
         for name, values in self.searched.items():

@@ -20,9 +20,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from evslip.learn.search.spaces import Range, Space, ends
-from evslip.learn.training.augment import require_reversible
+from evslip.learn.training.preparation import prepare
 from evslip.learn.training.settings import TrainSettings
-from evslip.learn.training.train import TrainResult, split, train
+from evslip.learn.training.train import TrainResult, train
 from evslip.learn.training.training_state import digest_of
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, MissingExtraError
@@ -32,6 +32,8 @@ from evslip.windows.window_set import Windows
 JOURNAL, TRIALS = "journal.log", "trials"
 AGAIN = "again"
 """Note of a trial that runs once more what a killed one had begun."""
+BEGINS_WITH = frozenset({"reverse", "recombine", "noise", "start"})
+"""Settings that not every detector's windows suit, and files that may be missing."""
 STALE_S = 3600.0
 """A trial that has not ended an epoch for so long counts as killed; one whose process this machine misses, at once."""
 CLAIM_S = 60.0
@@ -118,11 +120,12 @@ def sweep(
     DataError if the journal is damaged or there is too little data, MissingExtraError without Optuna.
     """
     out = Path(out)
-    for value in ends(settings.space.searched.get("reverse", (settings.training({}).reverse,))):
-        require_reversible(settings.training({"reverse": value}), windows.settings)
+    # What no training can begin with is no trial's fault: say so before any.
+    for name in BEGINS_WITH & settings.space.searched.keys() or {"seed"}:
+        for value in ends(settings.space.searched.get(name, (settings.seed,))):
+            prepare(windows, settings.training({name: value}))
     study = _open(out, settings)
     _identify(study, out, settings, windows)
-    split(windows, settings.training({}))  # too little data is no trial's fault: say so before any
     with Step("trials") as step:
         step.begin(settings.trials, _counted(study))
         while True:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal, get_args
 
 from evslip.utils.errors import ConfigError
+from evslip.utils.kinds import KINDS, plain, suits
 
 OptimiserName = Literal["adam", "rmsprop"]
 Schedule = Literal["cycle", "constant"]
@@ -69,6 +70,11 @@ class TrainSettings:
     """Seed of initial weights, order and augmentation."""
 
     def __post_init__(self) -> None:
+        for one in fields(self):
+            value = plain(getattr(self, one.name))
+            if not suits(value, one.type):
+                raise ConfigError(f"{one.name} {value!r:.60}: expected {KINDS.get(one.type, 'a word')}")
+            object.__setattr__(self, one.name, value)
         if self.epochs < 1 or self.batch < 2 or not self.lr > 0 or self.patience < 1:
             raise ConfigError(
                 f"epochs {self.epochs}, batch {self.batch}, lr {self.lr:g}, patience {self.patience}: "

@@ -11,23 +11,23 @@ import numpy as np
 import torch
 from torch.nn.modules.batchnorm import _BatchNorm
 
-from evslip.learn.checkpoint import Description, load_model, save_model
+from evslip.learn.checkpoint import Description, save_model
 from evslip.learn.inference import BATCH, Answers, NoAnswer, answers, probabilities
-from evslip.learn.networks import build_model
-from evslip.learn.networks.network import Geometry, Network
+from evslip.learn.networks.network import Network
 from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.scores.metrics import auroc, balanced_accuracy, best_threshold
 from evslip.learn.speed_estimate import learned_from
-from evslip.learn.training.augment import Augmentation, require_reversible
+from evslip.learn.training.augment import Augmentation
 from evslip.learn.training.calibration import calibrate
 from evslip.learn.training.logs import logs
 from evslip.learn.training.optimiser import make_optimiser
+from evslip.learn.training.preparation import prepare
 from evslip.learn.training.recombination import Recombination
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.training_state import STATE, TrainingState, training_of
 from evslip.utils import atomic
 from evslip.utils.console import console
-from evslip.utils.errors import ConfigError, DataError
+from evslip.utils.errors import DataError
 from evslip.utils.progress import Step, shown
 from evslip.windows.label import Label
 from evslip.windows.window_set import Windows
@@ -76,18 +76,11 @@ def train(
     """
     settings = settings or TrainSettings()
     out = Path(out)
-    settings.require_suits()
-    require_reversible(settings, windows.settings)
-    training, validation = split(windows, settings)
+    recombined, validation, augmentation, network = prepare(windows, settings)
+    training = recombined.windows
     with atomic.storage_errors(out):
         out.mkdir(parents=True, exist_ok=True)
-    augmentation = Augmentation(settings, windows.settings)
-    recombined = Recombination(training, settings.recombine)
-    torch.manual_seed(settings.seed)
-    network = build_model(settings.model, Geometry.of(windows.settings))
-    if settings.start:
-        load_start(network, settings)
-    else:
+    if not settings.start:
         network.fit(training)
     network.to("cuda" if torch.cuda.is_available() else "cpu")
     optimiser = make_optimiser(network, settings)
@@ -121,28 +114,6 @@ def train(
     if failure:
         raise DataError(f"{failure}; the state of epoch {result.best_epoch} is saved in {out}")
     return result
-
-
-def split(windows: Windows, settings: TrainSettings) -> tuple[Windows, Windows]:
-    """The windows to train and to validate on. Raises DataError if there are too few."""
-    if settings.protocol == "paper":
-        return windows.split_as_paper(0)
-    return windows.split_by_trajectory(settings.val_fraction, settings.seed)
-
-
-def load_start(network: Network, settings: TrainSettings) -> None:
-    """Give a network all that the detector that training starts from has learned. Raises DataError, and ConfigError for
-    one of another network or for windows of another size."""
-    known, description = load_model(settings.start)
-    there, here = _kind(description.model, known), _kind(settings.model, network)
-    if there != here:
-        raise ConfigError(f"start: {settings.start} is a {there}; expected a {here}")
-    network.load_state_dict(known.state_dict())
-
-
-def _kind(name: str, network: Network) -> str:
-    extent = network.geometry
-    return f"{name} for windows of {extent.width}x{extent.height} pixels and {extent.length_us / 1e6:g} s"
 
 
 def finished(state: TrainingState, settings: TrainSettings) -> bool:
