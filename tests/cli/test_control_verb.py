@@ -82,7 +82,7 @@ def test_a_policy_of_ones_own_is_compared_recorded_and_filmed(tmp_path):
         ("--policy=", "controller: '' is unknown"),
         ("--controller strong --parameter force_n=2 --parameter x", "override 'x': expected KEY=VALUE"),
         ("--set render.renderer=pathtrace --records /tmp", "render.renderer: pathtrace: draws nothing live"),
-        ("--set camera.width=100", "from a sensor of 100x260 pixels"),
+        ("--set camera.width=100", "the camera has 100x260; expected camera.width = 346"),
         ("--set camera.left={} --set camera.right={}", "camera.left, camera.right: the closed loop has one camera"),
     ],
 )

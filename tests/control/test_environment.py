@@ -241,6 +241,10 @@ def test_an_action_that_is_none_is_refused(action):
         ({"bins": 2.5}, "bins: 2.5 is wrong, expected a whole number from 1 to 100"),
         ({"most_events": 10.5}, "most_events: 10.5 is wrong, expected a whole number"),
         ({"weights": 3.0}, "weights: 3.0 is wrong, expected some of slip_deg, slip_mm"),
+        ({"overrides": "object.mass_kg=1"}, "overrides: 'object.mass_kg=1' is wrong, expected such as"),
+        ({"overrides": {1: 2}}, r"overrides: \{1: 2\} is wrong"),
+        ({"config": 3}, "config: int, expected a preset's name"),
+        ({"rate_hz": np.array([100, 2])}, "rate_hz: .* is wrong"),
         ({"weights": {"drop": float("nan")}}, "weights: drop: nan is wrong, expected a finite number"),
     ],
 )
@@ -276,3 +280,30 @@ def test_the_force_that_is_told_is_the_one_that_is_commanded(most_n):
     episode = env.unwrapped.episode
     assert info["target_n"] == episode.senses.force_n == min(episode.params.grip.most_n, 40.0)
     assert info["force_n"] == pytest.approx(info["target_n"]) and info["target_n"] < env.action_space.high[0]
+
+
+def test_a_short_last_step_costs_what_it_lasts():
+    env = gymnasium.make("evslip/Lift-v0", obs="state", rate_hz=20, overrides=UNEVEN).unwrapped
+    env.reset(options={"index": 0})
+    terminated = truncated = False
+    while not (terminated or truncated):
+        before_us = env.episode.t_us
+        *_, terminated, truncated, info = env.step(np.array([1.0]))
+    seconds = (env.episode.t_us - before_us) / 1e6
+    excess_n = max(0.0, info["force_n"] - info["least_force_n"]) if env.episode.truth.hangs else 0.0
+    assert 0 < seconds < 0.05 and excess_n > 0
+    assert info["reward_terms"]["excess"] == pytest.approx(-excess_n * seconds)
+
+
+def test_numbers_of_numpy_are_numbers():
+    given = {"change_n_s": np.float32(3), "window_s": np.float32(0.02), "bins": np.int64(3), "most_events": np.int64(9)}
+    gymnasium.make("evslip/Hold-v0", rate_hz=np.int64(50), weights={"drop": np.float32(3)}, **given).close()
+
+
+def test_after_a_reset_that_failed_there_is_no_episode():
+    env = gymnasium.make("evslip/Hold-v0", obs="state", overrides=SHORT).unwrapped
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match="index: -2 is wrong"):
+        env.reset(options={"index": -2})
+    with pytest.raises(ConfigError, match="no episode yet"):
+        env.step(np.zeros(1))

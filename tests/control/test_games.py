@@ -10,10 +10,12 @@ from datetime import date
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from evslip.config.loading import load_config
 from evslip.control.candidates import Candidates
 from evslip.control.controllers import make_controller
+from evslip.control.controllers.controller import Controller
 from evslip.control.evaluation.episode_record import record_of
 from evslip.control.evaluation.games import earlier_outcomes, games_of, play_game, play_games
 from evslip.control.evaluation.outcome import Outcome
@@ -85,6 +87,35 @@ def test_strong_asks_for_what_the_gripper_can():
     assert set(played.target_n) == {40.0} and controller.step(played.events, episode.senses) == 40.0
 
 
+class At(Controller):
+    """Asks for three times the force from a moment on, and changes what it gets."""
+
+    sees = False
+
+    def __init__(self, at_us: int):
+        self._at_us = at_us
+
+    def reset(self, setup):
+        self.force_n = setup.force_n
+
+    def step(self, events, senses):
+        return np.array([self.force_n * (3.0 if senses.t_us >= self._at_us else 1.0)], np.float32)
+
+
+def test_when_the_force_rises_does_not_depend_on_how_often_it_is_commanded(found):
+    candidates, onset_us = Candidates("hold", WET), found["constant"].onset_us
+    start_us = candidates.make(0, 10_000, sees=False).start_us
+    at_us = start_us - (start_us - onset_us) // 50_000 * 50_000  # when all of them command
+    outcomes = []
+    for step_us in (1000, 10_000, 50_000):
+        episode = candidates.make(0, step_us, sees=False)
+        outcomes.append(Outcome.of("at", play(episode, At(at_us), step_us, candidates.forces_n, False), "wet"))
+    rises = {one.rise_ms for one in outcomes}
+    delay_us, least_ms = 5000, (at_us - onset_us) / 1e3
+    assert len(rises) == 1 and least_ms + delay_us / 1e3 <= rises.pop() <= least_ms + 20
+    assert len({one.onset_us for one in outcomes}) == 1
+
+
 def test_outcomes_survive_json(found):
     for one in found.values():
         assert Outcome.from_row(json.loads(json.dumps(one.row())), "here") == one
@@ -143,7 +174,9 @@ def test_figures_are_over_the_episodes_that_all_have_played(found):
     assert figures["constant"]["stopped of what the oracle stops, %"].value == 0.0
     assert figures["mine"]["largest slip beyond the oracle's, deg: median"].value == 0.5
     low, high = figures["mine"]["stopped of what the oracle stops, %"].interval
-    assert 60 <= low < 90 < high <= 100
+    assert (low, high) == pytest.approx((59.58, 98.21), abs=0.01)  # Wilson's of 9 of 10
+    low, high = figures["oracle"]["lost, %"].interval  # Wilson: none of 10 may be one in four
+    assert low == 0.0 and high == pytest.approx(100 * 1.96**2 / (10 + 1.96**2), abs=0.02)
     assert math.isnan(figures["constant"]["onset to alarm, ms: median"].value)
     assert set(tables(many, only="wet")) == {"constant", "oracle", "mine"}
     assert summarise(many, only="push") == {}
@@ -354,3 +387,65 @@ def test_a_package_is_read_whole_as_far_as_it_imports_itself(tmp_path, monkeypat
     assert found == dict.fromkeys(files, True) | {"unused": False}
     for name in [name for name in sys.modules if name.startswith("own_package")]:
         del sys.modules[name]
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("return None", "step gave None at .* s; expected newtons"),
+        ("return float('nan')", "step gave nan at"),
+        ("return '2.5'", "step gave '2.5' at"),
+        ("return [1.0, 2.0]", r"step gave \[1\.0, 2\.0\] at"),
+    ],
+)
+def test_a_force_that_is_none_is_told_with_policy_and_episode(tmp_path, write, body, words):
+    write(own_policy=MINE.format(imports="", force="1.0").replace("return self.force_n", body))
+    game = games_in(tmp_path / "held", "own_policy:Mine", count=1)[-1]
+    with pytest.raises(ConfigError, match=rf"^own_policy:Mine on train/0: {words}"):
+        play_game(game)
+
+
+def test_a_policy_cannot_change_the_events_of_the_record(tmp_path, write):
+    text = MINE.format(imports="", force="1.0").replace("sees = False", "sees = True")
+    write(own_policy=text.replace("return self.force_n", "events.t_us[...] -= 1; return self.force_n"))
+    game = games_in(tmp_path / "held", "own_policy:Mine", count=1, records=tmp_path / "records")[-1]
+    with pytest.raises(ValueError, match="read-only"):
+        play_game(game)
+
+
+def test_a_policy_needs_no_base_class_and_may_have_any_parameter(tmp_path, write):
+    text = (
+        MINE.format(imports="", force="1.0")
+        .replace("(Controller)", "")
+        .replace("sees = False", "sees, alarm_of = False, 1")
+    )
+    write(own_policy=text.replace("def reset", "def __init__(self, name): self.name = name\n    def reset"))
+    players = {"own_policy:Mine": {"name": 3}}
+    (game,) = games_of(tmp_path / "held", load_config("hold", WET), players, "train", range(1), 100)
+    play_game(game)
+    assert json.loads(game.path.read_text())["false_alarms"] == 0
+    with pytest.raises(ConfigError, match=r"controller constant: .*name"):
+        make_controller("constant", name=3)
+
+
+def test_a_policy_that_cannot_be_made_is_refused_in_one_line(write):
+    write(
+        own_policy=MINE.format(imports="", force="1.0").replace(
+            "sees = False", "def __init__(self): open('no weights')"
+        )
+    )
+    with pytest.raises(
+        ConfigError, match=r"controller own_policy:Mine: cannot be made: FileNotFoundError: .*no weights"
+    ):
+        make_controller("own_policy:Mine")
+
+
+def test_games_of_other_files_are_not_compared(tmp_path):
+    image = tmp_path / "wood.png"
+    for grey in (90, 91):
+        Image.fromarray(np.full((8, 8), grey, np.uint8)).save(image)
+        config = load_config("hold", WET | {"surface.texture": str(image)})
+        if grey == 90:
+            games_of(tmp_path / "held", config, {"constant": {}}, "train", range(1), 100)
+    with pytest.raises(ConfigError, match="holds episodes of another configuration"):
+        games_of(tmp_path / "held", config, {"constant": {}}, "train", range(1), 100)

@@ -247,6 +247,9 @@ def control(
                 Film([replay(game)]).write(path)
                 films[label(one)] = path
                 advance()
+    left_out = count - len({one.index for one in outcomes})
+    if left_out:
+        console.print(f"{left_out} of {count} episodes cannot be played: the motion or the grasp fails")
     write_control(out, f"{config}, split {split}, {rate_hz} Hz", outcomes, films)
     print_table(figure_table(summarise(outcomes)))
     console.print(f"{out / 'control.html'}, control.json, outcomes.jsonl")

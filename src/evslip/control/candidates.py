@@ -32,6 +32,12 @@ class Candidates:
         ends: str = "release",
     ):
         """size: width and height of the sensor, in place of the configuration's. Raises ConfigError."""
+        if not isinstance(config, Config | str | Path):
+            raise ConfigError(f"config: {type(config).__name__}, expected a preset's name, a TOML file or a Config")
+        if not (
+            overrides is None or (isinstance(overrides, Mapping) and all(isinstance(key, str) for key in overrides))
+        ):
+            raise ConfigError(f"overrides: {overrides!r:.60} is wrong, expected such as {{'object.mass_kg': 0.05}}")
         changes = dict(overrides or {})
         if size is not None:
             changes |= dict(zip(("camera.width", "camera.height"), sensor_size("size", size), strict=True))

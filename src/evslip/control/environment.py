@@ -59,7 +59,7 @@ class HoldEnv(gymnasium.Env[Any, np.ndarray]):
         **settings: Any,
     ):
         own, self._step_us = StepSettings.of(settings), step_us(rate_hz)
-        self._candidates = Candidates(config or self.preset, overrides, split, size, self.ends)
+        self._candidates = Candidates(self.preset if config is None else config, overrides, split, size, self.ends)
         self._index = None if index is None else checked_index(index)
         if action not in ACTIONS:
             raise ConfigError(f"action: {action!r} is unknown; expected one of {', '.join(ACTIONS)}")
@@ -93,6 +93,9 @@ class HoldEnv(gymnasium.Env[Any, np.ndarray]):
         """Begin an episode: that of options={"index": ...}, or the environment's own, or one that is drawn. Raises
         ConfigError."""
         super().reset(seed=seed)
+        self._episode = None  # where this fails, no step goes on with the one before
+        if not (options is None or isinstance(options, Mapping)):
+            raise ConfigError(f"options: {options!r} is wrong, expected such as {{'index': 7}}")
         unknown = set(options or {}) - {"index"}
         if unknown:
             raise ConfigError(f"options: {', '.join(map(repr, unknown))}: unknown; expected index alone")
@@ -115,7 +118,7 @@ class HoldEnv(gymnasium.Env[Any, np.ndarray]):
         episode.advance(since_us + self._step_us, target_n)
         turned_deg, moved_mm = episode.monitor.since(before - 1)
         self.events = self._window.after(self.events, episode.events, since_us, episode.t_us)
-        terms = self._terms(turned_deg, moved_mm, self._step_us / 1e6)
+        terms = self._terms(turned_deg, moved_mm, (episode.t_us - since_us) / 1e6)  # the last step may be short
         self._show()
         ended = episode.is_over and not episode.is_lost
         return self._observation(), sum(terms.values()), episode.is_lost, ended, self._info(terms)
@@ -136,7 +139,8 @@ class HoldEnv(gymnasium.Env[Any, np.ndarray]):
     def _target(self, action: Any) -> float:
         """Force in newtons that an action asks for. Raises ConfigError."""
         try:
-            values = np.asarray(action, np.float64)
+            values = np.asarray(action)
+            values = values.astype(np.float64) if values.dtype.kind in "biuf" else np.array(np.nan)
         except (TypeError, ValueError):
             values = np.array(np.nan)
         if values.shape != (1,) or not np.isfinite(values).all():

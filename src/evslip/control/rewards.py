@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from numbers import Real
 
 from evslip.utils.errors import ConfigError
 
@@ -31,7 +32,7 @@ class RewardWeights:
         for name, value in given.items():
             if name not in names:
                 raise ConfigError(f"weights: {name!r} is unknown; expected some of {', '.join(names)}")
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
                 raise ConfigError(f"weights: {name}: {value!r} is wrong, expected a finite number")
         return cls(**given)
 

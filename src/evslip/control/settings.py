@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from numbers import Integral, Real
 from typing import Any
 
 from evslip.control.rewards import RewardWeights
@@ -44,7 +45,7 @@ class StepSettings:
             if value is None and name == "window_s":
                 continue
             is_whole = name in ("most_events", "bins")
-            is_number = isinstance(value, int if is_whole else int | float) and not isinstance(value, bool)
+            is_number = isinstance(value, Integral if is_whole else Real) and not isinstance(value, bool)
             if not is_number or not least <= value <= most:
                 kind = "a whole number from " if is_whole else ""
                 raise ConfigError(f"{name}: {value!r} is wrong, expected {kind}{least:g} to {most:g}")
@@ -52,7 +53,7 @@ class StepSettings:
 
 def step_us(rate_hz: int) -> int:
     """Length of a step of control. Raises ConfigError."""
-    if isinstance(rate_hz, bool) or rate_hz not in RATES_HZ:
+    if isinstance(rate_hz, bool) or not isinstance(rate_hz, Real) or rate_hz not in RATES_HZ:
         known = ", ".join(map(str, RATES_HZ))
         raise ConfigError(f"rate_hz: {rate_hz!r} is wrong; a step is a whole number of milliseconds: {known}")
     return round(1e6 / rate_hz)

@@ -78,6 +78,7 @@ class SteppedSimulation:
             self._vibration = SteppedVibration(params, steps, scene_model.TIMESTEP_S)
         else:
             self._vibration = None
+        self._forces_n = np.zeros(steps)
         self._last = -1
         self.advance(0)
 
@@ -95,6 +96,11 @@ class SteppedSimulation:
     def force_n(self) -> float:
         """Force with which the actuator lets each finger push now."""
         return self._actuator.force_n
+
+    def forces_n(self, since_us: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times from one on, in microseconds, of all samples so far, and `force_n` at each; both of shape (n,)."""
+        chosen = slice(min(max(-(-since_us // STEP_US), 0), self._last + 1), self._last + 1)
+        return self._times_us[chosen], self._forces_n[chosen].copy()
 
     @property
     def target_n(self) -> float:
@@ -143,6 +149,7 @@ class SteppedSimulation:
         for row, step in enumerate(range(first, end)):
             if self._target_n is not None:
                 self._grip(self._actuator.advance(self._target_n))
+            self._forces_n[step] = self._actuator.force_n
             self._step(self._data, step)
             # Single precision, 30 nanometres at arm's length, is what a record stores: so what is rendered now can be
             # rendered again from the file.
@@ -182,13 +189,14 @@ class SteppedSimulation:
         ahead = copy(self)
         ahead._model, ahead._data = copy(self._model), copy(self._data)
         ahead._log, ahead._actuator = deepcopy(self._log), deepcopy(self._actuator)
-        ahead._object = self._object.moved_to(ahead._model)
+        ahead._object, ahead._forces_n = self._object.moved_to(ahead._model), self._forces_n.copy()
         ahead.advance(ahead.end_us)
         return ahead.trajectory()
 
     def least_force_n(self) -> float:
         """Least grip force that holds at this instant: by the limit surface of the pads against gravity, a push and the
-        acceleration of the hand, if the object were carried as it lies in the hand now."""
+        acceleration of the hand, if the object were carried as it lies in the hand now. The pads' surface is that on
+        which they closed: where the object has slid so far that they reach over its edge, it takes more."""
         rotation, acceleration, velocity = self._hand()
         angular, linear, spin = acceleration[:3], acceleration[3:], velocity[:3]
         arm = rotation.T @ (self._data.xipos[self._object.body] - self._data.xpos[self._hand_body])

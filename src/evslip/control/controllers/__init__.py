@@ -27,7 +27,7 @@ CONTROLLERS = {
 """Module and class of each controller, whose class has its parameters as `Parameters`."""
 
 
-def make_controller(name: str, **parameters: Any) -> Controller:
+def make_controller(name: str, /, **parameters: Any) -> Controller:
     """A controller by its name, or by module:Class one of another package, with some of its parameters. Raises
     ConfigError."""
     if name in CONTROLLERS:
@@ -40,8 +40,15 @@ def make_controller(name: str, **parameters: Any) -> Controller:
     try:
         has_own = hasattr(found, "Parameters")
         controller = found(_parameters(name, found.Parameters, parameters)) if has_own else found(**parameters)
+    except ConfigError:
+        raise
     except TypeError as error:
         raise ConfigError(f"controller {name}: {error}") from None
+    except Exception as error:
+        if name in CONTROLLERS:
+            raise
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+        raise ConfigError(f"controller {name}: cannot be made: {reason}") from error
     for method in ("reset", "step"):
         if not callable(getattr(controller, method, None)):
             raise ConfigError(f"controller: {name} has no method {method}; expected a subclass of Controller")

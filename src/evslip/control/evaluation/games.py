@@ -29,8 +29,8 @@ from evslip.control.evaluation.sources import sources_of
 from evslip.control.evaluation.summary import ORACLE
 from evslip.control.settings import step_us
 from evslip.data.record import Record
+from evslip.draws.draw_plan import pinned
 from evslip.generation.runners import runner
-from evslip.physics.robots.catalogue import pinned
 from evslip.utils import atomic
 from evslip.utils.errors import ConfigError, DataError, GraspFailed, PlanRejected
 
@@ -87,7 +87,7 @@ def games_of(
     that has games or records of another configuration, or of a controller whose source was another one."""
     step = step_us(rate_hz)
     _check(config, players, split, step, sees=records is not None)
-    text = dump_config(config.model_copy(update={"robot": pinned(config.robot)}))
+    text = dump_config(pinned(config))
     where, kept = Path(folder).absolute(), None if records is None else Path(records).absolute()
     asked = {
         controller: {"config": text, "step_us": step, "parameters": parameters} | sources_of(controller, parameters)
@@ -172,6 +172,8 @@ def play_game(game: Game) -> None:
     except (PlanRejected, GraspFailed) as error:
         atomic.write_text(game.path, json.dumps({"rejected": str(error)}) + "\n")
         return
+    except ConfigError as error:
+        raise ConfigError(f"{game}: {error}") from None
     outcome = Outcome.of(game.controller, played, disturbance_of(played.episode.params))
     if game.records is not None:
         write_episode(Path(game.records), played, game.controller)

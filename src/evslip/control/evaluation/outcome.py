@@ -37,7 +37,8 @@ class Outcome:
     slips: int
     """Movements that reach 1 deg or 2 mm."""
     onset_us: int | None
-    """Onset of the first movement: 0.1 deg or 0.1 mm."""
+    """Onset of the first movement: 0.1 deg or 0.1 mm. It may be one that stops by itself: a slip that is caught in
+    time cannot be told from it."""
     alarm_ms: float | None
     """Time from the onset to the first alarm."""
     rise_ms: float | None
@@ -127,10 +128,9 @@ def _after(onset_us: int, times_us: np.ndarray) -> float | None:
 
 def _rise_ms(played: Played, onset_us: int) -> float | None:
     """Time from an onset to a force that has risen."""
-    force_n = np.interp(onset_us, played.t_us, played.force_n)
-    every_us = np.arange(onset_us, min(onset_us + SOON_US, int(played.t_us[-1])) + 1, 1000)
-    least_n = max(force_n + RISE_N, force_n * (1 + RISE_SHARE))
-    return _after(onset_us, every_us[np.interp(every_us, played.t_us, played.force_n) >= least_n])
+    t_us, force_n = played.course
+    at_onset_n = np.interp(onset_us, t_us, force_n)
+    return _after(onset_us, t_us[force_n >= max(at_onset_n + RISE_N, at_onset_n * (1 + RISE_SHARE))])
 
 
 def _false_alarms(played: Played) -> int:

@@ -8,6 +8,7 @@ from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.episode import Episode
 from evslip.control.slip_monitor import Slide
 from evslip.events.stream import Events, concatenate
+from evslip.utils.errors import ConfigError
 
 
 class Played(NamedTuple):
@@ -29,6 +30,8 @@ class Played(NamedTuple):
     """Whether the object hangs free, in the grip; bool of shape (n,)."""
     alarm: np.ndarray
     """Whether the controller takes the object to slip; bool of shape (n,)."""
+    course: tuple[np.ndarray, np.ndarray]
+    """Times of all samples of the physics in microseconds, and the actuator's force at each; both of shape (m,)."""
     events: Events
     """All events since the grip closed, where they were kept; else none."""
 
@@ -42,20 +45,40 @@ def play(episode: Episode, controller: Controller, step_us: int, limits_n: tuple
     """Play an episode from its start to its end.
 
     step_us: time between two commands; limits_n: least and most force that are commanded, as far as the episode allows
-    them; keep: whether its events are kept. Raises GraspFailed, and what the controller raises.
+    them; keep: whether its events are kept. Raises GraspFailed, ConfigError for a force that is none, and what the
+    controller raises.
     """
     camera, (low, high) = episode.params.camera, np.clip(limits_n, *episode.allowed_n).tolist()
     size = camera.width, camera.height
     controller.reset(Setup(size, step_us, episode.start_us, episode.target_n, low, high, lambda: episode.truth))
     rows, kept = [], [episode.events]
     while not episode.is_over:
-        decided_us, force_n = episode.t_us, float(controller.step(episode.events, episode.senses))
+        decided_us, force_n = episode.t_us, _newtons(controller, episode)
         episode.advance(episode.t_us + step_us, min(max(force_n, low), high))
         truth = episode.truth
         hangs = truth.hangs and not episode.is_lost
         forces = episode.simulation.force_n, episode.target_n, truth.least_n
-        rows.append((episode.t_us, decided_us, *forces, hangs, bool(controller.alarm)))
+        rows.append((episode.t_us, decided_us, *forces, hangs, bool(getattr(controller, "alarm", False))))
         if keep:
             kept.append(episode.events)
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return Played(episode, *columns, events=concatenate(kept))
+    return Played(episode, *columns, course=episode.simulation.forces_n(episode.start_us), events=concatenate(kept))
+
+
+def _newtons(controller: Controller, episode: Episode) -> float:
+    """The force that a controller gives for a step. Raises ConfigError for what is none."""
+    # Read-only: a policy that changed them in place would change the record of the episode.
+    columns = [column.view() for column in episode.events.columns]
+    for column in columns:
+        column.flags.writeable = False
+    given = controller.step(Events(*columns), episode.senses)
+    try:
+        value = np.asarray(given)
+        force_n = value.item() if value.dtype.kind in "biuf" and value.size == 1 else np.nan
+    except (TypeError, ValueError):  # what NumPy makes no array of
+        force_n = np.nan
+    if not np.isfinite(force_n):
+        raise ConfigError(
+            f"step gave {' '.join(repr(given).split())[:60]} at {episode.t_us / 1e6:g} s; expected newtons"
+        )
+    return float(force_n)

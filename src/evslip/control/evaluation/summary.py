@@ -1,4 +1,5 @@
-"""Figures over many episodes, each with the interval that 95 % of resamples of the episodes give."""
+"""Figures over many episodes, each with a 95 % interval: of a share Wilson's (1927), which is right near 0 and 1, too;
+of all others that of resamples of the episodes."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -11,6 +12,10 @@ from evslip.learn.scores.bootstrap import RESAMPLES, Interval, draws, interval
 ORACLE, OPEN_LOOP = "oracle", "constant"
 ORACLE_DEG, STOPPED_DEG, STOPPED_MM = 3.0, 5.0, 2.0
 """Limits of a slip that counts as stopped, of those that the oracle stops within ORACLE_DEG and STOPPED_MM."""
+
+
+SHARES = frozenset({"lost", "bad", "stopped", "lost_kept"})
+"""Columns of 0 and 1."""
 
 
 class Figure(NamedTuple):
@@ -62,7 +67,10 @@ def summarise(
     disturbance."""
     return {
         controller: {
-            name: _figure(table.columns[column], reduce, resamples) for name, (column, reduce) in FIGURES.items()
+            name: _share(table.columns[column])
+            if column in SHARES
+            else _figure(table.columns[column], reduce, resamples)
+            for name, (column, reduce) in FIGURES.items()
         }
         for controller, table in tables(outcomes, only).items()
     }
@@ -116,3 +124,14 @@ def _figure(values: np.ndarray, reduce: Callable[[np.ndarray], float], resamples
     counts = draws(len(known), resamples)
     found = [reduce(np.repeat(known, row)) for row in counts] if len(known) > 1 else []
     return Figure(reduce(known), interval(np.array(found)), len(known))
+
+
+def _share(values: np.ndarray) -> Figure:
+    """Share in percent of the ones among values that are 0, 1 or nan."""
+    from scipy.stats import binomtest
+
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return Figure(float("nan"), None, 0)
+    found = binomtest(round(float(known.sum())), len(known)).proportion_ci(method="wilson")
+    return Figure(100 * float(known.mean()), (100 * float(found.low), 100 * float(found.high)), len(known))

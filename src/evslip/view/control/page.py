@@ -17,9 +17,11 @@ from evslip.view.pictures.figures import Figure
 from evslip.view.report import page
 
 NOTE = (
-    "Of the episodes that every controller has played; beside a figure the range that 95 % of resamples of the "
-    "episodes give. A slip begins at 0.1 deg or 0.1 mm; the share stopped is of the slips that the oracle, which "
-    "knows the onset and has the same actuator, stops within 3 deg and 2 mm: stopped is within 5 deg and 2 mm."
+    "Of the episodes that every controller has played; beside a figure its 95 % interval, of shares Wilson's, of all "
+    "others that of resamples of the episodes; n: how many episodes have it, where not all do. Times are from the "
+    "onset of the first movement, 0.1 deg or 0.1 mm, which may be one that stops by itself; those to the stop are of "
+    "movements that stop. The share stopped is of the slips that the oracle, which knows the onset and has the same "
+    "actuator, stops within 3 deg and 2 mm: stopped is within 5 deg and 2 mm."
 )
 SHARES_NOTE = "Share of the episodes, from bottom to top, in which the figure is at most that on the axis."
 CHARTS = {"largest_deg": "largest slip, deg", "rise_ms": "onset to rising force, ms", "excess_n": "mean excess, N"}
@@ -43,7 +45,7 @@ def write_control(folder: Path, title: str, outcomes: Sequence[Outcome], videos:
             for kind in kinds
         ]
     parts.append(_worst(outcomes, videos, folder))
-    count = len({(one.split, one.index) for one in outcomes})
+    count = max((len(table.disturbance) for table in rows.values()), default=0)
     page.write_page(
         folder / "control.html", "evslip: controllers", f"{title}: {count} episodes. evslip {__version__}.", parts
     )
@@ -59,12 +61,15 @@ def figure_table(found: Mapping[str, Mapping[str, Figures]]) -> list[list[str]]:
     names = list(found)
     if not names:
         return [[""]]
-    lines = [[title, *(_cell(found[name][title]) for name in names)] for title in found[names[0]]]
-    return [["", *names], *(line for line in lines if set(line[1:]) != {"–"})]
+    most = max(one.episodes for own in found.values() for one in own.values())
+    lines = [[title, *(_cell(found[name][title], most) for name in names)] for title in found[names[0]]]
+    shown = [line for line in lines if set(line[1:]) != {"–"}]
+    return [["", *names], ["episodes", *[f"{most:,}"] * len(names)], *shown]
 
 
-def _cell(figure: Figures) -> str:
-    return page.number(figure.value, 1 if abs(figure.value) >= 10 else 2, figure.interval)
+def _cell(figure: Figures, most: int) -> str:
+    text = page.number(figure.value, 1 if abs(figure.value) >= 10 else 2, figure.interval)
+    return f"{text}, n {figure.episodes:,}" if 0 < figure.episodes < most else text
 
 
 def label(outcome: Outcome) -> str:
