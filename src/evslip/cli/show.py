@@ -171,8 +171,8 @@ def _check_split(config: "Config", source: str, count: int | None, test_count: i
 
 
 def _masses(config: "Config", count: int | None) -> None:
+    from evslip.config.units import tell
     from evslip.draws.draw import sure_masses
-    from evslip.utils.units import tell
 
     number = _counts(config, count, 1)["train"]
     low, high, hold, slip = (tell("_kg", mass) for mass in sure_masses(config, number))

@@ -8,10 +8,10 @@ from evslip.config.config import Config
 from evslip.config.distributions import Uniform
 from evslip.config.params import Params
 from evslip.config.sample import leaves
+from evslip.config.units import tell
 from evslip.draws.draw import draw
 from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.physics.motion.phases import hanging_phases
-from evslip.utils.units import tell
 
 WIDTH = 110
 

@@ -1,4 +1,4 @@
-"""Tools that know nothing of slip: errors, seeds, units, whole files, HDF5, compiled functions, the console,
+"""Tools that know nothing of slip: errors, seeds, kinds of values, whole files, HDF5, compiled functions, the console,
 progress.
 
 Begin with `errors` (what a user may read) and `seeds` (where all randomness comes from).

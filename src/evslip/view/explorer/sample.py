@@ -72,7 +72,7 @@ class Sample:
         }  # fmt: skip
 
     def _facts(self) -> list[tuple[str, str]]:
-        from evslip.utils.units import tell
+        from evslip.config.units import tell
         from evslip.view.report.facts import doubt_of, facts_of
 
         record = self.record

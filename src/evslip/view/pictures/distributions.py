@@ -11,12 +11,12 @@ from evslip.config.config import Config
 from evslip.config.params import Params
 from evslip.config.sample import leaves
 from evslip.config.sections.motion import Waypoints
+from evslip.config.units import SMALL, unit_of
 from evslip.draws.draw import draw
 from evslip.draws.stratification import SURE_HOLD, SURE_SLIP
 from evslip.physics.onset import onset_mass
 from evslip.utils.atomic import write_bytes
 from evslip.utils.errors import ConfigError
-from evslip.utils.units import SMALL, unit_of
 from evslip.view.pictures.images import figure_png, panels
 
 COLORS = {"train": "#3b75af", "test": "#e07b28"}

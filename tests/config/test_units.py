@@ -2,7 +2,7 @@ import pytest
 
 from evslip.config.loading import load_config
 from evslip.config.sample import leaves
-from evslip.utils.units import tell, unit_of
+from evslip.config.units import tell, unit_of
 
 
 @pytest.mark.parametrize(
