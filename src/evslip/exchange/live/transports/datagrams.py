@@ -54,7 +54,10 @@ class Receiver:
         return Piece(events, arrived_s, until_us, lost, 0, damaged, restart, foreign)
 
     def _chosen(self, found: Sequence[Datagram], arrived_s: float) -> int | None:
-        """The stream whose datagrams are taken: the last one of them that was not replaced before."""
-        streams = [one.stream for one in found]
+        """The stream whose datagrams are taken: the last one of them that was not replaced before. One that was begins
+        anew where the present one is over, but not by saying that it ends."""
         is_over = self._is_over or arrived_s - self._heard_s > GONE_S
-        return next((one for one in reversed(streams) if is_over or one not in self._former), self._stream)
+        may_come = (
+            one.stream for one in reversed(found) if one.stream not in self._former or (is_over and not one.ends)
+        )
+        return next(may_come, self._stream)
