@@ -14,6 +14,7 @@ from evslip.codecs.formats import recordings_in
 from evslip.config.loading import dump_config, load_config, parse_override
 from evslip.data.dataset import finished
 from evslip.data.layout import CONFIG
+from evslip.draws.draw_plan import pinned
 from evslip.learn.checkpoint import read_description
 from evslip.learn.search.sweep import JOURNAL, Sweep, Trial, read_sweep
 from evslip.learn.training.settings import TrainSettings
@@ -45,7 +46,7 @@ def mesh_path(plan: Plan) -> Path:
 
 def _has_samples(folder: Path, preset: str, texts: list[str], split: str, count: int) -> bool:
     path, wanted = folder / CONFIG, load_config(preset, dict(map(parse_override, texts)))
-    if not path.is_file() or path.read_text(encoding="utf-8") != dump_config(wanted):
+    if not path.is_file() or path.read_text(encoding="utf-8") != dump_config(pinned(wanted)):
         return False  # `evslip generate` says what differs
     return len(finished(folder, split, range(count))) == count
 
