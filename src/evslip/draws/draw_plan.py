@@ -14,7 +14,7 @@ from evslip.events import preset_file
 from evslip.physics.robots import catalogue
 from evslip.scene.textures import library
 from evslip.utils.errors import ConfigError
-from evslip.utils.files import digest, named
+from evslip.utils.files import digest, named, stamp_of
 
 
 class DrawPlan(NamedTuple):
@@ -98,12 +98,19 @@ def _textures(key: str, value: Any) -> Any:
 
 def _files(values: Mapping[str, Any]) -> Iterator[str]:
     """Names of files that a sample may be made of, its robot's aside."""
+    pool = library.pool(True)
     for key, value in values.items():
         for name in value if isinstance(value, tuple) else (value,):
-            is_texture = key.endswith(f".{TEXTURE}") and name not in library.pool(True)
+            is_texture = key.endswith(f".{TEXTURE}") and name not in pool
             is_preset = key == "sensor.preset" and name.endswith(preset_file.SUFFIX)
             if is_texture or is_preset or (key == "object.mesh" and name is not None):
                 yield name
+
+
+def _digest(files: tuple[str, ...]) -> str:
+    """Digest of files' names, as a configuration has them, and of what is in them."""
+    parts = tuple(part for file in files for part in _parts(file))
+    return _digest_of(files, parts, tuple(map(stamp_of, parts)))
 
 
 def _parts(file: str) -> tuple[Path, ...]:
@@ -111,10 +118,11 @@ def _parts(file: str) -> tuple[Path, ...]:
     return preset_file.files_of(path) if file.endswith(preset_file.SUFFIX) else (path,)
 
 
-def _digest(files: tuple[str, ...]) -> str:
-    """Digest of files' names, as a configuration has them, and of what is in them."""
+@lru_cache(maxsize=4)  # each kind of slip has a plan of its own, and all are of the same files
+def _digest_of(files: tuple[str, ...], parts: tuple[Path, ...], stamps: tuple[tuple[int, int], ...]) -> str:
+    del stamps  # of files that may be others the next time
     try:
-        content = digest(part for file in files for part in _parts(file))
+        content = digest(parts)
     except OSError as error:
         raise ConfigError(f"{error.filename}: cannot be read: {error.strerror}") from None
     return hashlib.sha256("\n".join((*files, content)).encode("utf-8", "surrogateescape")).hexdigest()

@@ -49,4 +49,4 @@ class ReadoutSpec(Section, Generic[N, S]):
         longest, shortest = max(map(abs, extremes(scan_us))), extremes(frame_us)[0]
         if longest > shortest:
             beyond = f"{longest:g} takes longer than a frame, which readout.frame_us lets be {shortest:g}"
-            raise wrong("scan_us", f"{beyond}; expected at most that")
+            raise wrong("scan_us", f"{beyond}; expected at most {shortest:g}")

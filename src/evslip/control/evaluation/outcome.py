@@ -38,7 +38,7 @@ class Outcome:
     """Movements that reach 1 deg or 2 mm."""
     onset_us: int | None
     """Onset of the first movement: 0.1 deg or 0.1 mm. It may be one that stops by itself: a slip that is caught in
-    time cannot be told from it."""
+    time cannot be distinguished from it."""
     alarm_ms: float | None
     """Time from the onset to the first alarm."""
     rise_ms: float | None

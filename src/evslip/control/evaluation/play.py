@@ -7,7 +7,7 @@ import numpy as np
 from evslip.control.controllers.controller import Controller, Setup
 from evslip.control.episode import Episode
 from evslip.control.slip_monitor import Slide
-from evslip.events.stream import Events, concatenate
+from evslip.events.stream import FIELDS, Events, concatenate
 from evslip.utils.errors import ConfigError
 
 
@@ -68,10 +68,10 @@ def play(episode: Episode, controller: Controller, step_us: int, limits_n: tuple
 def _newtons(controller: Controller, episode: Episode) -> float:
     """The force that a controller gives for a step. Raises ConfigError for what is none."""
     # Read-only: a policy that changed them in place would change the record of the episode.
-    columns = [column.view() for column in episode.events.columns]
-    for column in columns:
+    columns = {name: column.view() for name in FIELDS if (column := getattr(episode.events, name)) is not None}
+    for column in columns.values():
         column.flags.writeable = False
-    given = controller.step(Events(*columns), episode.senses)
+    given = controller.step(episode.events.replace(**columns), episode.senses)
     try:
         value = np.asarray(given)
         force_n = value.item() if value.dtype.kind in "biuf" and value.size == 1 else np.nan

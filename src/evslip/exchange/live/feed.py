@@ -12,14 +12,12 @@ from evslip.events.stream import Events
 from evslip.exchange.live.backlog import Backlog
 from evslip.exchange.live.clock import StreamClock
 from evslip.exchange.live.counters import Counters
-from evslip.exchange.live.source import Ended, LiveSource, Piece, Unreachable
+from evslip.exchange.live.source import GONE_S, Ended, LiveSource, Piece, Unreachable
 
 TIMEOUT_S = 0.01
 """Longest wait for a source."""
 AGAIN_S = 0.25
 """Time between two tries to reach a source."""
-GONE_S = 1.0
-"""Silence after which a source that may not be silent is said to have gone."""
 JUMP_US = 10_000_000
 """A longer step of the stream's time, or one of a second back, is a clock that began anew."""
 BACK_US = 1_000_000
@@ -170,12 +168,11 @@ class Feed:
         jumps = np.flatnonzero((steps < -BACK_US) | (steps > JUMP_US)) + 1
         starts = [0, *jumps.tolist(), events.count]
         parts = [events.select(slice(*pair)) for pair in pairwise(starts)]
-        piece = replace(piece, size=size)
         for number, part in enumerate(parts):
             final = number == len(parts) - 1
             until_us = piece.until_us if final else None
             yield from self._in_order(
-                replace(piece, events=part, until_us=until_us, restart=piece.restart and not number)
+                replace(piece, events=part, until_us=until_us, restart=piece.restart and not number, size=size)
             )
 
     def _in_order(self, piece: Piece) -> Iterator[Piece]:

@@ -7,6 +7,9 @@ from typing import Self
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
 
+GONE_S = 1.0
+"""Silence after which a sender that may not be silent is taken to have gone."""
+
 
 class Unreachable(DataError):
     """A live source does not answer, or has gone. It may come back."""

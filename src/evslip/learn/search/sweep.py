@@ -20,7 +20,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from evslip.learn.search.spaces import Range, Space, ends
-from evslip.learn.training.preparation import prepare
+from evslip.learn.training.preparation import require_trainable
 from evslip.learn.training.settings import TrainSettings
 from evslip.learn.training.train import TrainResult, train
 from evslip.learn.training.training_state import digest_of
@@ -32,7 +32,7 @@ from evslip.windows.window_set import Windows
 JOURNAL, TRIALS = "journal.log", "trials"
 AGAIN = "again"
 """Note of a trial that runs once more what a killed one had begun."""
-BEGINS_WITH = frozenset({"reverse", "recombine", "noise", "start"})
+BEGINS_WITH = ("reverse", "recombine", "noise", "start")
 """Settings that not every detector's windows suit, and files that may be missing."""
 STALE_S = 3600.0
 """A trial that has not ended an epoch for so long counts as killed; one whose process this machine misses, at once."""
@@ -121,9 +121,9 @@ def sweep(
     """
     out = Path(out)
     # What no training can begin with is no trial's fault: say so before any.
-    for name in BEGINS_WITH & settings.space.searched.keys() or {"seed"}:
-        for value in ends(settings.space.searched.get(name, (settings.seed,))):
-            prepare(windows, settings.training({name: value}))
+    tried = [{name: value} for name in BEGINS_WITH for value in ends(settings.space.searched.get(name, ()))]
+    for drawn in tried or [{}]:
+        require_trainable(windows, settings.training(drawn))
     study = _open(out, settings)
     _identify(study, out, settings, windows)
     with Step("trials") as step:

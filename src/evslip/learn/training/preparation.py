@@ -1,13 +1,13 @@
 """What a training begins with, and all that can be known to fail before it does."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import NamedTuple
 
 import torch
 
 from evslip.learn.checkpoint import load_model
-from evslip.learn.networks import build_model
+from evslip.learn.networks import build_model, network_class
 from evslip.learn.networks.network import Geometry, Network
 from evslip.learn.networks.speed_network import SpeedNetwork
 from evslip.learn.training.augment import Augmentation, require_reversible
@@ -42,13 +42,20 @@ def prepare(windows: Windows, settings: TrainSettings) -> Preparation:
     training, validation = split(windows, settings)
     augmentation, recombined = Augmentation(settings, windows.settings), Recombination(training, settings.recombine)
     torch.manual_seed(settings.seed)
-    with _told(settings.model):
+    is_own = network_class(settings.model).__module__.startswith(OWN)
+    with nullcontext() if is_own else _in_one_line(settings.model):
         network = build_model(settings.model, Geometry.of(windows.settings))
     if settings.start:
         _load_start(network, settings)
-    if not type(network).__module__.startswith(OWN):
+    if not is_own:
         _try(network, training, settings.model)
     return Preparation(recombined, validation, augmentation, network)
+
+
+@torch.random.fork_rng()  # the caller's random numbers stay what they would be
+def require_trainable(windows: Windows, settings: TrainSettings) -> None:
+    """Raise what `prepare` raises."""
+    prepare(windows, settings)
 
 
 def split(windows: Windows, settings: TrainSettings) -> tuple[Windows, Windows]:
@@ -77,7 +84,7 @@ def _try(network: Network, windows: Windows, name: str) -> None:
     """Ask a network for its answers to two windows, one without events. Raises ConfigError."""
     columns = 6 if isinstance(network, SpeedNetwork) else 2
     was_training = network.training
-    with _told(name), torch.no_grad():
+    with _in_one_line(name), torch.no_grad():
         found = network.eval()([network.prepare(NO_EVENTS), network.prepare(windows[0])])
     network.train(was_training)
     shape = tuple(found.shape) if isinstance(found, torch.Tensor) else type(found).__name__
@@ -88,14 +95,12 @@ def _try(network: Network, windows: Windows, name: str) -> None:
 
 
 @contextmanager
-def _told(name: str) -> Iterator[None]:
-    """Turn what a network of another package raises into one line; evslip's own raise what they raise."""
+def _in_one_line(name: str) -> Iterator[None]:
+    """Turn what a network of another package raises into a ConfigError."""
     try:
         yield
     except EvslipError:
         raise
     except Exception as error:
-        if ":" not in name:
-            raise
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
         raise ConfigError(f"model: {name} fails on a window: {reason}") from error

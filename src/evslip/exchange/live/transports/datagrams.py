@@ -4,11 +4,9 @@ from collections import deque
 from collections.abc import Sequence
 
 from evslip.events.stream import concatenate
-from evslip.exchange.live.source import Piece
+from evslip.exchange.live.source import GONE_S, Piece
 from evslip.exchange.live.transports.packet import Datagram, unpack
 
-GONE_S = 1.0
-"""Silence after which a stream is taken to be over."""
 MOST_FORMER = 64
 """Streams that are remembered."""
 
