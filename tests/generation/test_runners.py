@@ -27,6 +27,19 @@ def test_a_task_that_raises_is_named_at_the_end_and_the_others_are_done():
     assert len(notices) == 1
 
 
+def test_a_script_needs_no_guard_for_its_workers(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import math\n"
+        "from evslip.generation.runners.local import run_local\n"
+        "print('begins', __file__, __spec__)\n"
+        "print(sorted(run_local(math.sqrt, [1.0, 4.0], 2)), __file__, __spec__)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert done.stdout == f"begins {script} None\n[1.0, 2.0] {script} None\n", done.stderr
+    assert not done.stderr
+
+
 def test_an_error_of_use_ends_the_run_at_once():
     with pytest.raises(ConfigError, match="expected one of local"):
         list(run_local(runner, ["cloud", "local"], 1))

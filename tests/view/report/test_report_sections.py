@@ -25,6 +25,7 @@ from evslip.learn.scores.metrics import measured
 from evslip.utils.errors import ConfigError, DataError
 from evslip.view.evaluation import failures
 from evslip.view.evaluation.failures import Failure, of_events, of_record, worst
+from evslip.view.pictures.frame_source import FrameSource
 from evslip.view.report.facts import doubt_of
 from evslip.view.report.report import write_model_report, write_report
 from evslip.view.report.sections.activity import Activity, activity, rates
@@ -179,7 +180,7 @@ def test_the_pictures_of_a_window_show_its_events(tmp_path: Path):
     # One event just before each of the three moments, in a column of its own, and one that is shown nowhere.
     times = [1_000_000 + (2 * k + 1) * 160_000 // 6 - 100 for k in range(3)] + [1_155_000]
     record = recording(times, [0, 1, 2, 3], [1, 1, 1, 1])
-    strip = of_record(record, 1_000_000, settings)
+    strip = of_record(FrameSource(record), 1_000_000, settings)
     assert strip.shape == (3, 3 * 4 + 2 * 3, 3)
     coloured = np.argwhere(np.ptp(strip.astype(int), axis=2) > 100).tolist()
     assert coloured == [[0, 0], [0, 7 + 1], [0, 14 + 2]]

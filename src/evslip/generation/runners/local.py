@@ -4,6 +4,7 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from collections import deque
@@ -113,10 +114,23 @@ def start_worker(process: BaseProcess) -> None:
     resource_tracker.ensure_running()  # else start would do so, and let signals through again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        with environment(ONE_THREAD):
+        with environment(ONE_THREAD), _script_unnamed():
             process.start()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextlib.contextmanager
+def _script_unnamed() -> Iterator[None]:
+    """Let no process that is started in the block run the script which is run here: a worker needs nothing of it, and
+    a script that does not begin with `if __name__ == "__main__":` would start workers in each worker."""
+    script = vars(sys.modules["__main__"])
+    named = {name: script[name] for name in ("__spec__", "__file__") if name in script}
+    script.update(dict.fromkeys(named))
+    try:
+        yield
+    finally:
+        script.update(named)
 
 
 @contextlib.contextmanager

@@ -104,7 +104,7 @@ def from_records(find: Callable[[str], Record | None], settings: WindowSettings)
 
     def show(failure: Failure) -> str | None:
         record = find(failure.name)
-        return None if record is None else jpeg_uri(_jpeg(of_record(record, failure.start_us, settings)))
+        return None if record is None else jpeg_uri(_jpeg(of_record(FrameSource(record), failure.start_us, settings)))
 
     return show
 
@@ -126,8 +126,9 @@ def pictures(
     cut = data.windows
     if cut is None:
         for record in data.named(wanted):
+            source = FrameSource(record)  # what all pictures of a record share is made once
             for failure in wanted.pop(record.name, ()):
-                yield failure, of_record(record, failure.start_us, settings, align)
+                yield failure, of_record(source, failure.start_us, settings, align)
         return
     for failure in (one for some in wanted.values() for one in some):
         for i in np.flatnonzero((cut.name == failure.name) & (cut.start_us == failure.start_us))[:1]:
@@ -135,9 +136,9 @@ def pictures(
             yield failure, of_events(Events(t_us.astype(np.int64), x, y, p), cut.settings)
 
 
-def of_record(record: Record, start_us: int, settings: WindowSettings, align: Align = "centre") -> np.ndarray:
+def of_record(source: FrameSource, start_us: int, settings: WindowSettings, align: Align = "centre") -> np.ndarray:
     """A window's pictures side by side, cropped as the detector sees them; uint8 (height, width, 3)."""
-    source = FrameSource(record)
+    record = source.record
     lies = laid_on(settings, record.size, align)
     crop = slice(max(0, lies.top), lies.top + lies.height), slice(max(0, lies.left), lies.left + lies.width)
     times = _moments(start_us, round(settings.length_s * 1e6))

@@ -15,16 +15,16 @@ class FrameSource:
     """Pictures of one record at any times. Not for several threads at once."""
 
     def __init__(self, record: Record):
-        self._record = record
+        self.record = record
 
     @property
     def is_there(self) -> bool:
         """Whether there is anything to see."""
-        return self._record.trajectory is not None or self._record.footage is not None
+        return self.record.trajectory is not None or self.record.footage is not None
 
     def at(self, t_us: int) -> np.ndarray:
         """Frame at a time of the record, sRGB uint8 (height, width, 3). Raises DataError, ConfigError."""
-        record = self._record
+        record = self.record
         if record.trajectory is not None:
             luminance = self._still_frames.at(t_us).luminance
             grey = np.round(linear_to_srgb(np.clip(luminance, 0.0, 1.0)) * 255).astype(np.uint8)
@@ -35,12 +35,12 @@ class FrameSource:
 
     def at_or_white(self, t_us: int) -> np.ndarray:
         """Frame at a time, white where the record has none."""
-        return self.at(t_us) if self.is_there else white(*self._record.size)
+        return self.at(t_us) if self.is_there else white(*self.record.size)
 
     @cached_property
     def _still_frames(self) -> StillFrames:
-        assert self._record.trajectory is not None  # asked before
-        return StillFrames(self._record.trajectory)
+        assert self.record.trajectory is not None  # asked before
+        return StillFrames(self.record.trajectory)
 
 
 def span_of(record: Record) -> tuple[int, int]:
