@@ -217,6 +217,11 @@ def test_a_sensors_noise_is_measured_and_used_again(tmp_path):
     assert result.returncode == 0, result.stderr
     assert "busiest" in result.stdout
     assert load_noise_map(tmp_path / "noise.npz")[:, (1, 2), (3, 5)].round().tolist() == [[50, 0], [0, 20]]
+    part = tmp_path / "part.npz"
+    assert evslip("calibrate", tmp_path / "still.h5", part, "--start-s", 1.5).returncode == 0
+    assert not np.array_equal(load_noise_map(part), load_noise_map(tmp_path / "noise.npz"))
+    assert_one_line(evslip("calibrate", tmp_path / "still.h5", tmp_path / "n.npz", "--each-pixel"), "each-pixel: ")
+    assert_one_line(evslip("calibrate", tmp_path / "still.h5", tmp_path / "n.npz", "--start-s", 9), "no events between")
     (tmp_path / "frames").mkdir()
     for number in range(3):
         Image.new("L", (8, 6), 100).save(tmp_path / "frames" / f"{number}.png")

@@ -48,6 +48,14 @@ def test_frames_that_are_clipped_throughout_tell_nothing(recording, tmp_path):
     assert "recordings: neither still pixels" in refused([recording(255)], tmp_path / "out.toml")
 
 
+def test_recordings_without_frames_beside_one_with_are_left_out_by_name(recording, tmp_path):
+    pytest.importorskip("cv2")
+    write_events(tmp_path / "blind.h5", EVENTS, SIZE)
+    found = calibrate_recordings([recording(), tmp_path / "blind.h5"], tmp_path / "out.toml")
+    assert any("blind.h5 tell: fewer than 3 frames" in line for line in found.unknown)
+    assert "# Fitted by evslip calibrate to rec.h5;" in (tmp_path / "out.toml").read_text()
+
+
 def test_a_recording_counts_once(recording, tmp_path):
     path = recording()
     assert "rec.h5 is named more than once" in refused([path, tmp_path / "." / "rec.h5"], tmp_path / "out.toml")

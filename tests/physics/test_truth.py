@@ -10,12 +10,13 @@ from evslip.physics.motion.phases import phase_times
 from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import angular_difference, measure
+from evslip.utils.errors import GraspFailed
 
 N = 7500
 PARAMS = evslip.draw(evslip.load_config("demo"), 0)
 
 
-def scripted(turn_deg: np.ndarray, slide_m: np.ndarray, seed: int = 0) -> Trajectory:
+def scripted(turn_deg: np.ndarray, slide_m: np.ndarray, seed: int = 0, closed_us: int | None = None) -> Trajectory:
     """An object that turns about the closing axis through the tool centre and slides along it in a moving hand."""
     rng = np.random.default_rng(seed)
     t_us = np.arange(N) * 1000
@@ -29,7 +30,8 @@ def scripted(turn_deg: np.ndarray, slide_m: np.ndarray, seed: int = 0) -> Trajec
         np.hstack([where + hand.apply(in_hand), (hand * relative).as_quat(scalar_first=True)]),
     ]
     phases = phase_times(PARAMS)
-    gripped = (t_us >= phases["initial"][1] - 200_000) & (t_us < phases["release"][0])
+    begin_us = phases["initial"][1] - 200_000 if closed_us is None else closed_us
+    gripped = (t_us >= begin_us) & (t_us < phases["release"][0])
     standing = (t_us < phases["lift"][0]) | (t_us >= phases["release"][0] - 300_000)
     joints = np.zeros((N, 9))
     force = np.repeat(gripped[:, None] * PARAMS.grip.force_n, 2, axis=1)
@@ -71,6 +73,22 @@ def test_the_held_span_lies_between_lift_off_and_touch_down():
     assert held[0] == phases["lift"][0]
     assert held[-1] == phases["release"][0] - 300_000 - 1000
     assert truth.span_us == (phases["initial"][1] - 200_000, phases["release"][0])
+
+
+@pytest.mark.parametrize("duration_s", [3.0, 4.0])
+def test_however_fast_the_motion_the_grip_is_closed_before_the_lift_so_that_no_slip_comes_before(duration_s):
+    keys = {"motion.duration_s": duration_s, "robot.kind": "cartesian", "motion.lift_m": 0.06, "motion.tilt_deg": 10.0}
+    params = evslip.draw(evslip.load_config("demo", keys | {"motion.move_y_m": -0.1}), 5)
+    truth = measure(evslip.simulate(params))
+    lift_us = phase_times(params)["lift"][0]
+    assert truth.span_us[0] < lift_us < truth.onset_us
+    assert truth.theta_deg[truth.t_us <= lift_us].max() < 0.1
+
+
+def test_a_grip_that_is_not_at_rest_at_the_lift_makes_no_sample():
+    with pytest.raises(GraspFailed, match=r"not at rest when the lift began, at 0\.95 s: the object slipped by 2 deg"):
+        closes_late = ramp(1000, 1100, 2.0)
+        measure(scripted(closes_late, np.zeros(N), closed_us=1_100_000))
 
 
 def test_onset_is_the_first_tenth_of_a_degree_of_a_rotation_that_reaches_one():

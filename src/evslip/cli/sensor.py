@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
@@ -12,6 +12,9 @@ from evslip.learn.realism.settings import RealismSettings
 from evslip.utils.console import console, print_table
 from evslip.utils.errors import ConfigError
 from evslip.utils.files import require_not_read
+
+if TYPE_CHECKING:
+    from evslip.exchange.calibrating import Span
 
 
 def calibrate(
@@ -41,9 +44,6 @@ def calibrate(
     require_paths("calibrate", recordings_and_out, enough, "one or more recordings, then the file to write")
     *recordings, out = recordings_and_out
     require_not_read(out, *recordings)
-    if out.suffix.lower() == ".npz":
-        _noise(recordings, out)
-        return
     from evslip.exchange.calibrating import Span, calibrate_recordings
 
     if not 0 <= seed < 2**64:
@@ -51,6 +51,11 @@ def calibrate(
     end = math.inf if end_s is None else end_s
     if not 0.0 <= start_s < end:
         raise ConfigError(f"start-s: {start_s:g} is out of range, expected 0 or more and less than --end-s")
+    if out.suffix.lower() == ".npz":
+        if each_pixel:
+            raise ConfigError(f"each-pixel: thresholds lie beside a preset; expected OUT.toml, not {out}")
+        _noise(recordings, out, Span(start_s, end))
+        return
     found = calibrate_recordings(recordings, out, Span(start_s, end), upsample, seed, each_pixel)
     facts = [[one.name, f"{one.value:.4g}", f"{one.low:.3g} to {one.high:.3g}", one.note] for one in found.facts]
     print_table([["parameter", "value", "95 % interval", ""], *facts])
@@ -116,28 +121,30 @@ def realism(
     console.print(" and ".join(map(str, filter(None, (out, json)))))
 
 
-def _noise(recordings: list[Path], out: Path) -> None:
+def _noise(recordings: list[Path], out: Path, span: "Span") -> None:
     """Write the noise of each pixel of a recording of a still scene."""
     from evslip.codecs.clips.pixels import check_sensor
     from evslip.data.record_file import read_recording
     from evslip.events.calibration.calibration import RESTLESS
     from evslip.events.noise_map import measure_noise, save_noise_map, unrest
+    from evslip.exchange.calibrating import part_of
 
     if len(recordings) > 1:
         raise ConfigError(f"calibrate: {len(recordings)} recordings given; the noise of each pixel is measured in one")
     (recording,) = recordings
     record = read_recording(recording)
     check_sensor(record.size, recording)
-    rates = measure_noise(record.events, record.size)
+    events = part_of(record.events, span, recording)
+    rates = measure_noise(events, record.size)
     save_noise_map(out, rates)
     on, off = rates.mean((1, 2))
     busiest = float(rates.sum(0).max())
-    console.print(f"{recording}: {describe(record.events, record.size)}")
+    console.print(f"{recording}: {describe(events, record.size)}")
     console.print(f"{out}: {on:.3g} ON and {off:.3g} OFF events/s a pixel; the busiest pixel has {busiest:.3g}/s")
     silent = float((rates.sum(0) == 0).mean())
     if silent > 0.5:
         console.print(f"{silent:.0%} of the pixels never fired: record for longer to measure them")
-    moved = unrest(record.events, record.size)
+    moved = unrest(events, record.size)
     if moved > RESTLESS:
         console.print(
             f"note: the scene was not still: the pixels' counts differ {moved:.3g} times as much between the halves of "

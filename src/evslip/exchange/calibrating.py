@@ -32,6 +32,12 @@ class Span(NamedTuple):
     start_s: float = 0.0
     end_s: float = float("inf")
 
+    def ends_us(self, events: Events) -> tuple[int, int]:
+        """Begin and end, exclusive, on the clock of some events, of which there are any."""
+        first_us, last_us = int(events.t_us[0]), int(events.t_us[-1])
+        start_us = first_us + round(min(max(self.start_s, 0.0), 1e9) * 1e6)
+        return start_us, min(first_us + round(min(self.end_s, 1e9) * 1e6), last_us + 1)
+
 
 WHOLE = Span()
 
@@ -61,14 +67,26 @@ def calibrate_recordings(
         found = calibrate([_scene(one, upsample) for one in with_frames], seed, each_pixel)
     else:
         found = calibrate_blind([(one.events, one.size) for one in seen])
-    names = ", ".join(Path(path).name for path in recordings)
+    left = [one.path.name for one in seen if with_frames and one.footage is None]
+    if left:
+        found.unknown.append(f"what {', '.join(left)} tell: fewer than {LEAST_FRAMES} frames in the part looked at")
+    names = ", ".join(one.path.name for one in with_frames or seen)
     head = f"# Fitted by evslip calibrate to {names}; luminance is the frames' codes over 255.\n"
     fit = {fact.name: fact.entries() for fact in found.facts}
     preset_file.write(out, found.model, fit, head)
     return found
 
 
+def part_of(events: Events, span: Span, path: Path) -> Events:
+    """Events of a span of a file's. Raises DataError if there are none."""
+    part = events.between(*span.ends_us(events)) if len(events) else events
+    if not len(part):
+        raise DataError(f"{path}: no events between {span.start_s:g} and {span.end_s:g} s after the first one")
+    return part
+
+
 class _Seen(NamedTuple):
+    path: Path
     events: Events
     size: tuple[int, int]
     footage: Footage | None
@@ -81,18 +99,14 @@ def _seen(path: Path, span: Span) -> _Seen:
     check_sensor(size, path)
     if not len(events):
         raise DataError(f"{path}: holds no events to calibrate a camera with")
-    first_us, last_us = int(events.t_us[0]), int(events.t_us[-1])
-    start_us = first_us + round(min(max(span.start_s, 0.0), 1e9) * 1e6)
-    end_us = min(first_us + round(min(span.end_s, 1e9) * 1e6), last_us + 1)
-    part = events.between(start_us, end_us)
-    if not len(part):
-        raise DataError(f"{path}: no events between {span.start_s:g} and {span.end_s:g} s after the first one")
+    start_us, end_us = span.ends_us(events)
+    part = part_of(events, span, path)
     if part.t_us[0] == part.t_us[-1]:
         raise DataError(f"{path}: all of its {len(part)} events are at one time; expected some that span a time")
     if footage is not None:
         chosen = (footage.t_us >= start_us) & (footage.t_us <= end_us)
         footage = Footage(footage.t_us[chosen], footage.images[chosen]) if chosen.sum() >= LEAST_FRAMES else None
-    return _Seen(part, size, footage)
+    return _Seen(path, part, size, footage)
 
 
 def _scene(seen: _Seen, upsample: int) -> Scene:

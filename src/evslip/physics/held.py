@@ -27,7 +27,9 @@ def recorded(trajectory: Trajectory) -> tuple[int, int]:
     if closed is None:
         peak = trajectory.pad_force_n[:opening].min(axis=1).max()
         raise GraspFailed(
-            "never_closed", f"the pads never carried {force:g} N at rest; the weaker one reached {peak:.2g} N"
+            "never_closed",
+            f"the pads never carried {force:g} N for {SETTLED_S:g} s with the fingers at rest; the weaker one reached "
+            f"{peak:.2g} N; expected a larger motion.duration_s or grip.force_n",
         )
     return closed, opening
 

@@ -12,6 +12,7 @@ from evslip.physics.motion.phases import PHASE_NAMES, phase_times
 from evslip.physics.robots.description import TCP_M
 from evslip.physics.trajectory import Trajectory, rotation_of, rounded
 from evslip.physics.vibration.displacement import without_vibration
+from evslip.utils.errors import GraspFailed
 
 THETA_BITS, ROTATION_BITS, POSITION_BITS = 16, 22, 23
 """Angles are kept to about 1e-5 degrees, positions to 0.1 micrometres."""
@@ -111,13 +112,14 @@ def angular_difference(trajectory: Trajectory) -> np.ndarray:
 
 def measure(trajectory: Trajectory) -> Truth:
     """Ground truth of a trajectory: what vibration adds to the object's poses is no slip, and not in it. Raises
-    GraspFailed when the object never hangs in a closed grip."""
+    GraspFailed when the object never hangs in a closed grip, or has slipped before the grip was closed."""
     trajectory = without_vibration(trajectory)
     closed, opening = recorded(trajectory)
     relative = _relative_rotation(trajectory)
     hand = rotation_of(trajectory.gripper_pose)
     centre = hand.inv().apply(trajectory.object_pose[:, :3] - trajectory.gripper_pose[:, :3])
     position = centre + (relative * relative[closed].inv()).apply(TCP_M - centre[closed])
+    _require_still(trajectory, closed, relative, position)
     first, last, lost = held_span(trajectory, closed, opening)
     held = np.zeros(len(trajectory.t_us), bool)
     held[first:last] = True
@@ -138,6 +140,22 @@ def measure(trajectory: Trajectory) -> Truth:
         pad_friction=trajectory.pad_friction,
         pad_utilisation=trajectory.pad_utilisation,
     )
+
+
+def _require_still(trajectory: Trajectory, closed: int, rotation: Rotation, position_m: np.ndarray) -> None:
+    """Raise GraspFailed where the object slipped between the begin of the lift and the closed grip: slip is measured
+    from then on."""
+    lift_us = phase_times(trajectory.params)["lift"][0]
+    lift = min(closed, int(np.searchsorted(trajectory.t_us, lift_us)))
+    turned = np.degrees((rotation[lift].inv() * rotation[lift : closed + 1]).magnitude()).max()
+    slid = np.linalg.norm(position_m[lift : closed + 1] - position_m[lift], axis=1).max()
+    if turned >= SLIP_DEG or slid >= SLIP_M:
+        raise GraspFailed(
+            "never_closed",
+            f"the grip was not at rest when the lift began, at {lift_us / 1e6:.2f} s: the object slipped by "
+            f"{turned:.2g} deg and {1e3 * slid:.2g} mm until it was; expected a larger motion.duration_s or "
+            "grip.force_n",
+        )
 
 
 def phase_of(params: Params, t_us: np.ndarray) -> np.ndarray:

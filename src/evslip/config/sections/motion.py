@@ -47,7 +47,7 @@ class MotionSpec(Section, Generic[N, S]):
     to either side, or visit way-points."""
     duration_s: Annotated[N, Within(3.0, 60.0)]
     """Whole length of the pick-and-place. All times scale with it, except those given below, which lengthen or shorten
-    the whole."""
+    the whole, and the time to close the fingers, which is never less than 0.36 s."""
     lift_m: Annotated[N, Within(0.0, 0.5)]
     """Height of the lift."""
     move_x_m: Annotated[N, Within(-1.0, 1.0)]

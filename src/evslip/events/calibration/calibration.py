@@ -108,7 +108,7 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
     """Facts that events alone tell of a sensor: noise where the scene is still, at the light that there was.
 
     recordings: events and (width, height). Raises DataError if they tell nothing."""
-    facts, unknown = [], ["thresholds, bandwidth, light: the recordings have no frames"]
+    facts, unknown = [], ["thresholds, bandwidth, light: they take three frames or more"]
     still_ones = [(events, size) for events, size in recordings if len(events) > 1 and unrest(events, size) <= RESTLESS]
     if not still_ones:
         raise DataError("recordings: without frames, and the scene moves; expected frames, or a still scene")
@@ -117,10 +117,11 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
     shot, shot_error = 2.0 * off / time, 2.0 * SURE * math.sqrt(max(off, 1)) / time
     facts.append(Fact("shot_rate_hz", shot, max(0.0, shot - shot_error), shot + shot_error, "ON taken as OFF"))
     facts.append(Fact("shot_white", 1.0, 0.0, 1.0, "not known: the same in any light"))
-    leak = float(still.leak_behind_shots(np.array([max(0.0, (on - off) / time)]), np.array([shot]))[0])
-    spread = still.mean_of_spread(PixelModel().leak_spread)
-    leak, error = leak / spread, SURE * math.sqrt(on + off) / time / spread
-    facts.append(Fact("leak_rate_hz", leak, max(0.0, leak - error), leak + error, "in any light"))
+    # The ends as the value: where shot noise hides nearly all of the leak, what is seen of it tells little.
+    seen = np.maximum(0.0, (on - off) + SURE * math.sqrt(on + off) * np.array([0.0, -1.0, 1.0])) / time
+    leaks = still.leak_behind_shots(seen, np.full(3, shot)) / still.mean_of_spread(PixelModel().leak_spread)
+    note = "in any light" if seen[1] > 0.0 else "the recordings hardly tell"
+    facts.append(Fact("leak_rate_hz", *map(float, leaks), note))
     facts = _within_limits(facts)
     parameters: dict[str, Any] = {fact.name: fact.value for fact in facts}
     return Calibration(PixelModel(**parameters), facts, math.nan, unknown)
@@ -173,7 +174,7 @@ def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[F
     if not time.any():
         return [], ["leak, shot noise: every still pixel is clipped"]
     facts, unknown = [], []
-    shot = still.line_of(light, off, time)
+    shot = still.line_of(still.shot_scale(light), off, time)
     if shot is None:
         unknown.append(f"shot noise: too few OFF events of still pixels ({(off * time).sum():.0f})")
         facts.append(Fact("shot_rate_hz", 0.0, 0.0, 2.0 * still.LEAST_EVENTS / float(time.sum()), "too few events"))
@@ -183,7 +184,7 @@ def _noise(scenes: Sequence[Scene], masks: Sequence[np.ndarray]) -> tuple[list[F
         share = min(1.0, shot.white / rate * 2.0) if rate > 0.0 else 1.0
         error = 2.0 * SURE * shot.white_error / max(rate, 1e-12)
         facts.append(Fact("shot_white", share, max(0.0, share - error), min(1.0, share + error)))
-    shot_on = np.zeros_like(light) if shot is None else shot.dark * (1.0 - light) + shot.white * light
+    shot_on = np.zeros_like(light) if shot is None else shot.at(still.shot_scale(light))
     leaks = still.leak_behind_shots(np.maximum(on - shot_on, 0.0), 2.0 * shot_on)
     leak = still.line_of(light, leaks, time)
     if leak is None:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
+from evslip.events.sensor.optics import FULL, KNEE, WHITE
 from evslip.events.stream import Events
 
 BINS = 16
@@ -40,6 +41,9 @@ class Line(NamedTuple):
     scatter: float
     """Variance of the rates around the line, in units of that of chance."""
 
+    def at(self, light: np.ndarray) -> np.ndarray:
+        return self.dark * (1.0 - light) + self.white * light
+
 
 def rates_by_light(events: Events, light: np.ndarray, still: np.ndarray, seconds: float) -> tuple[Rates, Rates]:
     """Rates of still pixels that are not clipped, by their mean light, and those of clipped ones (one class).
@@ -59,6 +63,11 @@ def rates_by_light(events: Events, light: np.ndarray, still: np.ndarray, seconds
         return Rates(sums / time * seconds, counts[0] / time, counts[1] / time, time)
 
     return rates(still.ravel() & ~clipped, BINS), rates(still.ravel() & clipped, 1)
+
+
+def shot_scale(light: np.ndarray) -> np.ndarray:
+    """Scale on which the pixel model's shot noise falls linearly, from its rate at 0 to that at white, 1: v2e's."""
+    return (WHITE * light + KNEE) / FULL
 
 
 def line_of(light: np.ndarray, rate: np.ndarray, pixel_seconds: np.ndarray) -> Line | None:

@@ -13,6 +13,9 @@ PHASE_NAMES = (
 """Phases that a motion can have; records hold positions in this list, so it only ever grows at its end."""
 APPROACH_S, INITIAL_S, PAUSE_S, RELEASE_S = 0.5, 0.45, 0.2, 0.8
 """Nominal lengths; the pause is the rest after lifting and after lowering."""
+LEAST_INITIAL_S = 0.36
+"""Time that fingers need to close and to come to rest, however short the whole is: of a grip that still closes when the
+lift begins, a slip would not be seen."""
 
 
 def phase_bounds_s(params: Params) -> dict[str, tuple[float, float]]:
@@ -30,7 +33,7 @@ def planned_bounds_s(params: Params) -> dict[str, tuple[float, float]]:
     slower = scale(motion)
     lengths = {
         "approach": APPROACH_S * slower,
-        "initial": INITIAL_S * slower,
+        "initial": max(INITIAL_S * slower, LEAST_INITIAL_S),
         "lift": lift_s(motion) + PAUSE_S * slower,
         **KINDS[motion.kind].phases(motion),
         "placement": lower_s(motion) + PAUSE_S * slower,
