@@ -1,4 +1,4 @@
-"""Files of event cameras' makers: Prophesee's RAW and DAT, Event Stream."""
+"""Files of event cameras' makers: Prophesee's RAW and DAT, Event Stream, AEDAT4 of several cameras."""
 
 import struct
 from pathlib import Path
@@ -8,10 +8,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from command_line import evslip
 from evslip.codecs import read_events, write_events
+from evslip.codecs.inivation import aedat4
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events
 from evslip.utils.errors import DataError
+from foreign_files import Camera
+from foreign_files import aedat4 as aedat4_of
 from sample_records import assert_equal, random_events
 from shared_data import shared
 
@@ -350,3 +354,35 @@ def test_mutated_files_raise_data_errors_or_give_valid_events(tmp_path: Path, su
             assert events.count <= 12 * len(whole)
             assert not events.count or (events.x.max() < recording.size[0] and events.y.max() < recording.size[1])
     assert accepted < 150
+
+
+def test_one_of_several_cameras_of_aedat4_is_chosen_by_name(tmp_path: Path):
+    path = tmp_path / "a.aedat4"
+    left = Camera("L", (40, 30), spread(0, 200, (40, 30), 1000), (np.full((30, 40), 7, np.uint8),))
+    right = Camera("R", (64, 48), spread(1, 500, (64, 48), 1000), (np.full((48, 64), 9, np.uint8),) * 2)
+    path.write_bytes(aedat4_of(left, right))
+    for camera in (left, right):
+        recording = read_recording(path, camera.name)
+        assert_equal(recording.events, camera.events)
+        assert recording.size == camera.size
+        pixels = [image for _, image in aedat4.frames(path, camera.name)]
+        np.testing.assert_array_equal(pixels, camera.images)
+    for name in (None, "X"):
+        with pytest.raises(DataError, match=r"a\.aedat4: holds the events of the cameras L, R; .* --camera L"):
+            read_recording(path, name)
+    assert "holds the events of the cameras L, R" in evslip("info", path).stderr
+    assert "500" in evslip("info", path, "--camera", "R").stdout
+    assert evslip("import", path, tmp_path / "b.h5", "--camera", "R").returncode == 0
+    footage = read_recording(tmp_path / "b.h5").footage
+    assert footage is not None and footage.images.shape == (2, 48, 64)
+
+
+def test_the_only_camera_of_aedat4_needs_no_name_and_its_frames_come_first(tmp_path: Path):
+    path = tmp_path / "a.aedat4"
+    only = Camera("L", (40, 30), spread(0, 200, (40, 30), 1000), (np.full((30, 40), 7, np.uint8),))
+    path.write_bytes(aedat4_of(only))
+    for name in (None, "L"):
+        assert_equal(read_recording(path, name).events, only.events)
+        assert len(list(aedat4.frames(path, name))) == 1
+    with pytest.raises(DataError, match="one camera"):
+        read_recording(path, "R")

@@ -55,7 +55,7 @@ def import_(
     parts += [f"poses and ground truth of {record.truth.t_us[-1] / 1e6:.3f} s"] if record.truth is not None else []
     if parts:
         console.print(f"{'; '.join(parts)}; label of the whole: {record.label}")
-    if recording.is_file() and (lost := left_out(recording)):
+    if recording.is_file() and (lost := left_out(recording, settings.camera)):
         console.print(f"note: {out.name} does not hold {lost}")
 
 
@@ -93,7 +93,7 @@ def convert(
         rotate: Turn the picture clockwise, after the crop.
         flip: Mirror the picture after that: left and right (x), or top and bottom (y).
         frames_hz: Frames a second in a bag of a whole simulated record; 0: none.
-        camera: Of a record or a bag of two cameras, the one whose events are written, such as left; a whole record
+        camera: Of a file of two cameras, the one whose events are written, such as left; a whole record
             in a bag has both without it.
     """
     from evslip.exchange.format_to_format import convert_format
@@ -128,7 +128,7 @@ def info(
         file: File of any format that `evslip convert` reads.
         gap_ms: From this length on a pause of all pixels is counted as a gap, ms.
         hot: CSV file to write, of the columns and rows of hot pixels, for `evslip convert --without`.
-        camera: Of a record of two cameras, the one whose events are examined: left or right.
+        camera: Of a file of two cameras, the one whose events are examined, such as left.
         json: For a machine.
     """
     from json import dumps
@@ -150,7 +150,7 @@ def info(
         if quality.pixels is None:
             raise DataError(f"{file}: its sensor is too large to judge its pixels; crop it with `evslip convert`")
         write_pixels(hot, quality.pixels.hot)
-    hurts, triggers = harms(quality), trigger_facts(file)
+    hurts, triggers = harms(quality), trigger_facts(file, camera)
     if json:
         beside = {"record": known, "triggers": None if triggers is None else asdict(triggers)}
         print(dumps(facts.as_json() | beside | {"quality": quality.as_json() | {"harms": hurts}}, indent=2))

@@ -27,7 +27,7 @@ def read_events(path: str | Path) -> Events:
 def open_events(path: str | Path, camera: str | None = None) -> Source:
     """The events of a file part by part, checked, so that memory holds one part; its format chosen by suffix.
 
-    camera: of a record or a bag of several cameras, the one whose events are wanted. Raises DataError, here or when a
+    camera: of a file of several cameras, the one whose events are wanted. Raises DataError, here or when a
     part is asked for.
     """
     source = raw_source(path, camera)

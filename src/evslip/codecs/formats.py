@@ -42,7 +42,7 @@ ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"), keeps_c
 """Its folders, too."""
 FORMATS = (
     HDF5,
-    Format("aedat4", "evslip.codecs.inivation.aedat4", (".aedat4",)),
+    Format("aedat4", "evslip.codecs.inivation.aedat4", (".aedat4",), keeps_cameras=True),
     Format("raw", "evslip.codecs.prophesee.raw", (".raw",)),
     Format("dat", "evslip.codecs.prophesee.dat", (".dat",)),
     Format("es", "evslip.codecs.es", (".es",)),

@@ -1,6 +1,6 @@
 """Triggers, which cameras record beside their events: edges at their inputs, and marks of their own frames.
 
-A codec that can read them has `triggers(path) -> Iterator[Triggers]`.
+A codec that can read them has `triggers(path) -> Iterator[Triggers]`, with a camera where its files may have several.
 """
 
 from collections import Counter
@@ -60,13 +60,14 @@ class TriggerFacts:
         return f"{self.count:,}: {kinds}; from {self.start_us} to {self.end_us} us{inputs}"
 
 
-def trigger_facts(path: str | Path) -> TriggerFacts | None:
-    """Numbers of the triggers in a file; None for a format whose triggers are not read. Raises DataError."""
+def trigger_facts(path: str | Path, camera: str | None = None) -> TriggerFacts | None:
+    """Numbers of the triggers in a file; None for a format whose triggers are not read. camera: as of `open_events`.
+    Raises DataError."""
     read = getattr(format_of(path).codec, "triggers", None)
     if read is None:
         return None
     kinds, channels, start_us, end_us = Counter[int](), Counter[int](), 0, 0
-    for part in read(Path(path)):
+    for part in read(Path(path)) if camera is None else read(Path(path), camera):
         if len(part.t_us):
             first, last = int(part.t_us.min()), int(part.t_us.max())
             start_us, end_us = (min(start_us, first), max(end_us, last)) if kinds else (first, last)
@@ -76,7 +77,8 @@ def trigger_facts(path: str | Path) -> TriggerFacts | None:
     return TriggerFacts(kinds.total(), start_us, end_us, named, dict(sorted(channels.items())))
 
 
-def left_out(path: str | Path) -> str:
-    """Words for the triggers that a file holds, such as "12 triggers", or nothing. Raises DataError."""
-    facts = trigger_facts(path)
+def left_out(path: str | Path, camera: str | None = None) -> str:
+    """Words for the triggers that a file holds, such as "12 triggers", or nothing. camera: as of `open_events`. Raises
+    DataError."""
+    facts = trigger_facts(path, camera)
     return f"{facts.count:,} triggers" if facts is not None and facts.count else ""

@@ -61,7 +61,7 @@ def convert_format(
     camera: str | None = None,
 ) -> ConvertedFormat:
     """Read the events of a file of any known format and write those of `selection` in the format of `out`'s suffix. A
-    whole record becomes a whole bag: see `sample_bag`, which frames_hz is of. camera: of a record or a bag of several
+    whole record becomes a whole bag: see `sample_bag`, which frames_hz is of. camera: of a file of several
     cameras, the one whose events are wanted; a whole bag has those of all, unless one is named.
 
     A file that does not state the sensor's size is read twice, first for its extent. Raises DataError,
@@ -90,5 +90,5 @@ def convert_format(
     lost += (f"{early} frames of times below 0",) if early else ()
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) and not is_whole else ()
-    lost += tuple(filter(None, [left_out(source)]))
+    lost += tuple(filter(None, [left_out(source, camera)]))
     return ConvertedFormat(counts.count, counts.on, counts.start_us, counts.end_us, selector.size, lost)

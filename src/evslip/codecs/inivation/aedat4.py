@@ -16,6 +16,7 @@ import lz4.frame
 import numpy as np
 import zstandard
 
+from evslip.codecs.arrays.record_head import wrong_camera
 from evslip.codecs.inivation.aedat4_sink import COLOURS, EVENT, MAGIC, Sink
 from evslip.codecs.inivation.flatbuffer import Table
 from evslip.codecs.source import Source, events_of
@@ -49,35 +50,58 @@ class _Header(NamedTuple):
     """Kind of each stream, such as EVTS, and the element that describes it."""
 
 
-def stream(path: Path) -> Source:
-    """The events of the file's first event stream, and its sensor's (width, height). Raises DataError."""
+def stream(path: Path, camera: str | None = None) -> Source:
+    """The events of a camera's first event stream, and its sensor's (width, height). camera: needed where several have
+    one. Raises DataError."""
     header = _header(path)
-    node = next((node for kind, node in header.streams.values() if kind == "EVTS"), None)
-    if node is None:
+    number = _number(path, header, "EVTS", camera)
+    if number is None:
         kinds = ", ".join(kind for kind, _ in header.streams.values())
         raise DataError(f"{path}: holds no events; its streams are {kinds or 'none'}")
+    node = header.streams[number][1]
     width, height = (node.findtext(f"node[@name='info']/attr[@key='{key}']", "") for key in ("sizeX", "sizeY"))
     try:
         size = check_size(int(width), int(height), path)
     except ValueError as error:
         raise DataError(f"{path}: damaged AEDAT4 file: the sensor's size: {error}") from None
-    return Source(size, _decoded(path, header, "EVTS", _events))
+    return Source(size, _decoded(path, header, "EVTS", camera, _events))
 
 
-def frames(path: Path) -> Iterator[tuple[int, np.ndarray]]:
-    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the first stream of frames. None if
-    there is none. Raises DataError."""
-    return _decoded(path, _header(path), "FRME", _frame)
+def frames(path: Path, camera: str | None = None) -> Iterator[tuple[int, np.ndarray]]:
+    """Times in microseconds and images, uint8 of shape (h, w) or (h, w, 3), of the camera's first stream of frames.
+    None if there is none. camera: as of `stream`. Raises DataError."""
+    return _decoded(path, _header(path), "FRME", camera, _frame)
 
 
-def triggers(path: Path) -> Iterator[Triggers]:
-    """The triggers of the first stream of triggers, part by part; none if there is none. Raises DataError."""
-    return _decoded(path, _header(path), "TRIG", _triggers)
+def triggers(path: Path, camera: str | None = None) -> Iterator[Triggers]:
+    """The triggers of the camera's first stream of triggers, part by part; none if there is none. camera: as of
+    `stream`. Raises DataError."""
+    return _decoded(path, _header(path), "TRIG", camera, _triggers)
 
 
-def _decoded(path: Path, header: _Header, kind: str, decode: Callable[[Table], Content]) -> Iterator[Content]:
-    """What `decode` makes of each packet of the first stream of a kind; nothing if there is none."""
-    number = next((number for number, (own, _) in header.streams.items() if own == kind), None)
+def _number(path: Path, header: _Header, kind: str, camera: str | None) -> int | None:
+    """Number of the first stream of a kind that comes from the camera; of any, where only one has events. None if there
+    is none. Raises DataError."""
+    sources = {number: _source(node) for number, (own, node) in header.streams.items() if own == kind}
+    names = sorted({_source(node) for own, node in header.streams.values() if own == "EVTS"})
+    are_several = len(names) > 1
+    if names and camera not in names and (are_several or camera is not None):
+        raise DataError(f"{path}: {wrong_camera(tuple(names) if are_several else (), camera)}")
+    wanted = names if camera is None else [camera]
+    fitting = [number for number, source in sources.items() if source in wanted]
+    return next(iter(fitting if fitting or are_several else sources), None)
+
+
+def _source(node: Any) -> str:
+    """Name of the camera that a stream comes from; empty where the file does not say."""
+    return " ".join(node.findtext("node[@name='info']/attr[@key='source']", "").split())
+
+
+def _decoded(
+    path: Path, header: _Header, kind: str, camera: str | None, decode: Callable[[Table], Content]
+) -> Iterator[Content]:
+    """What `decode` makes of each packet of the camera's first stream of a kind; nothing if there is none."""
+    number = _number(path, header, kind, camera)
     if number is None:
         return
     for packet in _packets(path, header, number):

@@ -28,7 +28,7 @@ class Importing:
     """Width and height of the sensor where the file does not state them; default: the extent of its events, and 346 260
     for a simulator, whose frames are brought to this size."""
     camera: str | None = None
-    """The camera that is brought in, such as left, of a bag of several; of a simulator's folder without events the
+    """The camera that is brought in, such as left, of a file of several; of a simulator's folder without events the
     event camera that looks at its frames, default: davis346."""
     seed: int = 0
     """Seed of that camera."""
