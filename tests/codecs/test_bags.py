@@ -10,7 +10,7 @@ import zstandard
 from evslip.cli import run
 from evslip.codecs import format_of, open_events, read_events
 from evslip.codecs.prophesee import evt3
-from evslip.codecs.ros import bag, bag2
+from evslip.codecs.ros import bag, bag2, cameras
 from evslip.data.record_file import read_recording
 from evslip.events.stream import Events, concatenate
 from evslip.exchange.importing.recordings import import_recording
@@ -180,3 +180,29 @@ def test_a_large_chunk_of_a_bag_is_refused_before_it_is_kept(monkeypatch, tmp_pa
     with pytest.raises(DataError, match="damaged bag: a chunk of"):
         read_events(path)
     assert bag.LARGEST_CHUNK > 100
+
+
+@pytest.mark.parametrize(
+    ("topics", "names"),
+    [
+        (["/dvs/events"], ["dvs"]),
+        (["/left/event_camera/events", "/right/event_camera/events"], ["left", "right"]),
+        (["/davis/left/events", "/davis/right/events"], ["left", "right"]),
+        (["/dvs/events", "/dvs2/filtered/events"], ["dvs", "dvs2"]),
+        (["/a/left/events", "/a/right/events", "/b/left/events"], ["a/left", "a/right", "b/left"]),
+        (["/dvs/events", "/dvs/events_filtered"], ["events", "events_filtered"]),
+    ],
+)
+def test_cameras_are_named_by_what_tells_their_topics_apart(topics: list[str], names: list[str]):
+    assert cameras.names(topics) == names
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_one_of_two_cameras_below_one_namespace_is_chosen(suffix: str, tmp_path: Path):
+    library, events = Library(tmp_path / f"a{suffix}"), {"left": some_events(50), "right": some_events(80)}
+    path = library.write(library.array(seen, SIZE, f"/davis/{name}/events") for name, seen in events.items())
+    for name, seen in events.items():
+        assert_equal(read_recording(path, name).events, seen)
+    for name in (None, "davis"):
+        with pytest.raises(DataError, match="holds the events of the cameras left, right; expected one of them"):
+            read_events(path) if name is None else read_recording(path, name)

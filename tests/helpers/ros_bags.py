@@ -46,23 +46,23 @@ class Library:
         kind = self.store.types["std_msgs/msg/Header"]
         return kind(0, self.time(t_us), "dvs") if self.first else kind(self.time(t_us), "dvs")
 
-    def array(self, events: Events, size: tuple[int, int]) -> Message:
+    def array(self, events: Events, size: tuple[int, int], topic: str = "/dvs/events") -> Message:
         event = self.store.types["dvs_msgs/msg/Event"]
         rows = [
             event(int(x), int(y), self.time(int(t), 999), bool(p)) for t, x, y, p in zip(*events.columns, strict=True)
         ]
-        return Message("/dvs/events", ARRAYS[0], (self.header(0), size[1], size[0], rows))
+        return Message(topic, ARRAYS[0], (self.header(0), size[1], size[0], rows))
 
     def packet(self, content: bytes, size: tuple[int, int], seq: int, encoding: str, base_ns: int = 0) -> Message:
         events = np.frombuffer(content, np.uint8)
         fields = (self.header(0), size[1], size[0], seq, base_ns, encoding, False, events)
         return Message("/event_camera/events", PACKET, fields)
 
-    def image(self, pixels: np.ndarray, t_us: int) -> Message:
+    def image(self, pixels: np.ndarray, t_us: int, topic: str = "/dvs/image_raw") -> Message:
         grey = pixels.ndim == 2
         step = pixels.shape[1] * (1 if grey else 3)
         fields = (self.header(t_us), *pixels.shape[:2], "mono8" if grey else "bgr8", 0, step, pixels.reshape(-1))
-        return Message("/dvs/image_raw", IMAGE, fields)
+        return Message(topic, IMAGE, fields)
 
     def write(self, messages: Iterable[Message]) -> Path:
         """Write the bag; of ROS 2 it is a folder. Returns its path, or that of the file in it."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from evslip.codecs.arrays.record_head import wrong_camera
+from evslip.codecs.ros.cameras import names
 from evslip.codecs.ros.messages import FLAG, IMAGE, POSE
 from evslip.utils.errors import DataError, MissingExtraError
 
@@ -42,8 +43,8 @@ def choose(
 ) -> list[Any]:
     """The connections of the first topic of some types, or of the one that is named.
 
-    camera: the namespace of a topic of events, where topics of several have them. Raises DataError where there is
-    none, but for images, poses and flags, and where nobody said which of several cameras is meant.
+    camera: the name of a topic of events, where there are several. Raises DataError where there is none, but for
+    images, poses and flags, and where nobody said which of several cameras is meant.
     """
     topics = [c for c in connections if c.msgtype in kinds and topic in ("", c.topic)]
     if kinds not in ((IMAGE,), (POSE,), (FLAG,)):
@@ -55,10 +56,11 @@ def choose(
 
 
 def _seen_by(topics: list[Any], camera: str | None, path: Path) -> list[Any]:
-    """Those of a camera, whose name is the first part of their names."""
-    names = sorted({c.topic.strip("/").split("/")[0] for c in topics})
-    if camera is None and len(names) == 1:
+    """Those of a camera."""
+    distinct = sorted({c.topic for c in topics})
+    named = dict(zip(names(distinct), distinct, strict=True))
+    if camera is None and len(named) == 1:
         return topics
-    if camera not in names:
-        raise DataError(f"{path}: {wrong_camera(tuple(names) if len(names) > 1 else (), camera)}")
-    return [c for c in topics if c.topic.strip("/").split("/")[0] == camera]
+    if camera not in named:
+        raise DataError(f"{path}: {wrong_camera(tuple(sorted(named)) if len(named) > 1 else (), camera)}")
+    return [c for c in topics if c.topic == named[camera]]
