@@ -206,3 +206,38 @@ def test_one_of_two_cameras_below_one_namespace_is_chosen(suffix: str, tmp_path:
     for name in (None, "davis"):
         with pytest.raises(DataError, match="holds the events of the cameras left, right; expected one of them"):
             read_events(path) if name is None else read_recording(path, name)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize(
+    ("images", "expected"),
+    [
+        ({"/rgb/image_raw": SIZE, "/dvs/image_raw": SIZE}, "/dvs/image_raw"),
+        ({"/rgb/image_raw": (64, 48), "/dvs/image_raw": SIZE}, "/dvs/image_raw"),
+        ({"/dvs/preview": (20, 15), "/dvs/image_raw": SIZE, "/rgb/image_raw": SIZE}, "/dvs/image_raw"),
+        ({"/rgb/image_raw": (64, 48), "/frames/image_raw": SIZE}, "/frames/image_raw"),
+        ({"/rgb/image_raw": (64, 48)}, "/rgb/image_raw"),
+        ({}, None),
+    ],
+)
+def test_frames_are_those_of_the_camera_of_the_events(
+    suffix: str, images: dict[str, tuple[int, int]], expected: str | None, tmp_path: Path
+):
+    library, shades = Library(tmp_path / f"a{suffix}"), {topic: shade for shade, topic in enumerate(images)}
+    pictures = [
+        library.image(np.full((height, width), shades[topic], np.uint8), 0, topic)
+        for topic, (width, height) in images.items()
+    ]
+    path = library.write([*pictures, library.array(some_events(9), SIZE)])
+    found = [int(image[0, 0]) for _, image in format_of(path).codec.frames(path)]
+    assert found == ([] if expected is None else [shades[expected]])
+
+
+def test_each_of_two_cameras_has_its_own_frames_or_none(tmp_path: Path):
+    library = Library(tmp_path / "a.bag")
+    events = [library.array(some_events(9), SIZE, f"/davis/{name}/events") for name in ("left", "right")]
+    images = {"/image_raw": 1, "/davis/image_raw": 2, "/davis/right/image_raw": 3}
+    pictures = [library.image(np.full(SIZE[::-1], shade, np.uint8), 0, topic) for topic, shade in images.items()]
+    path = library.write([*pictures, *events])
+    for name, expected in {"left": [], "right": [3]}.items():
+        assert [int(image[0, 0]) for _, image in bag.frames(path, name)] == expected

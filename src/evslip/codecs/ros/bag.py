@@ -1,13 +1,14 @@
 """Events of ROS 1 bags (read, and written by `sink`); `messages` says of which messages."""
 
 import bz2
+import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import lz4.frame
 
-from evslip.codecs.ros.library import choose, reading
+from evslip.codecs.ros.library import reading
 from evslip.codecs.ros.sink import Sink
 from evslip.codecs.ros.topics import Topics
 
@@ -16,19 +17,18 @@ LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk; ROS makes them of 768 kB, or of one message."""
 
 
-def _messages(path: Path, kinds: tuple[str, ...], topic: str, camera: str | None) -> Iterator[tuple[str, bytes]]:
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Any]:
     with reading(path):
         from rosbags.rosbag1 import Reader
 
         with Reader(path) as reader:
             for place, chunk in reader.chunks.items():
                 reader.chunks[place] = chunk._replace(decompressor=bounded(chunk.decompressor))
-            wanted = choose(reader.connections, kinds, path, topic, camera)
-            for connection, _, data in reader.messages(wanted) if wanted else ():
-                yield connection.msgtype, data
+            yield reader
 
 
-_TOPICS = Topics(_messages, cdr=False)
+_TOPICS = Topics(_opened, cdr=False)
 stream, frames, poses, flags = _TOPICS.stream, _TOPICS.frames, _TOPICS.poses, _TOPICS.flags
 
 

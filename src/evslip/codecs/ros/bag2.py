@@ -4,6 +4,7 @@ or .mcap.
 `messages` says of which messages.
 """
 
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import lz4.frame
 import zstandard
 
-from evslip.codecs.ros.library import choose, plainly_named, reading
+from evslip.codecs.ros.library import plainly_named, reading
 from evslip.codecs.ros.sink import Sink
 from evslip.codecs.ros.topics import Topics
 from evslip.utils.errors import DataError
@@ -21,7 +22,8 @@ LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk of an .mcap file; ROS makes them of 768 kB, or of one message."""
 
 
-def _messages(path: Path, kinds: tuple[str, ...], topic: str, camera: str | None) -> Iterator[tuple[str, bytes]]:
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Any]:
     if path.is_dir() and any(path.glob("*.zstd")):
         raise _packed(path)
     _check_length(path)
@@ -32,12 +34,10 @@ def _messages(path: Path, kinds: tuple[str, ...], topic: str, camera: str | None
         with plainly_named(path) as named, Reader(named) as reader:
             if reader.compression_mode == "message":
                 raise _packed(path)
-            wanted = choose(reader.connections, kinds, path, topic, camera)
-            for connection, _, data in reader.messages(wanted) if wanted else ():
-                yield connection.msgtype, data
+            yield reader
 
 
-_TOPICS = Topics(_messages, cdr=True)
+_TOPICS = Topics(_opened, cdr=True)
 stream, frames, poses, flags = _TOPICS.stream, _TOPICS.frames, _TOPICS.poses, _TOPICS.flags
 
 

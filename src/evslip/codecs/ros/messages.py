@@ -123,6 +123,14 @@ def packet(data: bytes, cdr: bool) -> Packet:
     return Packet(size, seq, time_base, encoding, fields.raw(fields.number("I")))
 
 
+def image_size(data: bytes, cdr: bool) -> Size:
+    """(width, height) of an Image of any kind."""
+    fields = _Fields(data, cdr)
+    fields.header()
+    height, width = fields.number("I"), fields.number("I")
+    return width, height
+
+
 def image(data: bytes, cdr: bool) -> tuple[int, np.ndarray]:
     """Time in microseconds and pixels of an Image: uint8 of shape (h, w), or (h, w, 3) for RGB."""
     fields = _Fields(data, cdr)
