@@ -4,6 +4,7 @@ import struct
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -267,17 +268,38 @@ def test_mutated_aedat2_raises_data_errors(tmp_path: Path):
             assert "\n" not in str(error)
 
 
-def test_tables_of_metavision_are_read(tmp_path: Path):
+@pytest.mark.parametrize(
+    ("attributes", "size"),
+    [
+        ({"geometry": "1280x720"}, (1280, 720)),
+        ({"geometry": np.bytes_("1280x720")}, (1280, 720)),
+        ({"width": "640", "height": "480"}, (640, 480)),
+        ({"width": 640, "height": 480}, (640, 480)),
+        ({"format": "EVT3;height=720;width=1280"}, (1280, 720)),
+        ({"format": "EVT3"}, None),
+    ],
+)
+def test_tables_of_metavision_are_read(tmp_path: Path, attributes: dict[str, Any], size: tuple[int, int] | None):
     events = long_stream(300)
     rows = np.zeros(300, np.dtype([("x", "<u2"), ("y", "<u2"), ("p", "<i2"), ("t", "<i8")]))
     for name, column in zip("txyp", events.columns, strict=True):
         rows[name] = column
     with h5py.File(tmp_path / "a.hdf5", "w") as file:
         file.create_dataset("CD/events", data=rows, compression="gzip")
-        file.attrs["geometry"] = "1280x720"
-    recording = read_recording(tmp_path / "a.hdf5")
-    assert_equal(recording.events, events)
-    assert recording.size == (1280, 720)
+        file.attrs.update(attributes)
+    assert_equal(read_recording(tmp_path / "a.hdf5").events, events)
+    assert open_events(tmp_path / "a.hdf5").size == size
+
+
+@pytest.mark.parametrize(
+    "attributes", [{"geometry": "widexhigh"}, {"width": "640"}, {"format": "EVT3;height=-1;width=2"}]
+)
+def test_a_size_of_metavision_that_cannot_be_is_refused(tmp_path: Path, attributes: dict[str, Any]):
+    with h5py.File(tmp_path / "a.hdf5", "w") as file:
+        file.create_dataset("CD/events", data=np.zeros(1, np.dtype([(name, "<i8") for name in "xypt"])))
+        file.attrs.update(attributes)
+    with pytest.raises(DataError, match=r"a\.hdf5: the sensor's size is .*, expected one such as 640x480"):
+        open_events(tmp_path / "a.hdf5")
 
 
 def test_the_filter_that_is_missing_is_named(tmp_path: Path):

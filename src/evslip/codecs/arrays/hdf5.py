@@ -23,10 +23,10 @@ def stream(path: Path, camera: str | None = None) -> Source:
     with hdf5.opened(path) as file:
         is_record(file)
         home, size = stream_of(file, camera), None
+        if metavision.holds_events(file):
+            return Source(metavision.size(file, path), metavision.parts(path))
         if "width" in home.attrs and "height" in home.attrs:
             size = check_size(hdf5.attribute(home, "width", int), hdf5.attribute(home, "height", int), path)
-        if metavision.holds_events(file):
-            return Source(size or metavision.size(file), metavision.parts(path))
         Columns(home)
     return Source(size, _parts(path, camera))
 

@@ -42,6 +42,15 @@ def unwrapped(counter: np.ndarray, bits: int, before: int = 0) -> np.ndarray:
     return full + ((before >> bits) + np.cumsum(wraps) << bits)
 
 
+def size_in(fields: dict[str, str], options: dict[str, str], path: Path) -> tuple[int, int] | None:
+    """The sensor's (width, height) as the geometry, the options of the format or the fields say it; None where none
+    does. Raises DataError."""
+    sides = fields.get("geometry", "").split("x")
+    if len(sides) != 2:
+        sides = [options.get(name) or fields.get(name, "") for name in ("width", "height")]
+    return stated_size(sides, path)
+
+
 def stated_size(sides: list[str], path: Path) -> tuple[int, int] | None:
     """The sensor's (width, height) from the texts of a header; None where both are empty. Raises DataError."""
     if not any(sides):

@@ -4,13 +4,13 @@ After https://docs.prophesee.ai/stable/data/file_formats/hdf5.html: CD/events is
 by the filter ECF, which https://github.com/prophesee-ai/hdf5_ecf provides as a plug-in of HDF5.
 """
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import h5py
 
+from evslip.codecs.prophesee.header import size_in
 from evslip.codecs.source import BLOCK_EVENTS, LIMITS, check_count, events_of
 from evslip.events.stream import Events
 from evslip.utils import hdf5
@@ -25,10 +25,17 @@ def holds_events(file: h5py.File) -> bool:
     return "CD/events" in file
 
 
-def size(file: h5py.File) -> tuple[int, int] | None:
-    """The sensor's (width, height), if the file states it."""
-    sides = re.fullmatch(r"(\d{1,5})x(\d{1,5})", str(file.attrs.get("geometry", "")))
-    return (int(sides[1]), int(sides[2])) if sides else None
+def size(file: h5py.File, path: Path) -> tuple[int, int] | None:
+    """The sensor's (width, height), if the file states it, in attributes like the fields of a RAW file's header, as
+    numbers or text. Raises DataError."""
+    fields = {name: _text(file.attrs.get(name, "")) for name in ("width", "height", "geometry", "format")}
+    options = {key: value for key, _, value in (one.partition("=") for one in fields["format"].split(";")[1:])}
+    return size_in(fields, options, path)
+
+
+def _text(value: Any) -> str:
+    """An attribute, which may be text of a fixed length."""
+    return value.decode("latin-1") if isinstance(value, bytes) else str(value)
 
 
 def parts(path: Path) -> Iterator[Events]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from evslip.codecs import sink
 from evslip.codecs.prophesee import evt2, evt3, evt21
-from evslip.codecs.prophesee.header import read_header, stated_size
+from evslip.codecs.prophesee.header import read_header, size_in
 from evslip.codecs.prophesee.triggers import Evt2Decoder, Evt3Decoder
 from evslip.codecs.sink import check_sides, check_times
 from evslip.codecs.source import Source, blocks
@@ -100,8 +100,5 @@ def _encoding(fields: dict[str, str], path: Path) -> tuple[str, dict[str, str]]:
 
 
 def _size(fields: dict[str, str], options: dict[str, str], path: Path) -> tuple[int, int] | None:
-    sides = fields.get("geometry", "").split("x")
-    if len(sides) != 2:
-        sides = [options.get(name) or fields.get(name, "") for name in ("width", "height")]
     driver = fields.get("plugin_name", "")
-    return stated_size(sides, path) or next((size for name, size in _SENSORS.items() if name in driver), None)
+    return size_in(fields, options, path) or next((size for name, size in _SENSORS.items() if name in driver), None)
