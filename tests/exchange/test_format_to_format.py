@@ -18,6 +18,7 @@ from evslip.exchange.importing.recordings import import_recording
 from evslip.exchange.selection import Selection
 from evslip.exchange.selector import Selector
 from evslip.utils.errors import ConfigError, DataError
+from foreign_files import Camera, aedat4
 from sample_records import assert_equal, random_events, simulated
 
 WRITABLE = codecs.known_suffixes(writing=True)
@@ -64,6 +65,15 @@ def test_what_is_lost_is_said(tmp_path: Path):
     assert convert_format(tmp_path / "a.h5", tmp_path / "a.csv").lost == ("the labels", "the sensor's size", sample)
     assert convert_format(tmp_path / "a.h5", tmp_path / "a.es").lost == ("the labels", sample)
     assert convert_format(tmp_path / "a.es", tmp_path / "a.dat").lost == ()
+
+
+@pytest.mark.parametrize("images", [0, 2])
+def test_frames_are_said_to_be_lost_where_there_are_any(tmp_path: Path, images: int):
+    events = random_events(np.random.default_rng(0), 50, labelled=False)
+    camera = Camera("L", (40, 30), events, (np.zeros((30, 40), np.uint8),) * images)
+    (tmp_path / "a.aedat4").write_bytes(aedat4(camera))
+    lost = convert_format(tmp_path / "a.aedat4", tmp_path / "b.aedat4").lost
+    assert lost == (("the frames",) if images else ())
 
 
 def test_times_of_a_clock_are_shifted_on_demand(tmp_path: Path):

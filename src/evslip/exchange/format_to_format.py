@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evslip.codecs import format_of, open_events
+from evslip.codecs.frames import has_frames
 from evslip.codecs.source import size_of
 from evslip.codecs.triggers import left_out
 from evslip.codecs.writers import writing
@@ -90,5 +91,6 @@ def convert_format(
     lost += (f"{early} frames of times below 0",) if early else ()
     lost += () if form.keeps_size else ("the sensor's size",)
     lost += ("all of the sample but its events",) if is_record(source) and not is_whole else ()
+    lost += ("the frames",) if has_frames(source, camera) else ()
     lost += tuple(filter(None, [left_out(source, camera)]))
     return ConvertedFormat(counts.count, counts.on, counts.start_us, counts.end_us, selector.size, lost)

@@ -1,6 +1,5 @@
 """A file of events of a real camera as a record."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from evslip.codecs import open_events
 from evslip.codecs.formats import format_of
+from evslip.codecs.frames import frames_of
 from evslip.codecs.ros.topics import GRIPPER, HELD, OBJECT, TOOL
 from evslip.data.footage import footage_of
 from evslip.data.record import Poses, Record
@@ -39,7 +39,7 @@ def read_event_file(source: Path, how: Importing, from_zero: bool = True) -> Rec
     events = selector.events(known.events, zero_us)
     footage = known.footage
     if footage is None and how.frames:
-        footage = footage_of(_frames(source, how.camera), source)
+        footage = footage_of(frames_of(source, how.camera), source)
     if footage is not None and footage.images.shape[1:3] != known.size[::-1]:
         height, width = footage.images.shape[1:3]
         raise DataError(f"{source}: frames of {width}x{height} pixels, events of {known.size[0]}x{known.size[1]}")
@@ -78,13 +78,6 @@ def _size_of(source: Path, known: Record, how: Importing) -> tuple[int, int]:
         reach = f"{known.size[0]} x {known.size[1]}"
         raise ConfigError(f"size: {source} has events on {reach} pixels; expected a sensor of at least as many")
     return size
-
-
-def _frames(source: Path, camera: str | None) -> Iterator[tuple[int, np.ndarray]]:
-    frames = getattr(format_of(source).codec, "frames", None)
-    if frames is None:
-        return iter(())
-    return frames(source) if camera is None else frames(source, camera)
 
 
 def poses_of(source: Path) -> Poses | None:
