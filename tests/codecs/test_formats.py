@@ -80,7 +80,7 @@ def test_the_page_shows_a_format_that_works(site: Path, tmp_path: Path, events):
     assert convert_format(path, tmp_path / "c.h5").lost == ()
     assert codecs.format_of(path).name == name
     assert ".lab" in codecs.known_suffixes(writing=True)
-    for text in ("40 30\n1 2 x 1\n", "40 30\n1 2 3\n", "40\n", ""):
+    for text in ("40 30\n1 2 x 1\n", "40 30\n1 2 3\n", "40 30\n1 65541 3 1\n", "40\n", ""):
         (tmp_path / "wrong.lab").write_text(text)
         with pytest.raises(DataError, match=r"wrong\.lab: "):
             read_events(tmp_path / "wrong.lab")
