@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from command_line import evslip
 from evslip import codecs
 from evslip.codecs import read_events, write_events
 from evslip.codecs.facts import examine
@@ -95,6 +96,29 @@ def test_parts_that_cannot_be_are_refused(tmp_path: Path, part: Selection):
     with pytest.raises(ConfigError, match=r"(slice|crop): .* expected"):
         convert_format(tmp_path / "a.npz", tmp_path / "b.npz", part)
     assert not (tmp_path / "b.npz").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--start-s", -1), "start-s: -1; expected 0 or more"),
+        (("--start-s", "nan"), "start-s: nan; expected 0 or more"),
+        (("--start-s", 2, "--end-s", 1), "end-s: 1; expected more than the start's 2 s"),
+    ],
+)
+def test_a_start_or_an_end_that_cannot_be_is_named(tmp_path: Path, options: tuple[Any, ...], message: str):
+    write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 5), (40, 30))
+    done = evslip("convert", tmp_path / "a.npz", tmp_path / "b.npz", *options)
+    assert (done.returncode, message in done.stderr) == (2, True)
+    assert not (tmp_path / "b.npz").exists()
+
+
+@pytest.mark.parametrize(("end", "span"), [((), "from 5 s on"), (("--end-s", 6), "from 5 to 6 s")])
+def test_a_span_without_an_event_is_noted(tmp_path: Path, end: tuple[Any, ...], span: str):
+    write_events(tmp_path / "a.npz", random_events(np.random.default_rng(0), 5), (40, 30))
+    done = evslip("convert", tmp_path / "a.npz", tmp_path / "b.npz", "--start-s", 5, *end)
+    assert done.returncode == 0
+    assert f"note: none of the events that are kept is {span} after the first of a.npz" in " ".join(done.stdout.split())
 
 
 def test_no_events_are_converted_too(tmp_path: Path):

@@ -105,11 +105,18 @@ def convert(
         raise ConfigError("slice: expected either --slice, or --start-s and --end-s")
     if not whole:
         slice = (start_s, ENDLESS_S if end_s is None else end_s)
+        if not 0 <= start_s < ENDLESS_S:
+            raise ConfigError(f"start-s: {start_s:g}; expected 0 or more seconds after the first event")
+        if not start_s < slice[1] <= ENDLESS_S:
+            raise ConfigError(f"end-s: {slice[1]:g}; expected more than the start's {start_s:g} s")
     require_not_read(out, without)
     pixels = () if without is None else read_pixels(without)
     selection = Selection(crop, slice, polarity, from_zero, rotate, flip, pixels)
     done = convert_format(source, out, selection, frames_hz, camera)
     console.print(f"{out}: {summarise(done.events, done.on, done.start_us, done.end_us, done.size)}")
+    if slice is not None and not done.events:
+        span = f"from {slice[0]:g} s on" if slice[1] == ENDLESS_S else f"from {slice[0]:g} to {slice[1]:g} s"
+        console.print(f"note: none of the events that are kept is {span} after the first of {source.name}")
     if done.lost:
         console.print(f"note: {out.name} does not hold {' and '.join(done.lost)}")
 
