@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from evslip import codecs
-from evslip.codecs import open_events, read_events, write_events
+from evslip.codecs import open_events, read_events, source, write_events
 from evslip.codecs.arrays import mat
 from evslip.codecs.facts import examine
 from evslip.codecs.ros import bag
@@ -278,6 +278,18 @@ def test_an_archive_that_claims_too_much_is_refused(tmp_path: Path):
     (tmp_path / "bomb.npz").write_bytes(buffer.getvalue())
     with pytest.raises(DataError, match="more than can be packed"):
         read_events(tmp_path / "bomb.npz")
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".h5"])
+def test_a_whole_sensor_that_flickers_is_read_again(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(source, "MOST_ANYWAY", 1000)
+    frames, (width, height) = 40, (240, 180)
+    y, x = (np.tile(side.ravel(), frames).astype(np.uint16) for side in np.mgrid[:height, :width])
+    number = np.arange(frames).repeat(width * height)
+    events = Events(number * 10_000, x, y, number % 2 == 0)
+    write_events(tmp_path / f"a{suffix}", events, (width, height))
+    assert events.count > source.MOST_A_BYTE * (tmp_path / f"a{suffix}").stat().st_size
+    assert_equal(read_events(tmp_path / f"a{suffix}"), events)
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".h5"])

@@ -27,6 +27,8 @@ class Format:
     keeps_settings: bool = False
     keeps_cameras: bool = False
     """Whether it may have the events of several cameras."""
+    compresses: bool = False
+    """Whether its files may be compressed."""
 
     @property
     def codec(self) -> Any:
@@ -35,23 +37,29 @@ class Format:
 
 
 HDF5 = Format(
-    "hdf5", "evslip.codecs.arrays.hdf5", (".h5", ".hdf5"), keeps_labels=True, keeps_settings=True, keeps_cameras=True
+    "hdf5",
+    "evslip.codecs.arrays.hdf5",
+    (".h5", ".hdf5"),
+    keeps_labels=True,
+    keeps_settings=True,
+    keeps_cameras=True,
+    compresses=True,
 )
 """The format of records, too."""
-ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"), keeps_cameras=True)
+ROSBAG2 = Format("rosbag2", "evslip.codecs.ros.bag2", (".db3", ".mcap"), keeps_cameras=True, compresses=True)
 """Its folders, too."""
 FORMATS = (
     HDF5,
-    Format("aedat4", "evslip.codecs.inivation.aedat4", (".aedat4",), keeps_cameras=True),
+    Format("aedat4", "evslip.codecs.inivation.aedat4", (".aedat4",), keeps_cameras=True, compresses=True),
     Format("raw", "evslip.codecs.prophesee.raw", (".raw",)),
     Format("dat", "evslip.codecs.prophesee.dat", (".dat",)),
     Format("es", "evslip.codecs.es", (".es",)),
-    Format("npz", "evslip.codecs.arrays.npz", (".npz",), keeps_labels=True, keeps_settings=True),
+    Format("npz", "evslip.codecs.arrays.npz", (".npz",), keeps_labels=True, keeps_settings=True, compresses=True),
     Format("csv", "evslip.codecs.text.csv", (".csv",), keeps_size=False),
     Format("txt", "evslip.codecs.text.txt", (".txt",), keeps_size=False),
-    Format("mat", "evslip.codecs.arrays.mat", (".mat",), keeps_size=False),
+    Format("mat", "evslip.codecs.arrays.mat", (".mat",), keeps_size=False, compresses=True),
     Format("aedat2", "evslip.codecs.inivation.aedat2", (".aedat",), writes=False),
-    Format("rosbag", "evslip.codecs.ros.bag", (".bag",), keeps_cameras=True),
+    Format("rosbag", "evslip.codecs.ros.bag", (".bag",), keeps_cameras=True, compresses=True),
     ROSBAG2,
 )
 """Formats that evslip brings along."""
