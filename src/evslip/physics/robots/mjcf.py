@@ -15,6 +15,10 @@ from evslip.utils.errors import ConfigError
 KEPT = ("compiler", "default", "asset", "worldbody", "actuator")
 """All that says something of an arm."""
 ASSETS = ("mesh", "material")
+LAST_SEEN = 2
+"""Geoms of the groups up to this one are seen in MuJoCo's viewers, by default."""
+UNSAID = (0.5, 0.5, 0.5, 1.0)
+"""Colour of geoms that say none."""
 
 
 def as_urdf(root: ET.Element, path: Path) -> ET.Element:
@@ -108,7 +112,7 @@ def _add_inertia(link: ET.Element, model: mujoco.MjModel, body: int, anchor: np.
 
 
 def _add_geom(link: ET.Element, model: mujoco.MjModel, geom: int, anchor: np.ndarray, path: Path) -> None:
-    """Visible geometry, and, where something may touch it, a collision shape."""
+    """Geometry that is seen, and, where something may touch it, a collision shape."""
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     place, quat = model.geom_pos[geom], model.geom_quat[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
@@ -130,10 +134,12 @@ def _add_geom(link: ET.Element, model: mujoco.MjModel, geom: int, anchor: np.nda
         shape = ("sphere", {"radius": repr(float(size[0]))})
     else:
         return  # planes and height fields are no part of an arm
-    material = int(model.geom_matid[geom])
-    rgba = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
-    touches = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
-    for role in ("visual", "collision")[: 1 + touches]:
+    material, rgba = int(model.geom_matid[geom]), model.geom_rgba[geom]
+    if material >= 0 and np.array_equal(rgba, UNSAID):  # a geom's own colour goes before its material's
+        rgba = model.mat_rgba[material]
+    seen = model.geom_group[geom] <= LAST_SEEN and rgba[3] > 0
+    touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
+    for role in [role for role, has in (("visual", seen), ("collision", touches)) if has]:
         part = ET.SubElement(link, role)
         _add_origin(part, place - anchor, quat)
         ET.SubElement(ET.SubElement(part, "geometry"), *shape)
