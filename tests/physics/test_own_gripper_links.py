@@ -6,6 +6,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 
 from evslip.config.loading import load_config
 from evslip.draws.draw import draw
@@ -17,7 +18,7 @@ from evslip.physics.robots.own import load
 from evslip.physics.robots.urdf import robots_folder
 from evslip.physics.simulation import simulate
 from evslip.physics.truth import measure
-from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble
+from evslip.rendering.geometry.hand import LEFT, RIGHT, assemble, part_mesh
 from robot_files import changed, refused
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_robot"
@@ -124,6 +125,15 @@ def test_a_mirrored_finger_is_the_other_one(robot):
     for own, other in zip(after.robot.gripper.jaws, before.jaws, strict=True):
         own_m, other_m = (np.sort(corners_of(part.boxes), axis=0) for part in (own, other))
         assert own_m == pytest.approx(other_m, abs=1e-9)
+
+
+def test_a_mesh_has_the_colour_of_its_description(robot):
+    box = '<box size="0.05 0.13 0.06"/>'
+    trimesh.creation.box((0.05, 0.13, 0.06)).export(robot.parent / "palm.stl")
+    as_box = part_mesh(load(str(robot)).robot.gripper.palm)
+    changed(robot.parent / "gripper.urdf", (box, '<mesh filename="palm.stl"/>'))
+    as_mesh = part_mesh(load(str(robot)).robot.gripper.palm)
+    assert np.unique(as_mesh.albedo, axis=0) == pytest.approx(np.unique(as_box.albedo, axis=0))
 
 
 SLIDE = 'joint name="left_slide" type="prismatic"'

@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 
 from evslip.config.loading import config_from_text, dump_config, load_config
 from evslip.draws.draw import draw
@@ -194,6 +195,16 @@ def test_a_built_in_arm_may_carry_an_own_gripper_and_a_built_in_gripper_an_own_a
     robot.write_text(text[:start] + text[end:])
     assert load(str(robot)).robot.arm is None
     assert simulate(params_of(robot)).joints.shape[1] == 9
+
+
+def test_a_mesh_of_a_link_has_the_colour_of_its_description(robot):
+    box, arm = '<geometry><box size="0.08 0.10 0.44"/></geometry>', robot.parent / "arm.urdf"
+    trimesh.creation.box((0.08, 0.10, 0.44)).export(robot.parent / "upper.stl")
+    material = '<material name=""><color rgba="0.02 0.02 0.02 1"/></material>'
+    changed(arm, (box, f'<geometry><mesh filename="upper.stl"/></geometry>{material}'))
+    arm = load(str(robot)).robot.arm
+    assert arm is not None
+    assert link_mesh(arm, 2).albedo.max() < 0.01
 
 
 def test_a_link_without_a_shape_is_not_seen(robot):

@@ -90,7 +90,7 @@ class Look:
     corners_m: tuple[Vector, ...] = ()
     """Corners of the body, in its own frame."""
     colour: Vector | None = None
-    """Colour of the body, sRGB of 0 to 1."""
+    """Colour of the body, or of the mesh in place of the file's own, sRGB of 0 to 1."""
     content: str = ""
     """As of `Arm`."""
 

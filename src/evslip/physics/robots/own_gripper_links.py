@@ -257,7 +257,7 @@ def _behind(box: Box) -> Box:
 def _look(shape: Shape) -> Look:
     rows: Any = tuple(map(vector, shape.origin.turn))
     place, scale = vector(shape.origin.place), vector(shape.scale)
-    if shape.file is not None:
-        return Look(shape.file, place, rows, scale, content=digest([shape.file]))
     colour = None if shape.colour is None else vector(shape.colour)
+    if shape.file is not None:
+        return Look(shape.file, place, rows, scale, colour=colour, content=digest([shape.file]))
     return Look(None, place, rows, corners_m=tuple(map(vector, shape.corners)), colour=colour)

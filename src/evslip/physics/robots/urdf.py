@@ -66,7 +66,8 @@ class Shape(NamedTuple):
     corners: np.ndarray
     """Points of the body, in metres in its own frame, of shape (n, 3)."""
     colour: np.ndarray | None
-    """Colour of the body, sRGB of 0 to 1, of shape (3,), if the URDF says one."""
+    """Colour of the body, or of the mesh in place of the file's own, sRGB of 0 to 1, of shape (3,), if the URDF says
+    one."""
 
 
 class Link(NamedTuple):

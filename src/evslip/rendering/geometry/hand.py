@@ -44,8 +44,8 @@ class Boxes(NamedTuple):
     """Half sizes in metres, of shape (k, 3)."""
 
 
-def read_mesh(path: Path) -> Mesh:
-    """A mesh file in its own frame. Raises MissingExtraError."""
+def read_mesh(path: Path, colour: Sequence[float] | np.ndarray | None = None) -> Mesh:
+    """A mesh file in its own frame; colour: as of `convex_mesh`, in place of the file's. Raises MissingExtraError."""
     import trimesh
 
     file = file_of(path)
@@ -64,9 +64,14 @@ def read_mesh(path: Path) -> Mesh:
         corners.append((part.vertices @ matrix.T + place[:3, 3])[faces])
         normals.append(_carried_normals(part.vertex_normals, matrix)[faces])
         material = getattr(part.visual, "material", None)
-        colour = PLAIN if material is None else srgb_to_linear(np.asarray(material.main_color[:3]) / 255.0)
-        albedo.append(np.repeat(np.minimum(colour, WHITEST)[None], len(part.faces), 0))
+        own = None if material is None else np.asarray(material.main_color[:3]) / 255.0
+        albedo.append(np.repeat(_linear(own if colour is None else colour)[None], len(part.faces), 0))
     return Mesh(np.concatenate(corners), np.concatenate(normals), np.concatenate(albedo))
+
+
+def _linear(colour: Sequence[float] | np.ndarray | None) -> np.ndarray:
+    """Linear albedo (3,) of a colour in sRGB of 0 to 1."""
+    return PLAIN if colour is None else np.minimum(srgb_to_linear(np.asarray(colour)), WHITEST)
 
 
 def _carried_normals(normals: np.ndarray, matrix: np.ndarray) -> np.ndarray:
@@ -95,7 +100,7 @@ def part_mesh(part: Part) -> Mesh:
         return joined([_box_mesh(box) for box in part.boxes])
     return joined([
         placed(
-            convex_mesh(np.array(look.corners_m), look.colour) if look.file is None else read_mesh(look.file),
+            look_mesh(look.file, np.array(look.corners_m), look.colour),
             np.array(look.scale),
             np.array(look.axes),
             np.array(look.place_m),
@@ -116,12 +121,16 @@ def placed(mesh: Mesh, scale: np.ndarray, turn: np.ndarray, place_m: np.ndarray)
     return Mesh((corners * scale) @ turn.T + place_m, normals @ turn.T, albedo)
 
 
+def look_mesh(file: Path | None, corners_m: np.ndarray, colour: Sequence[float] | np.ndarray | None) -> Mesh:
+    """A mesh file, or else a convex body, in its own frame; corners_m, colour: as of `convex_mesh`."""
+    return convex_mesh(corners_m, colour) if file is None else read_mesh(file, colour)
+
+
 def convex_mesh(corners_m: np.ndarray, colour: Sequence[float] | np.ndarray | None) -> Mesh:
     """A convex body in its own frame, with flat faces; corners_m of shape (n, 3), colour in sRGB of 0 to 1."""
     hull = ConvexHull(corners_m)
     faces, outward = corners_m[outward_faces(corners_m, hull)], hull.equations[:, :3]
-    linear = PLAIN if colour is None else np.minimum(srgb_to_linear(np.asarray(colour)), WHITEST)
-    return Mesh(faces, np.repeat(outward[:, None], 3, 1), np.repeat(linear[None], len(faces), 0))
+    return Mesh(faces, np.repeat(outward[:, None], 3, 1), np.repeat(_linear(colour)[None], len(faces), 0))
 
 
 def outward_faces(corners: np.ndarray, hull: ConvexHull) -> np.ndarray:

@@ -15,7 +15,7 @@ from evslip.physics.robots.description import MOST_JOINTS, TCP_M, Arm, Robot
 from evslip.physics.robots.hulls import link_corners
 from evslip.physics.robots.urdf import Link, chain
 from evslip.rendering.geometry.facets import NO_FACETS, Facets, prepare_facets
-from evslip.rendering.geometry.hand import Mesh, convex_mesh, joined, outward_faces, placed, read_mesh
+from evslip.rendering.geometry.hand import Mesh, joined, look_mesh, outward_faces, placed
 from evslip.rendering.scratch import kernel
 from evslip.rendering.shading.ambient import spread
 from evslip.rendering.shadows.mesh_shadow import Solid
@@ -97,7 +97,7 @@ def link_mesh(arm: Arm, number: int) -> Mesh:
     """Visible surface of a link, in its frame. Raises MissingExtraError."""
     link, meshes = links_of(arm)[number], []
     for shape in link.looks or link.collisions:
-        mesh = convex_mesh(shape.corners, shape.colour) if shape.file is None else read_mesh(shape.file)
+        mesh = look_mesh(shape.file, shape.corners, shape.colour)
         meshes.append(placed(mesh, shape.scale, shape.origin.turn, shape.origin.place))
     return joined(meshes) if meshes else Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 3)))
 
