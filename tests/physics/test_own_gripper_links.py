@@ -136,6 +136,14 @@ def test_a_mesh_has_the_colour_of_its_description(robot):
     assert np.unique(as_mesh.albedo, axis=0) == pytest.approx(np.unique(as_box.albedo, axis=0))
 
 
+def test_a_material_may_be_named_before_or_after_its_colour_is_given(robot):
+    before = load(str(robot)).robot.gripper.palm.looks
+    blue = '<material name="blue"><color rgba="0.20 0.35 0.60 1"/></material>'
+    named = (blue, '<material name="blue"/>'), ("</robot>", f"{blue}</robot>")
+    changed(robot.parent / "gripper.urdf", *named)
+    assert [look.colour for look in load(str(robot)).robot.gripper.palm.looks] == [look.colour for look in before]
+
+
 SLIDE = 'joint name="left_slide" type="prismatic"'
 WRONG = [
     ('base = "palm"', "", r"gripper\.base: this key is missing; a gripper from a file has file, base, joints, pads"),

@@ -192,12 +192,24 @@ def described(path: Path, link: ET.Element, origin: Origin = AT_ORIGIN, axis_tur
 def _shape(path: Path, part: ET.Element) -> Shape:
     shape = part.find("geometry/*")
     assert shape is not None  # asked before
-    colour, origin = part.find("material/color"), origin_of(part)
-    rgb = None if colour is None else _numbers(colour.attrib["rgba"], 3, 4)[:3]
+    rgb, origin = _colour(path, part), origin_of(part)
     if shape.tag != "mesh":
         return Shape(None, origin, np.ones(3), _corners(shape), rgb)
     scale = np.ones(3) * _numbers(shape.attrib.get("scale", "1 1 1"), 1, 3)
     return Shape(mesh_file(path, shape.attrib["filename"]), origin, scale, np.zeros((0, 3)), rgb)
+
+
+def _colour(path: Path, part: ET.Element) -> np.ndarray | None:
+    """Colour of a visual's material, which another one of its name may give."""
+    material = part.find("material")
+    if material is None:
+        return None
+    name, materials = material.attrib.get("name"), [material]
+    # Robots of example-robot-data keep the look that their records have: xArm names colours for its meshes.
+    if name and path.is_absolute():
+        materials += [other for other in tree(path).iter("material") if other.attrib.get("name") == name]
+    colours = [colour for one in materials if (colour := one.find("color")) is not None]
+    return _numbers(colours[0].attrib["rgba"], 3, 4)[:3] if colours else None
 
 
 def _corners(shape: ET.Element) -> np.ndarray:
