@@ -24,7 +24,7 @@ UNSAID = (0.5, 0.5, 0.5, 1.0)
 def as_urdf(root: ET.Element, path: Path) -> ET.Element:
     """Root of a URDF that has the bodies of an MJCF as links, whose joints lie at the links' origins; root: the MJCF's.
     Raises ConfigError for one that MuJoCo does not take, or that says more than a URDF can."""
-    model = _compiled(root, path)
+    spec, model = _compiled(root, path)
     robot = ET.Element("robot", name="mjcf")
     ET.SubElement(robot, "link", name="world")
     names = [_name(model, mujoco.mjtObj.mjOBJ_BODY, body, "body") for body in range(model.nbody)]
@@ -40,12 +40,12 @@ def as_urdf(root: ET.Element, path: Path) -> ET.Element:
         link = ET.SubElement(robot, "link", name=names[body])
         _add_inertia(link, model, body, anchors[body])
         for geom in np.flatnonzero(model.geom_bodyid == body):
-            _add_geom(link, model, int(geom), anchors[body], path)
+            _add_geom(link, spec, model, int(geom), anchors[body], path)
         _add_joint(robot, model, body, joint, names, anchors)
     return robot
 
 
-def _compiled(root: ET.Element, path: Path) -> mujoco.MjModel:
+def _compiled(root: ET.Element, path: Path) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     root = copy.deepcopy(root)
     if next(root.iter("include"), None) is not None:
         raise ConfigError(f"{path}: has an <include>; write it as one file, as MuJoCo's mj_saveLastXML does")
@@ -68,7 +68,8 @@ def _compiled(root: ET.Element, path: Path) -> mujoco.MjModel:
             raise ConfigError(f"{path}: mesh {mesh.attrib.get('name')!r} has no file")
         require_mesh(Path(compilers[-1].attrib["meshdir"]) / mesh.attrib["file"], f"{path}: mesh")
     try:
-        return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+        spec = mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode"))
+        return spec, spec.compile()
     except ValueError as error:
         raise ConfigError(f"{path}: MuJoCo says: {' '.join(str(error).split())[:200]}") from None
 
@@ -111,20 +112,46 @@ def _add_inertia(link: ET.Element, model: mujoco.MjModel, body: int, anchor: np.
     ET.SubElement(inertial, "inertia", {**moments, "ixy": "0", "ixz": "0", "iyz": "0"})
 
 
-def _add_geom(link: ET.Element, model: mujoco.MjModel, geom: int, anchor: np.ndarray, path: Path) -> None:
+def _as_in_file(
+    spec: mujoco.MjSpec, model: mujoco.MjModel, geom: int, path: Path
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Place, quaternion and factors along its axes by which the file of a geom's mesh becomes that mesh."""
+    mesh = int(model.geom_dataid[geom])
+    given, scale = spec.meshes[mesh], model.mesh_scale[mesh]
+    # MuJoCo has moved the mesh to its middle and principal axes: back to those that it had before.
+    turn = Rotation.from_quat(model.geom_quat[geom], scalar_first=True)
+    turn = turn * Rotation.from_quat(model.mesh_quat[mesh], scalar_first=True).inv()
+    ref = Rotation.from_quat(given.refquat, scalar_first=True).inv()
+    place = model.geom_pos[geom] - turn.apply(model.mesh_pos[mesh] + scale * ref.apply(given.refpos))
+    if ref.magnitude() == 0:
+        return place, turn.as_quat(scalar_first=True), scale
+    # MuJoCo scales along the axes that the refquat leads to, a URDF along those of the file.
+    matrix = scale[:, None] * ref.as_matrix()
+    factors = np.linalg.norm(matrix, axis=0)
+    factors[0] *= np.sign(np.linalg.det(matrix))
+    own = matrix / factors
+    if not np.allclose(own.T @ own, np.eye(3), atol=1e-6):
+        name = _name(model, mujoco.mjtObj.mjOBJ_MESH, mesh, "mesh")
+        raise ConfigError(
+            f"{path}: mesh {name!r} has a refquat and a scale that differs along its axes, {_text(scale)}; expected "
+            "one of the two, or a scale that is the same along all"
+        )
+    return place, (turn * Rotation.from_matrix(own)).as_quat(scalar_first=True), factors
+
+
+def _add_geom(
+    link: ET.Element, spec: mujoco.MjSpec, model: mujoco.MjModel, geom: int, anchor: np.ndarray, path: Path
+) -> None:
     """Geometry that is seen, and, where something may touch it, a collision shape."""
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     place, quat = model.geom_pos[geom], model.geom_quat[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
-        # MuJoCo has moved the mesh to its middle and principal axes: back to those of its file.
-        turn = Rotation.from_quat(quat, scalar_first=True)
-        turn = turn * Rotation.from_quat(model.mesh_quat[mesh], scalar_first=True).inv()
-        place, quat = place - turn.apply(model.mesh_pos[mesh]), turn.as_quat(scalar_first=True)
+        place, quat, scale = _as_in_file(spec, model, geom, path)
         start = int(model.mesh_pathadr[mesh])
         file = model.paths[start : model.paths.index(b"\0", start)].decode()
         folder = path.parent
-        shape = ("mesh", {"filename": str(folder / file), "scale": _text(model.mesh_scale[mesh])})
+        shape = ("mesh", {"filename": str(folder / file), "scale": _text(scale)})
     elif kind in (mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_ELLIPSOID):
         shape = ("box", {"size": _text(2 * size)})
     elif kind in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
