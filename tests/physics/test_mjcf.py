@@ -33,6 +33,20 @@ MESH = """
   <worldbody><body name="part"><geom type="mesh" mesh="odd" pos="0.1 0.2 0.3" euler="10 20 30"/></body></worldbody>
 </mujoco>
 """
+SPLIT = """
+<mujoco>
+  <worldbody>
+    <body name="hand">
+      <geom size="0.1"/>
+      <body name="left"><joint name="l" type="slide" range="0 0.04"/><geom size="0.1"/></body>
+      <body name="right"><joint name="r" type="slide" range="0 0.04"/><geom size="0.1"/></body>
+    </body>
+  </worldbody>
+  <tendon><fixed name="split"><joint joint="l" coef="0.5"/><joint joint="r" coef="0.5"/></fixed></tendon>
+  <equality><joint joint1="l" joint2="r"/></equality>
+  <actuator><general tendon="split" forcerange="-9 9"/><motor joint="r" forcerange="-7 7"/></actuator>
+</mujoco>
+"""
 
 
 def with_mesh(folder: Path, how: str) -> Path:
@@ -94,3 +108,10 @@ def test_a_mesh_that_is_stretched_askew_is_refused(tmp_path):
         ConfigError, match=r"part\.xml: mesh 'odd' has a refquat and a scale that differs along its axes"
     ):
         tree(path)
+
+
+def test_of_actuators_only_those_of_joints_are_read(tmp_path):
+    (tmp_path / "hand.xml").write_text(SPLIT)
+    joints = {joint.attrib["name"]: joint for joint in tree(tmp_path / "hand.xml").iter("joint")}
+    limits = [joints[name].find("limit") for name in ("l", "r")]
+    assert [None if limit is None else float(limit.attrib["effort"]) for limit in limits] == [0.0, 7.0]

@@ -51,6 +51,9 @@ def _compiled(root: ET.Element, path: Path) -> tuple[mujoco.MjSpec, mujoco.MjMod
         raise ConfigError(f"{path}: has an <include>; write it as one file, as MuJoCo's mj_saveLastXML does")
     for part in [part for part in root if part.tag not in KEPT]:
         root.remove(part)
+    for actuators in root.findall("actuator"):  # those of tendons and sites, which are not kept, would lead nowhere
+        for actuator in [actuator for actuator in actuators if "joint" not in actuator.attrib]:
+            actuators.remove(actuator)
     for assets in root.findall("asset"):
         for asset in [asset for asset in assets if asset.tag not in ASSETS]:
             assets.remove(asset)
