@@ -144,6 +144,13 @@ def test_a_material_may_be_named_before_or_after_its_colour_is_given(robot):
     assert [look.colour for look in load(str(robot)).robot.gripper.palm.looks] == [look.colour for look in before]
 
 
+def test_a_capsule_is_the_cylinder_around_it(robot):
+    cylinder = '<cylinder radius="0.035" length="0.02"/>'
+    changed(robot.parent / "gripper.urdf", (cylinder, cylinder.replace("cylinder", "capsule")))
+    corners = np.array(load(str(robot)).robot.gripper.palm.looks[0].corners_m)
+    assert np.ptp(corners, axis=0) == pytest.approx((0.07, 0.07, 0.09))
+
+
 SLIDE = 'joint name="left_slide" type="prismatic"'
 WRONG = [
     ('base = "palm"', "", r"gripper\.base: this key is missing; a gripper from a file has file, base, joints, pads"),
@@ -173,6 +180,11 @@ WRONG_FILES = [
     ),
     ('size="0.05 0.13 0.06"', 'size="50 130 60"', r"palm: reaches \d+.* m from its frame; .*millimetres"),
     ('<box size="0.05 0.13 0.06"/>', '<mesh filename="palm.stl"/>', r"palm: palm\.stl: there is no such file"),
+    (
+        '<box size="0.05 0.13 0.06"/>',
+        '<plane size="1"/>',
+        r"gripper\.urdf: link 'palm' has a <plane>; expected one of box, cylinder, sphere, capsule, mesh",
+    ),
     ('<box size="0.05 0.13 0.06"/>', '<box size="wide"/>', r"gripper\.file: a number or an attribute is wrong"),
     (
         'size="0.05 0.13 0.06"',

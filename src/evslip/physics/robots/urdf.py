@@ -15,6 +15,7 @@ from evslip.physics.robots.description import Arm
 from evslip.scene.shapes.surface import BOX_CORNERS
 from evslip.utils.errors import ConfigError, MissingExtraError
 
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 AROUND = 20
 """Corners around a cylinder or a sphere."""
 _ROBOTS = "share/example-robot-data/robots"
@@ -183,15 +184,19 @@ def _turn_to(axis: np.ndarray) -> np.ndarray:
 def described(path: Path, link: ET.Element, origin: Origin = AT_ORIGIN, axis_turn: np.ndarray = AT_ORIGIN.turn) -> Link:
     """A link with its shapes."""
     looks, collisions = (
-        tuple(_shape(path, part) for part in link.findall(kind) if part.find("geometry/*") is not None)
+        tuple(_shape(path, link, part) for part in link.findall(kind) if part.find("geometry/*") is not None)
         for kind in ("visual", "collision")
     )
     return Link(link.attrib["name"], origin, axis_turn, looks, collisions)
 
 
-def _shape(path: Path, part: ET.Element) -> Shape:
+def _shape(path: Path, link: ET.Element, part: ET.Element) -> Shape:
     shape = part.find("geometry/*")
     assert shape is not None  # asked before
+    if shape.tag not in SHAPES:
+        raise ConfigError(
+            f"{path}: link {link.attrib['name']!r} has a <{shape.tag[:40]}>; expected one of {', '.join(SHAPES)}"
+        )
     rgb, origin = _colour(path, part), origin_of(part)
     if shape.tag != "mesh":
         return Shape(None, origin, np.ones(3), _corners(shape), rgb)
@@ -213,12 +218,13 @@ def _colour(path: Path, part: ET.Element) -> np.ndarray | None:
 
 
 def _corners(shape: ET.Element) -> np.ndarray:
-    """Corners of a box, or of a cylinder or a sphere with flat faces."""
+    """Corners of a box, or of a cylinder or a sphere with flat faces; of a capsule those of the cylinder around it."""
     if shape.tag == "box":
         return BOX_CORNERS * (0.5 * _numbers(shape.attrib["size"]))
     radius, around = _number(shape.attrib["radius"]), 2 * np.pi * np.arange(AROUND) / AROUND
-    if shape.tag == "cylinder":
-        levels = [(radius, end * _number(shape.attrib["length"])) for end in (-0.5, 0.5)]
+    if shape.tag != "sphere":
+        length = _number(shape.attrib["length"]) + (2 * radius if shape.tag == "capsule" else 0.0)
+        levels = [(radius, end * length) for end in (-0.5, 0.5)]
     else:
         levels = [(radius * np.cos(a), radius * np.sin(a)) for a in np.linspace(-1.5, 1.5, AROUND // 2)]
     return np.concatenate(
