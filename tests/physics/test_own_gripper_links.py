@@ -160,7 +160,7 @@ WRONG = [
     ('"right_slide"]', '"slide"]', r"joints\.1: 'slide' is no joint of gripper\.urdf; its sliding ones: left"),
     ('"right_slide"]', '"left_slide"]', r"gripper\.joints: both are 'left_slide'"),
     ('"right_slide"]', '"right_slide", "x"]', r"gripper\.joints: .*at most 2"),
-    ('"left_slide", "right_slide"', '"right_slide", "left_slide"', r"joints\.0: 'right_slide' leaves -"),
+    ('"left_slide", "right_slide"', '"right_slide", "left_slide"', r"r\.joints: .* are swapped; expected \['left"),
     ("force_n", "palm = { boxes = [] }\nforce_n", r"gripper\.palm"),
     ("z_m = 0.15  ", "z_m = 0.17  ", r"gripper\.pads: of the pad of 16 mm at z_m = 0\.17, 0% has left_jaw behind it"),
     ("size_m = 0.016", "size_m = 0.016\nthickness_m = 0.0005", r"joints\.0: 'left_slide' leaves 1\.00 mm"),
@@ -179,6 +179,11 @@ WRONG_FILES = [
         r"joints\.0: 'left_slide' has no <limit> of lower and upper",
     ),
     ('size="0.05 0.13 0.06"', 'size="50 130 60"', r"palm: reaches \d+.* m from its frame; .*millimetres"),
+    (
+        '<mass value="0.6"/>',
+        '<mass value="inf"/>',
+        r"gripper\.file: .*link 'palm' has a mass of inf; expected a finite",
+    ),
     ('<box size="0.05 0.13 0.06"/>', '<mesh filename="palm.stl"/>', r"palm: palm\.stl: there is no such file"),
     (
         '<box size="0.05 0.13 0.06"/>',

@@ -305,6 +305,9 @@ WRONG_ARMS = [
         "joint 'roll' is prismatic; expected",
     ),
     ('<mass value="0.4"/>', "", "link 'wrist' has no mass; give it an <inertial>"),
+    ('<mass value="0.4"/>', '<mass value="inf"/>', r"arm\.file: .*link 'wrist' has a mass of inf; expected a finite"),
+    ('<mass value="0.4"/>', '<mass value="-1"/>', r"arm\.file: .*link 'wrist' has a mass of -1; expected a finite one"),
+    ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', r"arm\.file: joint '\w+' has the axis 0 0 0; expected a direction"),
     ('effort="80" velocity="3"', "", r"arm\.torque_n_m: this key is missing, .* does not say it of turn"),
     ('xyz="0 0 0.38"', 'xyz="0 0 380"', r"its links are 380\.\d+ m long together; .*is it in metres"),
     (
@@ -340,6 +343,21 @@ def test_a_wrong_file_is_told_in_one_line(robot, old, new, says):
 @pytest.mark.parametrize(("old", "new", "says"), WRONG_ARMS)
 def test_a_wrong_arm_is_told_in_one_line(robot, old, new, says):
     changed(robot.parent / "arm.urdf", (old, new))
+    refused(robot, says)
+
+
+@pytest.mark.parametrize(
+    ("inside", "says"),
+    [
+        (
+            '<x:arm xmlns:x="http://www.ros.org/wiki/xacro"/>',
+            r"arm\.urdf: is xacro, .* expected what `xacro arm\.urdf`",
+        ),
+        ("", r"arm\.urdf: has no <link>; expected a URDF of links and joints"),
+    ],
+)
+def test_a_urdf_without_links_is_told_in_one_line(robot, inside, says):
+    (robot.parent / "arm.urdf").write_text(f"<robot>{inside}</robot>")
     refused(robot, says)
 
 

@@ -107,6 +107,8 @@ def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
         if kind != "fixed":
             if name is None or (kind == "revolute" and joint.find("limit") is None):
                 raise ConfigError(f"{path}: arm.file: joint {name!r} has no name or no <limit> of lower and upper")
+            if not urdf.axis_of(joint).any():
+                raise ConfigError(f"{path}: arm.file: joint {name!r} has the axis 0 0 0; expected a direction")
             found.append(joint)
         link = urdf.end_of(joint, "parent")
     if not 1 <= len(found) <= MOST_JOINTS:
@@ -127,8 +129,7 @@ def _joints(given: ArmFile, file: Path, path: Path) -> list[urdf.ET.Element]:
                 f"{path}: arm.file: joint {joint.attrib['name']!r} ends at link {child!r}, which is not there; "
                 "expected the name of a <link>"
             )
-        mass = link.find("inertial/mass")
-        if mass is None or not float(mass.attrib.get("value", "0")) > 0 or link.find("inertial/inertia") is None:
+        if urdf.mass_kg_of(link) == 0 or link.find("inertial/inertia") is None:
             raise ConfigError(f"{path}: arm.file: link {link.attrib['name']!r} has no mass; give it an <inertial>")
     return found[::-1]
 

@@ -69,8 +69,7 @@ def gripper_from(given: GripperFile, path: Path) -> tuple[Gripper, list[str], li
     palm = tree.together(made.base, made.joints).moved(hand)
     if not palm.seen:
         raise ConfigError(f"{path}: gripper.base: {made.base} has no shape; expected the link that is the palm")
-    found = [_finger(tree, made, side, hand, path) for side in (0, 1)]
-    (left, left_m), (right, right_m) = found
+    (left, left_m), (right, right_m) = _fingers(tree, made, hand, path)
     most = min(left_m, right_m)
     stroke = most if given.stroke_m is None else given.stroke_m
     if stroke > most + SPARE_M:
@@ -120,8 +119,7 @@ class _Tree:
             own = _Links(link.looks, link.collisions, 0.0).moved(frame)
             looks += own.looks
             collisions += own.collisions
-            weight = element.find("inertial/mass")
-            mass += 0.0 if weight is None else float(weight.attrib.get("value", "0"))
+            mass += urdf.mass_kg_of(element)
             for joint in self.below.get(name, []):
                 child = urdf.end_of(joint, "child")
                 if joint.attrib["name"] in without or child in seen:
@@ -162,6 +160,27 @@ class _Tree:
                     f"{key}: reaches {reach:.4g} m from its frame; is its mesh in millimetres? Then give it "
                     'scale="0.001 0.001 0.001"'
                 )
+
+
+def _fingers(tree: _Tree, made: Any, hand: Origin, path: Path) -> list[tuple[Part, float]]:
+    """The left and the right finger, as of `_finger`."""
+    try:
+        return [_finger(tree, made, side, hand, path) for side in (0, 1)]
+    except ConfigError:
+        right, left = made.joints
+        if not _fit(tree, made.model_copy(update={"joints": (left, right)}), hand, path):
+            raise
+    raise ConfigError(
+        f"{path}: gripper.joints: {right!r} and {left!r} are swapped; expected [{left!r}, {right!r}], the joint of the "
+        "finger at y > 0 first"
+    )
+
+
+def _fit(tree: _Tree, made: Any, hand: Origin, path: Path) -> bool:
+    try:
+        return all(_finger(tree, made, side, hand, path) for side in (0, 1))
+    except ConfigError:
+        return False
 
 
 def _finger(tree: _Tree, made: Any, side: int, hand: Origin, path: Path) -> tuple[Part, float]:

@@ -94,11 +94,20 @@ def tree(path: Path) -> ET.Element:
     except (ET.ParseError, ValueError, LookupError) as error:  # LookupError: an unknown encoding
         raise ConfigError(f"{path}: not valid XML: {error}") from None
     if root.tag == "robot":
+        _require_links(root, path)
         return root
     if root.tag == "mujoco":
         # Looked up, so that what reads a URDF needs no MuJoCo.
         return import_module("evslip.physics.robots.mjcf").as_urdf(root, path)
     raise ConfigError(f"{path}: begins with <{root.tag[:40]}>; expected <robot>, a URDF, or <mujoco>, an MJCF")
+
+
+def _require_links(root: ET.Element, path: Path) -> None:
+    """Raise ConfigError for what becomes a URDF by ROS's xacro only, or has no links."""
+    if any("/xacro}" in part.tag for part in root.iter()):
+        raise ConfigError(f"{path}: is xacro, of which a URDF is made first; expected what `xacro {path.name}` writes")
+    if root.find("link") is None:
+        raise ConfigError(f"{path}: has no <link>; expected a URDF of links and joints")
 
 
 def bare(path: Path, base: str, without: Collection[str] = ()) -> str:
@@ -172,6 +181,16 @@ def axis_of(joint: ET.Element) -> np.ndarray:
     """Axis of a joint in its own frame, of shape (3,), not of unit length if the file's is not."""
     axis = joint.find("axis")
     return np.array([1.0, 0.0, 0.0]) if axis is None else _numbers(axis.attrib["xyz"])
+
+
+def mass_kg_of(link: ET.Element) -> float:
+    """Mass of a link, 0 where the file says none. Raises ValueError."""
+    part = link.find("inertial/mass")
+    text = "0" if part is None else part.attrib.get("value", "0")
+    mass = float(text)
+    if not 0 <= mass < math.inf:
+        raise ValueError(f"link {link.attrib['name']!r} has a mass of {text[:40]}; expected a finite one, at least 0")
+    return mass
 
 
 def _turn_to(axis: np.ndarray) -> np.ndarray:
