@@ -120,8 +120,8 @@ def calibrate_blind(recordings: Sequence[tuple[Events, tuple[int, int]]]) -> Cal
     # The ends as the value: where shot noise hides nearly all of the leak, what is seen of it tells little.
     seen = np.maximum(0.0, (on - off) + SURE * math.sqrt(on + off) * np.array([0.0, -1.0, 1.0])) / time
     leaks = still.leak_behind_shots(seen, np.full(3, shot)) / still.mean_of_spread(PixelModel().leak_spread)
-    note = "in any light" if seen[1] > 0.0 else "the recordings hardly tell"
-    facts.append(Fact("leak_rate_hz", *map(float, leaks), note))
+    leak, low, high = leaks.tolist()
+    facts.append(Fact("leak_rate_hz", leak, low, high, "in any light" if low > 0.0 else "the recordings hardly tell"))
     facts = _within_limits(facts)
     parameters: dict[str, Any] = {fact.name: fact.value for fact in facts}
     return Calibration(PixelModel(**parameters), facts, math.nan, unknown)
