@@ -9,6 +9,7 @@ from evslip.codecs import write_events
 from evslip.data import record_file
 from evslip.data.footage import Footage
 from evslip.data.record import Record
+from evslip.events.stream import Events
 from evslip.exchange.calibrating import calibrate_recordings
 from evslip.utils.errors import EvslipError
 from sample_records import random_events
@@ -54,6 +55,19 @@ def test_recordings_without_frames_beside_one_with_are_left_out_by_name(recordin
     found = calibrate_recordings([recording(), tmp_path / "blind.h5"], tmp_path / "out.toml")
     assert any("blind.h5 tell: fewer than 3 frames" in line for line in found.unknown)
     assert "# Fitted by evslip calibrate to rec.h5;" in (tmp_path / "out.toml").read_text()
+
+
+def test_hot_pixels_are_named(tmp_path):
+    seconds, hot_us = 20, np.arange(1000) * 20_000
+    rng = np.random.default_rng(1)
+    quiet_us = rng.integers(0, seconds * 1_000_000, 2400)  # each pixel twice
+    order = np.argsort(np.concatenate([hot_us, quiet_us]), kind="stable")
+    x, y = (np.concatenate([np.full(1000, at), rng.integers(0, most, 2400)]) for at, most in ((7, 40), (9, 30)))
+    on = np.arange(3400) % 2 == 0
+    events = Events(np.concatenate([hot_us, quiet_us]), x.astype(np.uint16), y.astype(np.uint16), on).select(order)
+    write_events(tmp_path / "hot.h5", events, SIZE)
+    found = calibrate_recordings([tmp_path / "hot.h5"], tmp_path / "out.toml")
+    assert any("1 of hot.h5 have 29.4% of the events" in line for line in found.unknown)
 
 
 def test_a_recording_counts_once(recording, tmp_path):

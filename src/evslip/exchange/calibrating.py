@@ -14,6 +14,7 @@ from evslip.events import preset_file
 from evslip.events.calibration.calibration import Calibration, calibrate, calibrate_blind
 from evslip.events.calibration.exposures import steadied, white_of
 from evslip.events.calibration.scene import Scene
+from evslip.events.quality.pixel_activity import PixelActivity
 from evslip.events.stream import Events
 from evslip.exchange.importing.event_files import read_event_file
 from evslip.exchange.importing.settings import Importing
@@ -70,6 +71,7 @@ def calibrate_recordings(
     left = [one.path.name for one in seen if with_frames and one.footage is None]
     if left:
         found.unknown.append(f"what {', '.join(left)} tell: fewer than {LEAST_FRAMES} frames in the part looked at")
+    found.unknown.extend(filter(None, map(_hot, with_frames or seen)))
     names = ", ".join(one.path.name for one in with_frames or seen)
     head = f"# Fitted by evslip calibrate to {names}; luminance is the frames' codes over 255.\n"
     fit = {fact.name: fact.entries() for fact in found.facts}
@@ -107,6 +109,20 @@ def _seen(path: Path, span: Span) -> _Seen:
         chosen = (footage.t_us >= start_us) & (footage.t_us <= end_us)
         footage = Footage(footage.t_us[chosen], footage.images[chosen]) if chosen.sum() >= LEAST_FRAMES else None
     return _Seen(path, part, size, footage)
+
+
+def _hot(seen: _Seen) -> str:
+    """What hot pixels keep a fit from telling, if there are any."""
+    activity = PixelActivity(seen.size)
+    activity.add(seen.events)
+    faults = activity.faults()
+    if faults is None or not len(faults.hot):
+        return ""
+    share, count = faults.hot_events / len(seen.events), len(faults.hot)
+    return (
+        f"leak apart from hot pixels: {count} of {seen.path.name} have {share:.1%} of the events; "
+        "leave them out first (evslip info --hot, evslip convert --without)"
+    )
 
 
 def _scene(seen: _Seen, upsample: int) -> Scene:
