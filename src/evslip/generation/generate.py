@@ -93,11 +93,14 @@ class Summary(NamedTuple):
 def make_record(params: Params, watch: Stopwatch | None = None) -> Record:
     """The whole record of one sample; a pure function of its parameters.
 
-    A motion that the robot cannot do and a grasp that fails in physics give a record of kind "rejected" that says why.
+    A motion that the robot cannot do, a grasp that fails in physics and a camera that cannot be give a record of kind
+    "rejected" that says why.
     """
     watch = watch or Stopwatch()
     try:
         with watch.stage("physics"):
+            for view in each_view(params):
+                hand_camera(view)
             trajectory = simulate(params)
             truth = measure(trajectory)
             seen = {name: seen_from(trajectory, name) for name in camera_names(params)}

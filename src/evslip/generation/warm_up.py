@@ -22,6 +22,7 @@ from evslip.physics.simulation import simulate
 from evslip.physics.trajectory import Trajectory
 from evslip.physics.truth import measure
 from evslip.rendering import render_span
+from evslip.rendering.camera import hand_camera
 from evslip.utils import jit
 from evslip.utils.errors import EvslipError, GraspFailed, PlanRejected, StorageError
 
@@ -152,10 +153,13 @@ def _compile(pipe: Connection, part: str, text: str) -> None:
 
 
 def _held(config: Config) -> tuple[Trajectory, tuple[int, int]] | None:
-    """Motion and recorded span of the first sample that the robot can do and whose grasp holds, if there is one."""
+    """Motion and recorded span of the first sample that the robot can do, whose grasp holds and whose camera can be, if
+    there is one."""
     for index in range(TRIED):
         with contextlib.suppress(PlanRejected, GraspFailed):
-            trajectory = simulate(each_view(draw(config, index))[0])
+            params = each_view(draw(config, index))[0]
+            hand_camera(params)
+            trajectory = simulate(params)
             return trajectory, measure(trajectory).span_us
     return None
 

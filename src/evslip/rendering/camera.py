@@ -16,7 +16,7 @@ from evslip.physics.robots.grippers import PANDA_HAND
 from evslip.rendering.distortion import NO_DISTORTION, Distortion
 from evslip.rendering.geometry.hand import FINGERS, LEFT, RIGHT
 from evslip.scene.mounts import MOUNTS
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import PlanRejected
 
 NEAREST_M = 0.05
 """A custom camera closer to the hand's axis has no view of the grasp."""
@@ -71,7 +71,7 @@ class Camera(NamedTuple):
 
     def pinhole(self) -> "Camera":
         """The camera without distortion whose image holds all that this one sees and a pixel more, at the same focal
-        length; itself where there is no distortion. Raises ConfigError where the lens would fold the image."""
+        length; itself where there is no distortion. Raises PlanRejected where the lens would fold the image."""
         if self.distortion == NO_DISTORTION:
             return self
         x, y = self.distortion.undistort(*self._border())
@@ -101,22 +101,24 @@ class Camera(NamedTuple):
 def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     """The sample's camera; `size` is (width, height) in pixels, with the horizontal field of view unchanged.
 
-    Raises ConfigError for a sample of several cameras none of which is chosen, for a camera that sits in the grasp, and
-    for a lens that folds the image; for a camera in a finger also PlanRejected, where the object cannot be gripped.
+    Raises ConfigError for a sample of several cameras none of which is chosen. Raises PlanRejected for a camera in the
+    grasp, for a lens that folds the image, and for a camera in a finger where the object cannot be gripped.
     """
     one_camera(params)
     settings = params.camera
     width, height = size or (settings.width, settings.height)
     mount, position = MOUNTS[settings.mount], camera_place_m(params)
     if mount.looks_at_tool and np.hypot(*position[:2]) < NEAREST_M:
-        raise ConfigError(
+        raise PlanRejected(
+            "camera",
             f"camera.x_m {settings.x_m:g}, camera.y_m {settings.y_m:g}: a {settings.mount} camera must be at least "
-            f"{NEAREST_M:g} m away from the hand's axis"
+            f"{NEAREST_M:g} m away from the hand's axis",
         )
     if mount.finger and mount.finger * (mount.position_m[1] + settings.y_m) < NEAREST_PAD_M:
-        raise ConfigError(
+        raise PlanRejected(
+            "camera",
             f"camera.y_m {settings.y_m:g}: a {settings.mount} camera must be at least {NEAREST_PAD_M:g} m behind its "
-            f"pad; it is {mount.finger * mount.position_m[1]:g} m behind it where camera.y_m is 0"
+            f"pad; it is {mount.finger * mount.position_m[1]:g} m behind it where camera.y_m is 0",
         )
     backward = position - TCP_M if mount.looks_at_tool else np.array([*mount.position_m[:2], 0.0])
     turn = Rotation.from_euler("YXZ", [-settings.yaw_deg, settings.pitch_deg, -settings.roll_deg], degrees=True)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import PlanRejected
 
 STEPS = 50
 PRECISION = 1e-12
@@ -48,7 +48,7 @@ class Distortion(NamedTuple):
         return np.stack([np.stack([first, across], -1), np.stack([across, second], -1)], -2)
 
     def undistort(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places that `distort` sends to x and y, by Newton's method. Raises ConfigError where the image folds."""
+        """Places that `distort` sends to x and y, by Newton's method. Raises PlanRejected where the image folds."""
         u, v = np.array(x, float), np.array(y, float)
         with np.errstate(all="ignore"):
             for _ in range(STEPS):
@@ -62,9 +62,10 @@ class Distortion(NamedTuple):
             found = self.distort(u, v)
             error = max(np.abs(found[0] - x).max(initial=0), np.abs(found[1] - y).max(initial=0))
             if not error < 100 * PRECISION or self._folds(u, v):
-                raise ConfigError(
+                raise PlanRejected(
+                    "camera",
                     f"camera.k1 {self.k1:g}, k2 {self.k2:g}, p1 {self.p1:g}, p2 {self.p2:g}: this lens folds the image "
-                    "over before its corners; expected smaller values or a smaller camera.fov_deg"
+                    "over before its corners; expected smaller values or a smaller camera.fov_deg",
                 )
         return u, v
 

@@ -34,7 +34,7 @@ class Rejection(EvslipError):
 
 class PlanRejected(Rejection, ConfigError):
     """The robot cannot do the motion: "unreachable", "joint_limit", "too_fast", "too_long", "collision", "grip",
-    "disturbance"."""
+    "disturbance". Or no camera can see it: "camera"."""
 
 
 class DataError(EvslipError):
