@@ -5,7 +5,7 @@ from evslip.config.loading import load_config
 from evslip.draws.draw import draw
 from evslip.rendering.camera import hand_camera
 from evslip.scene.mounts import MOUNTS
-from evslip.utils.errors import ConfigError
+from evslip.utils.errors import ConfigError, PlanRejected
 
 
 @pytest.fixture(params=["side", "front"])
@@ -51,6 +51,19 @@ def test_a_custom_camera_sees_the_tool_centre_in_the_middle_and_upright(place):
 def test_a_custom_camera_in_the_grasp_is_refused():
     with pytest.raises(ConfigError, match=r"camera\.x_m 0\.02, camera\.y_m 0\.01: .* at least 0\.05 m"):
         custom(x_m=0.02, y_m=0.01, z_m=0.1)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"camera.y_m": -0.25},
+        {"camera.mount": "front", "camera.x_m": -0.26},
+        {"camera.mount": "custom", "camera.x_m": 0.06, "camera.z_m": 0.12, "object.width_m": 0.14},
+    ],
+)
+def test_a_camera_of_any_mount_in_the_grasp_or_in_the_object_is_refused(keys):
+    with pytest.raises(PlanRejected, match="camera must be outside the object and at least"):
+        hand_camera(draw(load_config("simple", keys), 0))
 
 
 @pytest.mark.parametrize(("mount", "side"), [("finger", 1), ("finger-right", -1)])

@@ -108,11 +108,12 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     settings = params.camera
     width, height = size or (settings.width, settings.height)
     mount, position = MOUNTS[settings.mount], camera_place_m(params)
-    if mount.looks_at_tool and np.hypot(*position[:2]) < NEAREST_M:
+    if not mount.finger and (np.hypot(*position[:2]) < NEAREST_M or _is_in_object(params, position)):
+        added = ", added to [camera] place_m of the robot's file" if settings.mount == "robot" else ""
         raise PlanRejected(
             "camera",
-            f"camera.x_m {settings.x_m:g}, camera.y_m {settings.y_m:g}: a {settings.mount} camera must be at least "
-            f"{NEAREST_M:g} m away from the hand's axis",
+            f"camera.x_m {settings.x_m:g}, camera.y_m {settings.y_m:g}{added}: a {settings.mount} camera must be "
+            f"outside the object and at least {NEAREST_M:g} m away from the hand's axis",
         )
     if mount.finger and mount.finger * (mount.position_m[1] + settings.y_m) < NEAREST_PAD_M:
         raise PlanRejected(
@@ -129,6 +130,12 @@ def hand_camera(params: Params, size: tuple[int, int] | None = None) -> Camera:
     camera = Camera(position, axes, width, height, focal_px, distortion, True, opaque_fingers(params), gripper)
     camera.pinhole()  # a lens that folds the image is refused here
     return camera
+
+
+def _is_in_object(params: Params, position_m: np.ndarray) -> bool:
+    """Whether a place in the hand's frame is in the box of an object that is held as planned."""
+    held, x, y, z = params.object, *np.abs(position_m[:2]), position_m[2] - TCP_M[2] + params.grip.depth_m
+    return bool(x < held.width_m / 2 and y < held.depth_m / 2 and 0 < z < held.height_m)
 
 
 def opaque_fingers(params: Params) -> tuple[int, ...]:
