@@ -136,7 +136,7 @@ def test_observations_show_the_same_events():
 
 
 def test_a_longer_window_has_the_events_of_several_steps():
-    env = make(obs="counts", index=1, window_s=0.06)
+    env = make(obs="counts", index=2, window_s=0.06)
     seen = []
     env.reset()
     for _ in range(6):
@@ -149,7 +149,7 @@ def test_a_longer_window_has_the_events_of_several_steps():
 @pytest.mark.parametrize("rate_hz", [20, 125, 1000])
 @pytest.mark.parametrize("extra", [{}, FLICKER, {"readout.clock_us": 1000}], ids=["plain", "flicker", "coarse clock"])
 def test_every_event_is_in_the_observation_of_the_step_in_which_it_comes(extra, rate_hz):
-    env = make(obs="counts", index=1, rate_hz=rate_hz, overrides=UNEVEN | extra)
+    env = make(obs="counts", index=2, rate_hz=rate_hz, overrides=UNEVEN | extra)
     env.reset()
     episode, step_us, late = env.unwrapped.episode, 1_000_000 // rate_hz, 0
     while episode.t_us + step_us < episode.end_us:
@@ -168,7 +168,7 @@ def test_every_event_is_in_the_observation_of_the_step_in_which_it_comes(extra, 
 @pytest.mark.parametrize("name", ["evslip/Hold-v0", "evslip/Lift-v0"])
 @pytest.mark.parametrize("extra", [{}, FLICKER], ids=["plain", "flicker"])
 def test_the_last_observation_reaches_to_the_end_and_is_of_a_whole_window(name, extra):
-    env = make(name, obs="events", index=1, rate_hz=20, overrides=UNEVEN | extra)
+    env = make(name, obs="events", index=2, rate_hz=20, overrides=UNEVEN | extra)
     env.reset()
     episode, truncated = env.unwrapped.episode, False
     while not truncated:
