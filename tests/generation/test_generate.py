@@ -122,24 +122,19 @@ def test_a_lens_that_folds_the_image_stops_the_run_and_names_sample_and_key(tmp_
     assert not (tmp_path / "new").exists()
 
 
-def test_a_lens_that_folds_the_image_at_some_index_is_a_rejection_there(tmp_path):
-    config = small_config(**{"sampling": "grid", "object.mass_kg": 0.012, "camera.k1": [-0.9, 0.0], "test_share": 0})
+@pytest.mark.parametrize(
+    ("key", "values", "wanted"),
+    [("object.x_m", [0.9, 0.461], "unreachable"), ("camera.k1", [-0.9, 0.0], "camera")],
+    ids=["an object out of reach", "a lens that folds the image"],
+)
+def test_what_cannot_be_at_some_index_is_a_rejection_there(key, values, wanted, tmp_path):
+    config = small_config(**{"sampling": "grid", "object.mass_kg": 0.012, key: values, "test_share": 0})
     summary = evslip.generate(config, tmp_path, 2, workers=1)
     assert [made.entry["kind"] for made in summary.made] == ["rejected", "simulated"]
     (rejection,) = evslip.open_dataset(tmp_path).rejections
     kind, reason = rejection["rejection"]
-    assert kind == "camera"
-    assert "camera.k1 -0.9" in reason
-
-
-def test_an_object_out_of_reach_at_some_index_is_a_rejection_there(tmp_path):
-    config = small_config(**{"sampling": "grid", "object.mass_kg": 0.012, "object.x_m": [0.9, 0.461], "test_share": 0})
-    summary = evslip.generate(config, tmp_path, 2, workers=1)
-    assert [made.entry["kind"] for made in summary.made] == ["rejected", "simulated"]
-    (rejection,) = evslip.open_dataset(tmp_path).rejections
-    kind, reason = rejection["rejection"]
-    assert kind == "unreachable"
-    assert "object.x_m 0.9" in reason
+    assert kind == wanted
+    assert f"{key} {values[0]}" in reason
 
 
 def test_parts_make_up_the_whole_and_leave_each_others_samples_alone(finished, tmp_path):

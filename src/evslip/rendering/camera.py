@@ -19,7 +19,7 @@ from evslip.scene.mounts import MOUNTS
 from evslip.utils.errors import PlanRejected
 
 NEAREST_M = 0.05
-"""A custom camera closer to the hand's axis has no view of the grasp."""
+"""A camera closer to the hand's axis, unless it is in a finger, has no view of the grasp."""
 NEAREST_PAD_M = 0.03
 """Corners nearer than two thirds of this are not followed by the frames' times."""
 

@@ -42,6 +42,7 @@ class Line(NamedTuple):
     """Variance of the rates around the line, in units of that of chance."""
 
     def at(self, light: np.ndarray) -> np.ndarray:
+        """Rates at some light, on the scale of which the line is."""
         return self.dark * (1.0 - light) + self.white * light
 
 
@@ -71,7 +72,10 @@ def shot_scale(light: np.ndarray) -> np.ndarray:
 
 
 def line_of(light: np.ndarray, rate: np.ndarray, pixel_seconds: np.ndarray) -> Line | None:
-    """Rate at no light and at white by weighted least squares, neither below 0; None if there are too few events."""
+    """Rate at no light and at white by weighted least squares, neither below 0; None if there are too few events.
+
+    light: on a scale on which the rate is a line, 0 to white, 1.
+    """
     counts = rate * pixel_seconds
     if counts.sum() < LEAST_EVENTS:
         return None
